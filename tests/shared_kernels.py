@@ -10,8 +10,10 @@ import sys
 import warp as wp
 
 from warpmuscle.kernels import stages
+from warpmuscle.kernels.contraction import RIGID
 from warpmuscle.kernels.curves import LEE
-from warpmuscle.kernels.muscle_stage import HILL, RIGID, MuscleKind
+from warpmuscle.kernels.hill_law import HILL
+from warpmuscle.kernels.muscle_kind import MuscleKind
 from warpmuscle.kernels.scratch import capacity_of
 from warpmuscle.kernels.step import step_kernel
 

@@ -5,8 +5,9 @@ import warp as wp
 from probes import evaluate, filled
 
 from warpmuscle.kernels import muscle
-from warpmuscle.kernels.contraction import RIGID, Contraction, contraction_of, legacy_contraction
+from warpmuscle.kernels.contraction import RIGID, Contraction, contraction_of
 from warpmuscle.kernels.curves import LEE
+from warpmuscle.kernels.legacy_law import legacy_contraction
 from warpmuscle.kernels.path import PathState
 from warpmuscle.kernels.structs import Model, MuscleRow, MuscleState, State
 

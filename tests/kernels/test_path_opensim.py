@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from test_path import Geometry, geometry_of, gradient
 
+from leg_paths import Geometry, geometry_of, gradient
 from warpmuscle.scene import Body, Character, Condition, Joint, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.stages import Stages

@@ -5,8 +5,8 @@ import pytest
 import warp as wp
 
 from warpmuscle.kernels.joint_motion import piece_of
-from warpmuscle.kernels.muscle_stage import in_turn
 from warpmuscle.kernels.structs import CubicPiece
+from warpmuscle.kernels.turns import in_turn
 
 
 @wp.kernel(enable_backward=False)

@@ -21,6 +21,7 @@ from warpmuscle.kernels import (
     dynamics,
     failure,
     followed,
+    followed_reduction,
     follower,
     forces,
     hybrid,
@@ -33,13 +34,16 @@ from warpmuscle.kernels import (
     scratch,
     simbicon,
     stages,
-    step,
+    step_parts,
     term_functions,
     touching,
 )
 from warpmuscle.kernels.body_contact import body_contact_of
+from warpmuscle.kernels.contraction import COMPLIANT, RIGID
 from warpmuscle.kernels.curves import LEE
-from warpmuscle.kernels.muscle_stage import COMPLIANT, HILL, IDEAL, LEGACY, RIGID, MuscleKind, muscle_stage_of
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LEGACY
+from warpmuscle.kernels.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
 from warpmuscle.kernels.structs import Scratch
 
@@ -55,6 +59,7 @@ MUSCLES = [
     )
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
+MUSCLES += [muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_at_hand=True, shared=joints)) for joints in (1, 3)]
 FORCES = tuple(devices.FORCES.values())
 KEPT = {"near"}  # from step to step
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
@@ -81,7 +86,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "backward": (
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
-        dynamics.backward_pass_of(followed.reduce_followed_of(False)),
+        dynamics.backward_pass_of(followed_reduction.reduce_followed_of(False)),
         followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
     ),
     "forward": (
@@ -93,7 +98,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     ),
     "acted": (record.record_given_way_of(False), record.record_given_way_of(True)),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
-    "feet": (failure.step_status, step.foot_force_stage),
+    "feet": (failure.step_status, step_parts.foot_force_stage),
 }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from muscle_arm import INERTIA, MASS, REACH, arm, muscle
 from random_states import random_states
 from warpmuscle.kernels import muscle as law
-from warpmuscle.kernels import sharing
+from warpmuscle.kernels import muscle_strength, sharing, sharing_rules
 from warpmuscle.kernels.curves import LEE
 from warpmuscle.kernels.path import PathState
 from warpmuscle.kernels.structs import Model, MuscleRow, MuscleState, State
@@ -90,7 +90,7 @@ class Posed:
         )
         passive = 2.0 * half - full
         self.passive, lost = np.maximum(passive, 0.0), np.maximum(-passive, 0.0)
-        self.active = np.maximum(full - self.passive, sharing.WEAKEST * f_max)
+        self.active = np.maximum(full - self.passive, muscle_strength.WEAKEST * f_max)
         self.idle = lost / (self.active + lost)
         self.arm = np.einsum("ncij,ncj->nci", self._parts()[:, paths.joint], paths.moment_arm.astype(float))
 
@@ -141,9 +141,9 @@ class Posed:
         """Parts of their active forces after so many steps that ask for the same."""
         for _ in range(calls):
             excitation = self.stages.muscle_torques(torque)[1]["muscle_excitation"].astype(float)
-        lifted = sharing.NEAR * (1.0 - self.idle) + self.idle
+        lifted = sharing_rules.NEAR * (1.0 - self.idle) + self.idle
         part = (excitation - self.idle) / (1.0 - self.idle)
-        return np.where(excitation < lifted, excitation * sharing.NEAR / lifted, part)
+        return np.where(excitation < lifted, excitation * sharing_rules.NEAR / lifted, part)
 
     def errors(self, parts: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Torque that is missing, over that wanted of the muscles, (n,)."""
@@ -160,20 +160,20 @@ class Posed:
 
 def test_share_is_within_bounds_and_says_by_its_sign_whether_the_muscle_is_free():
     bid, most = np.array([-9.0, -0.01, 0.3, 1.99, 2.01, 9.0]), 2.0
-    share = evaluate(sharing.share_of, bid, most)
+    share = evaluate(sharing_rules.share_of, bid, most)
     np.testing.assert_allclose(np.abs(share), np.clip(bid, 0.0, most), atol=1e-6)
     np.testing.assert_array_equal(share > 0.0, [False, True, True, True, True, False])
 
 
 def test_strength_is_the_line_through_the_forces_and_a_fast_fibre_pulls_from_some_activation_on():
     passive, active, idle = evaluate(
-        sharing.strength_of, [70.0, 20.0, 70.0], [120.0, 60.0, 120.0], [0.0, 0.0, 0.1], 100.0
+        muscle_strength.strength_of, [70.0, 20.0, 70.0], [120.0, 60.0, 120.0], [0.0, 0.0, 0.1], 100.0
     ).T
     np.testing.assert_allclose(passive, [20.0, 0.0, 30.0], atol=1e-4)
     np.testing.assert_allclose(active, [100.0, 60.0, 90.0], atol=1e-4)
     np.testing.assert_allclose(idle, [0.0, 0.25, 0.1], atol=1e-6)  # 80 a - 20
     part = np.linspace(0.0, 1.0, 11)
-    activation = evaluate(sharing.activation_of, part, 0.25)
+    activation = evaluate(sharing_rules.activation_of, part, 0.25)
     np.testing.assert_allclose(80.0 * activation[1:] - 20.0, 60.0 * part[1:], atol=1e-4)
     assert activation[0] == 0.0
 
@@ -185,7 +185,7 @@ def stretch(row: MuscleRow, model: Model, state: State, result: wp.array[PathSta
     path.fixed = 0.03
     path.moving = 0.2
     path.speed = -0.7
-    result[i] = sharing.as_stretched(i, 0, path, row, model, state)
+    result[i] = muscle_strength.as_stretched(i, 0, path, row, model, state)
 
 
 def test_a_fibre_on_a_compliant_tendon_has_the_stretch_that_gives_it_its_length_and_speed():
@@ -204,7 +204,7 @@ def test_solution_is_exact_though_a_hinge_makes_the_matrix_nearly_singular():
     full = 1e4 * axis[:, :, None] * axis[:, None] + 10.0 * np.eye(3)
     six = full.reshape(-1, 9)[:, [0, 1, 2, 4, 5, 8]]
     residual = axis * 30.0
-    got = evaluate(sharing.symmetric_solution, six, residual)
+    got = evaluate(sharing_rules.symmetric_solution, six, residual)
     np.testing.assert_allclose(got, np.linalg.solve(full, residual[..., None])[..., 0], rtol=2e-3, atol=1e-6)
 
 

@@ -6,7 +6,8 @@ import warp as wp
 
 from muscle_arm import constant, leg
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.muscle_stage import HILL, IDEAL, LEGACY, RIGID
+from warpmuscle.kernels.contraction import RIGID
+from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LAWS, LEGACY
 from warpmuscle.model import muscles as model
 from warpmuscle.scene import Actuation, Condition, Excitation, MuscleModel, Scene
 from warpmuscle.scene.number import Free
@@ -126,8 +127,6 @@ def test_torque_is_shared_over_the_joints_that_a_muscle_crosses_and_muscles_driv
         scene.muscle_model.sharing, scene.actuation = sharing, actuation
         found = found_in(scene)
         assert model.shared_joints(scene, names, found) == joints
-        more = model.ROWS_A_MUSCLE * len(found.muscles) + 3 if joints else 0
-        assert model.kept_rows(scene, names, found) == len(found.table.crossings) + more
 
 
 def test_weights_springs_and_rests_of_joints_are_those_of_their_drives():
@@ -158,6 +157,7 @@ def test_a_step_has_compiled_in_what_its_muscles_need():
         kind = model.muscle_kind(MuscleModel(**given), scene_of().character.muscles.values())
         assert (kind.law, kind.tendon) == (law, RIGID)
         assert not kind.neural
+    assert set(LAWS) - {model.HILL} <= set(MuscleModel.__struct_fields__)
     for field, value in (("neural", {"activation": "neural"}), ("implicit", {"implicit_damping": True})):
         assert getattr(model.muscle_kind(MuscleModel(**value)), field)
         assert not getattr(model.muscle_kind(MuscleModel(**value, ideal=True)), field)
@@ -194,3 +194,6 @@ def test_the_state_has_room_for_every_muscle_crossing_and_delay():
     quiet = model.muscle_state(4, 0, 0, 0, zeros)
     assert (quiet.force.shape, quiet.excitation_ring.shape, quiet.moment_arm.shape) == ((4, 1), (4, 1, 1), (4, 1))
     assert (quiet.sensed.shape, quiet.lean_at_lift.shape) == ((0, 1), (0, 2))
+    for own, rows, bodies in ((quiet.sharing, 0, 0), (model.muscle_state(4, 3, 5, 7, zeros, False, 6).sharing, 4, 6)):
+        assert {len(own.muscle), len(own.share)} == {rows}
+        assert own.price.shape == (rows, bodies)

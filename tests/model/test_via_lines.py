@@ -8,7 +8,8 @@ from small_scene import muscle_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored, load, mjcf, save, toml
 from warpmuscle.model.muscles import driven
-from warpmuscle.model.paths import path_table, paths_struct
+from warpmuscle.model.path_table import path_table
+from warpmuscle.model.paths import paths_struct
 from warpmuscle.scene import Condition, Scene, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, substitute

@@ -119,22 +119,7 @@ def optimize(
     elif sources:
         start_driver(device)
         scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
-        scene = with_free(scene, free) if free else scene
-        from warpmuscle.optimization.usual_objective import (
-            warn_of_speed_in_vain,
-            weighs_nothing,
-            with_usual_objective,
-        )
-
-        with doubts_printed():
-            warn_of_speed_in_vain(scene, [text.partition("=")[0].strip() for text in settings or []])
-
-        if weighs_nothing(scene):
-            scene = with_usual_objective(scene)
-            log.print(
-                f"{scene.name} weighs no term: the search is for a gait at {scene.objective.target_speed:g} m/s with "
-                "little effort, see docs/reference/objective.md"
-            )
+        scene = _with_objective(with_free(scene, free) if free else scene, settings or [])
         count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
         from warpmuscle.core.names import file_name
 
@@ -151,11 +136,33 @@ def optimize(
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
-    _print_result(result, bar, scene)
+    _print_all(result, bar, scene, output, device, threads)
+
+
+def _print_all(
+    result: Result, bar: ProgressBar, begun: Scene | None, output: Path, device: str | None, threads: int | None
+) -> None:
+    """Print what was found and where it is; `begun` as of `_print_result`."""
+    _print_result(result, bar, begun)
     out.print(f"wrote {output}")
     if not received():  # else there may be little time left
         _show_walks(result, output, device, threads)
     suggest(f"`warpmuscle report {output}` says what it found")
+
+
+def _with_objective(scene: Scene, settings: list[str]) -> Scene:
+    """The scene with something to search for; say so if it weighs no term, or if settings ask in vain for a speed."""
+    from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain, weighs_nothing, with_usual_objective
+
+    with doubts_printed():
+        warn_of_speed_in_vain(scene, [text.partition("=")[0].strip() for text in settings])
+    if weighs_nothing(scene):
+        scene = with_usual_objective(scene)
+        log.print(
+            f"{scene.name} weighs no term: the search is for a gait at {scene.objective.target_speed:g} m/s with "
+            "little effort, see docs/reference/objective.md"
+        )
+    return scene
 
 
 @contextmanager

@@ -201,7 +201,7 @@ def _print_driven_mass(scene: Scene) -> None:
 def _print_muscles(scene: Scene) -> None:
     """Print the muscles of a scene without free parameters: properties, joints, and where they cannot act."""
     from warpmuscle.model.muscles import driven
-    from warpmuscle.model.paths import joints_of_muscles
+    from warpmuscle.model.path_table import joints_of_muscles
     from warpmuscle.scene.topology import topology
     from warpmuscle.studies.moment_arms import useless_muscles
 

@@ -21,7 +21,8 @@ from warpmuscle.kernels import inverse_dynamics as dynamics
 from warpmuscle.kernels import muscle_moments
 from warpmuscle.model.build import with_fields
 from warpmuscle.model.muscles import muscle_kind, muscles_struct
-from warpmuscle.model.paths import path_table, paths_struct, route_struct
+from warpmuscle.model.path_table import path_table
+from warpmuscle.model.paths import paths_struct, route_struct
 from warpmuscle.model.routes import path_kind
 from warpmuscle.scene import Muscle, Scene
 from warpmuscle.scene.muscles import is_cable

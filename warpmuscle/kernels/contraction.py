@@ -8,7 +8,6 @@ import warp as wp
 from warpmuscle.kernels import muscle
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.muscle import (
-    legacy_force,
     pennation_cosine,
     rigid_fibre_speed,
     switched_fibre_length,
@@ -54,7 +53,7 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shap
     Muscles with curves of their own have OpenSim's bounds of the fibre.
     """
     fibre_force, fibre_damping, fibre_equilibrium, compliant_step, compliant_force, bounded_length, rigid_length = (
-        with_curves(function, own)
+        with_curves(function, own, curves)
         for function in (
             muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step,
             muscle.compliant_force, muscle.bounded_fibre_length, muscle.rigid_fibre_length,
@@ -132,18 +131,3 @@ def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shap
         return c
 
     return rigid, compliant
-
-
-@wp.func
-def legacy_contraction(
-    instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
-):
-    """As the program of Bergmann 2017 computed it: tendon switch, backward difference of the length, no bounds."""
-    l_opt = row.l_opt
-    c = Contraction()
-    c.length = switched_fibre_length(stretch.moving, l_opt, row.l_slack - stretch.fixed)
-    if state.step[instance] > 0:
-        c.speed = (c.length - state.muscles.fibre_length[instance, m]) / model.time_step
-    state.muscles.fibre_length[instance, m] = c.length
-    c.force = legacy_force(row.f_max, activation, c.length, c.speed, l_opt)
-    return c

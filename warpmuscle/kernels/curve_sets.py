@@ -1,5 +1,7 @@
 """Muscle models: sets of normalised curves, by the name that a scene has for them. Without Warp, for scenes to know.
 
+The functions of a set are in a file of its name, `lee_curves.py` for lee.
+
 - lee: Lee 2014 as in Bergmann 2017, eq. 4-6. That source treats the tendon as rigid; Thelen's curve stands in.
 - thelen: Thelen 2003 with the constants of OpenSim 4.6.
 - millard: Millard 2013 with the default curves of OpenSim 4.6's Millard2012EquilibriumMuscle.
@@ -16,4 +18,5 @@ from typing import Literal, get_args
 CurveSet = Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari"]
 CURVES: dict[str, int] = {name: number for number, name in enumerate(get_args(CurveSet))}  # as kernels number them
 PATH_ACTUATOR, LIGAMENT = len(CURVES), len(CURVES) + 1  # in the place of curves, see `cables.py`
-LEE, THELEN, MILLARD, DE_GROOTE, THELEN_EXPLICIT, SARSHARI = CURVES.values()
+LEE, THELEN, MILLARD = CURVES["lee"], CURVES["thelen"], CURVES["millard"]
+DE_GROOTE, THELEN_EXPLICIT, SARSHARI = CURVES["de_groote"], CURVES["thelen_explicit"], CURVES["sarshari"]

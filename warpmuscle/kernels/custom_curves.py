@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.curves import functions_of
 from warpmuscle.kernels.shaped_curves import Shaped, ShapedCurves, shaped_functions
 
 SLOPE_STEP = 1.0e-3  # of v_max, to either side
@@ -27,10 +28,17 @@ class OwnCurves(NamedTuple):
 
 
 @cache
-def replacements(own: OwnCurves | Shaped) -> dict[str, Any]:
-    """The functions and constants that other curves stand in for, by name."""
+def replacements(own: OwnCurves | Shaped | None, curves: int | None = None) -> dict[str, Any]:
+    """The functions and constants that other curves stand in for, by name; see `with_curves`."""
     if isinstance(own, Shaped):
         return shaped_functions(own)
+    found = {} if curves is None else dict(functions_of(curves))
+    return found if own is None else found | own_functions(own)
+
+
+@cache
+def own_functions(own: OwnCurves) -> dict[str, Any]:
+    """Functions in the place of those of `curves.py`, by name, of the curves that are given."""
     active, passive, velocity = own.active, own.passive, own.velocity
     found: dict[str, Any] = {}
 
@@ -64,17 +72,21 @@ def replacements(own: OwnCurves | Shaped) -> dict[str, Any]:
 
 
 @cache
-def with_curves(function: Any, own: OwnCurves | Shaped | None) -> Any:
+def with_curves(function: Any, own: OwnCurves | Shaped | None, curves: int | None = None) -> Any:
     """The Warp function with others' curves in the place of the model's; itself if it uses none of them.
 
     What it takes as the number of a model is the curves of a muscle instead, if these have a shape of their own.
+
+    Args:
+        curves: number of the only curve set that it is then compiled with, but for curves of one's own; None for all.
     """
-    if own is None:
+    others = replacements(own, curves)
+    if not others:
         return function
-    changed = _changed(function.func, own, function)
+    changed = _changed(function.func, own, curves, function)
     gradient = function.custom_grad_func
     if gradient is not None:
-        changed |= _changed(gradient.func, own, function)
+        changed |= _changed(gradient.func, own, curves, function)
     if not changed:
         return function
     made = wp.func(_made_anew(function.func, changed, own))
@@ -83,22 +95,22 @@ def with_curves(function: Any, own: OwnCurves | Shaped | None) -> Any:
     return made
 
 
-def _changed(plain: Any, own: OwnCurves | Shaped, but: Any) -> dict[str, Any]:
+def _changed(plain: Any, own: OwnCurves | Shaped | None, curves: int | None, but: Any) -> dict[str, Any]:
     """What a function's names stand for with other curves, where that differs; `but` is not looked at."""
-    others = replacements(own)
+    others = replacements(own, curves)
     changed: dict[str, Any] = {}
     for name in plain.__code__.co_names:
         known = plain.__globals__.get(name)
         if name in others:
             changed[name] = others[name]
         elif isinstance(known, wp.Function) and known.func is not None and known is not but:
-            made = with_curves(known, own)
+            made = with_curves(known, own, curves)
             if made is not known:
                 changed[name] = made
     return changed
 
 
-def _made_anew(plain: Any, changed: dict[str, Any], own: OwnCurves | Shaped) -> Any:
+def _made_anew(plain: Any, changed: dict[str, Any], own: OwnCurves | Shaped | None) -> Any:
     """The same Python function, some of whose names stand for something else."""
     again = FunctionType(plain.__code__, plain.__globals__ | changed, plain.__name__, plain.__defaults__)
     again.__annotations__, again.__doc__ = dict(plain.__annotations__), plain.__doc__

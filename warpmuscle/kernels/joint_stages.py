@@ -23,8 +23,8 @@ from warpmuscle.kernels.followed import (
     accelerate_followed_of,
     followed_acceleration_stage_of,
     followed_hybrid_stage_of,
-    reduce_followed_of,
 )
+from warpmuscle.kernels.followed_reduction import reduce_followed_of
 from warpmuscle.kernels.follower import (
     backward_pass_of_clusters,
     forward_pass_of_clusters,

@@ -135,29 +135,3 @@ def tabulated(x: float, place: wp.vec4) -> wp.vec2:
     a = knot(first + i)
     b = knot(first + i + 1)
     return hermite(a, b, s, scale, x - inside)
-
-
-@wp.func
-def millard_active(length: float) -> float:
-    """Active force multiplier at a normalised fibre length."""
-    return tabulated(length, wp.static(PLACES["active"]))[0]
-
-
-@wp.func
-def millard_passive(length: float) -> float:
-    """Passive force multiplier at a normalised fibre length."""
-    return tabulated(length, wp.static(PLACES["passive"]))[0]
-
-
-@wp.func
-def millard_tendon(strain: float) -> wp.vec2:
-    """Tendon force over f_max at a strain, and its slope."""
-    return tabulated(strain, wp.static(PLACES["tendon"]))
-
-
-@wp.func
-def millard_velocity(speed: float) -> wp.vec2:
-    """Force-velocity multiplier and its slope at a normalised lengthening speed."""
-    if speed < 0.0:
-        return tabulated(speed, wp.static(PLACES["shortening"]))
-    return tabulated(speed, wp.static(PLACES["lengthening"]))

@@ -7,17 +7,16 @@ be in N. `width` is l_opt sin(pennation at l_opt), m: the distance of the aponeu
 
 import warp as wp
 
+from warpmuscle.kernels.curve_functions import gaussian_active, hyperbolic_velocity
 from warpmuscle.kernels.curves import (
     active_force_length,
     force_velocity,
     force_velocity_slope,
-    gaussian_active,
-    hyperbolic_velocity,
-    lee_passive,
     passive_force_length,
     tendon_force_slope,
     tendon_force_strain,
 )
+from warpmuscle.kernels.lee_curves import lee_passive
 
 SHORTEST_FIBRE = 0.05  # of l_opt
 SMALLEST_COSINE = 0.1  # of the pennation

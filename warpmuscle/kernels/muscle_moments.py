@@ -113,7 +113,7 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
         active, passive: N, along the tendon, at full activation and at any.
     """
     forces, bounded, rigid_length = (
-        with_curves(function, own) for function in (fibre_forces, bounded_fibre_length, rigid_fibre_length)
+        with_curves(function, own, curves) for function in (fibre_forces, bounded_fibre_length, rigid_fibre_length)
     )
     shaped = isinstance(own, Shaped)
 
@@ -160,7 +160,7 @@ def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any
     Args:
         curves, own: what is compiled in, as of `muscle_stage.MuscleKind`.
     """
-    strain = with_curves(strain_of, own)
+    strain = with_curves(strain_of, own, curves)
     shaped = isinstance(own, Shaped)
 
     @wp.func

@@ -172,3 +172,43 @@ class Muscles:
     knot_value: wp.array2d[float]  # (rows, knots)
     shape: wp.array2d[CurveRow]  # (rows, muscles) read where muscles differ in their curves or tendons
     curve_table: wp.array[wp.vec2]  # tables of Millard's curves, one behind the other, see `millard_tables.py`
+
+
+@wp.struct
+class SharedMuscle:
+    """What sharing torques out keeps of a muscle within a step; see `sharing.py`."""
+
+    moving: float  # m, see `path.PathState`
+    speed: float  # m/s
+    scale: float  # N/sqrt(kg), active force over the square root of the mass, of the moment arms
+    idle: float  # activation from which on there is active force
+
+
+@wp.struct
+class SharingState:
+    """What sharing torques out keeps, of all instances; no instances where each muscle is asked by itself."""
+
+    muscle: wp.array2d[SharedMuscle]  # (instances, muscles)
+    share: wp.array2d[float]  # (instances, muscles) sqrt(kg), where the working set has no room for it
+    price: wp.array2d[wp.vec3]  # (instances, bodies) kg/(N m), what joints paid for torque in the step before
+
+
+@wp.struct
+class MuscleState:
+    """What changes of the muscles, of all instances."""
+
+    activation: wp.array2d[float]  # (instances, muscles)
+    excitation_ring: wp.array3d[float]  # (instances, capacity, muscles) see `delayed_slot`
+    neural: wp.array2d[float]  # (instances, muscles) between excitation and activation, with neural dynamics
+    damping: wp.array2d[float]  # (instances, muscles) N s/m, that a step takes as implicit
+    fibre_length: wp.array2d[float]  # (instances, muscles) m; with compliant tendons or in legacy mode
+    previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
+    force: wp.array2d[float]  # (instances, muscles) N
+    moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world; while torques are shared out, scaled
+    sharing: SharingState
+    # Of reflexes, and of other controllers that excite muscles; no instances where there are none:
+    sensed: wp.array2d[wp.vec3]  # (instances, muscles) length over l_opt, its rate 1/s, force over f_max
+    reflex: wp.array2d[float]  # (instances, muscles) excitation by reflexes
+    stands: wp.array2d[int]  # (instances, 2) 1: the left, the right leg is loaded
+    landed: wp.array[int]  # (instances,) LEFT or RIGHT, the leg that landed last
+    lean_at_lift: wp.array2d[float]  # (instances, 2) rad, of the trunk as the leg left the ground

@@ -17,7 +17,7 @@ import warp as wp
 from warpmuscle.kernels.path import PathState, add_crossings
 from warpmuscle.kernels.register_rows import rows_of
 from warpmuscle.kernels.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
-from warpmuscle.kernels.route_walk import pulls_of, walk_of
+from warpmuscle.kernels.route_walk import pulls_of, room_of, walk_of
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, whole
 from warpmuscle.kernels.wrap_touch import FREE, INSIDE
 
@@ -27,43 +27,38 @@ SETTLED_EXACT = 1.0e-6
 
 
 @cache
-def route_stretch_of(
-    kind: RouteKind, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
-) -> Any:
-    """The Warp function of length and speed of a route and its moment arms, see `path.segments_stretch_of`.
-
-    Args:
-        kind: what is compiled in. wrench: see there.
-    """
-    levers = max(kind.levers, 1) * (2 if wrench else 1)
-    bends_struct, bend, pulls_struct = bends_of(max(kind.wraps, 1)), bend_of(kind), pulls_of(levers)
-    measure, walk = walk_of(kind, False, wrench=wrench), walk_of(kind, True, coordinate_joints, followers, wrench)
-    exact, several, count = kind.exact, kind.wraps > 1, max(kind.wraps, 1)
-    settled = SETTLED_EXACT if kind.exact else SETTLED
-    rows, lever_arm = rows_of(count), rows_of(levers).row
-    row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
+def remove_of(count: int) -> Any:
+    """The Warp function that lets a route run straight past one of so many surfaces."""
+    bends_struct, rows = bends_of(count), rows_of(count)
+    number, with_number = rows.number, rows.with_number
 
     @wp.func
     def remove(w: int, wraps: int, bends: wp.ref[bends_struct]):
-        """Let a route run straight past a surface."""
         before = number(bends.after, w)
         for other in range(count):
             if other < wraps and number(bends.after, other) == WRAP_BIT + w:
                 bends.after = with_number(bends.after, other, before)
         bends.after = with_number(bends.after, w, NOWHERE)
 
+    return remove
+
+
+@cache
+def settle_of(kind: RouteKind, wrench: bool) -> Any:
+    """The Warp function that goes round several surfaces in turn until the length stays.
+
+    Or until none has moved since it was last gone round. What is compiled in is that of `route_stretch_of`.
+    """
+    count, exact, settled = max(kind.wraps, 1), kind.exact, SETTLED_EXACT if kind.exact else SETTLED
+    bends_struct, bend, remove, rows = bends_of(count), bend_of(kind), remove_of(count), rows_of(count)
+    measure, pulls_struct = walk_of(kind, False, wrench=wrench), pulls_of(room_of(kind, wrench))
+    row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
+
     @wp.func(inline=True)
     def settle(
-        instance: int,
-        span: RouteSpan,
-        bends: wp.ref[bends_struct],
-        model: ModelRef,
-        state: StateRef,
-        work: ScratchRef,
-        pulls: wp.ref[pulls_struct],
-        arm: wp.array[wp.vec3],
-    ):
-        """Go round several surfaces in turn until none has moved since it was last gone round, or the length stays."""
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
+        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+    ):  # fmt: skip
         wraps = span.end_wrap - span.first_wrap
         before = wp.float32(1.0e30)
         swapped = wp.int32(0)
@@ -99,6 +94,24 @@ def route_stretch_of(
             if wp.abs(length - before) < settled:
                 break
             before = length
+
+    return settle
+
+
+@cache
+def route_stretch_of(
+    kind: RouteKind, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
+    """The Warp function of length and speed of a route and its moment arms, see `path.segments_stretch_of`.
+
+    Args:
+        kind: what is compiled in. wrench: see there.
+    """
+    levers, count, several = room_of(kind, wrench), max(kind.wraps, 1), kind.wraps > 1
+    bends_struct, bend, pulls_struct = bends_of(count), bend_of(kind), pulls_of(levers)
+    walk = walk_of(kind, True, coordinate_joints, followers, wrench)
+    settle = settle_of(kind, wrench) if several else bend
+    with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
 
     @wp.func(inline=True)
     def route_stretch(

@@ -94,6 +94,34 @@ def bend_after_of(count: int) -> Any:
 
 
 @cache
+def ends_of(conditions: bool) -> tuple[Any, Any]:
+    """The Warp functions of the last and of the first point between which a surface is gone round, that count.
+
+    Args:
+        conditions: whether some count only at times.
+    """
+    counts = sometimes if conditions else always
+
+    @wp.func(inline=True)
+    def last_counted(instance: int, first_point: int, wrap: RouteWrap, model: ModelRef, state: StateRef) -> int:
+        last = int(wrap.last)
+        while last > wrap.first and not counts(instance, first_point + last, model, state):
+            last -= 1
+        return last
+
+    @wp.func(inline=True)
+    def first_counted(
+        instance: int, first_point: int, wrap: RouteWrap, last: int, model: ModelRef, state: StateRef
+    ) -> int:
+        stop = int(wrap.first)
+        while stop < last and not counts(instance, first_point + stop, model, state):
+            stop += 1
+        return stop
+
+    return last_counted, first_counted
+
+
+@cache
 def bend_of(kind: RouteKind) -> Any:
     """The Warp function that lets a route go round one of its surfaces, where that is best.
 
@@ -103,19 +131,14 @@ def bend_of(kind: RouteKind) -> Any:
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
     place, touch_at = place_of(kind.motions), touch_of(kind.surfaces, kind.smooth)
-    exact, rows = kind.exact, rows_of(count)
+    exact, rows, (last_counted, first_counted) = kind.exact, rows_of(count), ends_of(kind.conditions)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
     @wp.func(inline=True)
     def bend(
-        instance: int,
-        w: int,
-        span: RouteSpan,
-        bends: wp.ref[bends_struct],
-        model: ModelRef,
-        state: StateRef,
+        instance: int, w: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef,
         work: ScratchRef,
-    ) -> int:
+    ) -> int:  # fmt: skip
         routes = model.routes
         slopes = slopes_struct()
         first_point = span.first_point
@@ -126,12 +149,8 @@ def bend_of(kind: RouteKind) -> Any:
         body = work.rotation[whole(wrap.body)]
         center = body * own.position + offset_between(wrap.body, origin, work)
         axes = body * own.rotation
-        last = int(wrap.last)
-        while last > wrap.first and not counts(instance, first_point + last, model, state):
-            last -= 1
-        stop = int(wrap.first)
-        while stop < last and not counts(instance, first_point + stop, model, state):
-            stop += 1
+        last = last_counted(instance, first_point, wrap, model, state)
+        stop = first_counted(instance, first_point, wrap, last, model, state)
         point = int(stop)
         here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work, slopes) - center)
         from_surface = int(NOWHERE)

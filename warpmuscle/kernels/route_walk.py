@@ -35,24 +35,19 @@ def pulls_of(count: int) -> Any:
     return Pulls
 
 
-@cache
-def walk_of(
-    kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
-) -> Any:
-    """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
+def room_of(kind: RouteKind, wrench: bool) -> int:
+    """Rows of moment arms of a route: one a lever, and with a `wrench` one more for its direction."""
+    return max(kind.levers, 1) * (2 if wrench else 1)
 
-    Args:
-        acting: whether it gives the moment arms, too. coordinate_joints, followers, wrench: as of
-            `path.segments_stretch_of`; directions are in rows behind those of the moments.
+
+@cache
+def act_of(kind: RouteKind, coordinate_joints: bool, followers: bool, wrench: bool) -> Any:
+    """The Warp function that adds the moment arms of the segment from a stop, at `a`, to the next one.
+
+    It pulls at `left` and `reached`. What is compiled in is that of `walk_of`.
     """
-    count = max(kind.wraps, 1)
-    bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
-    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    motions, slope_of = kind.motions > 0 and not wrench, rows_of(max(kind.motions, 1)).length
-    levers = max(kind.levers, 1) * (2 if wrench else 1)
-    wrapping, pulls_struct = kind.wraps > 0, pulls_of(levers)
-    rows, with_sum = rows_of(count), rows_of(levers).with_sum
-    row, number, arc_of = rows.row, rows.number, rows.length
+    levers = room_of(kind, wrench)
+    with_sum, pulls_struct = rows_of(levers).with_sum, pulls_of(levers)
     apart = kind.smooth and kind.wraps > 1 and not kind.exact
 
     @wp.func(inline=True)
@@ -60,7 +55,6 @@ def walk_of(
         instance: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int,
         stop: int, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
-        """Add the moment arms of the segment from one stop, at a, to the next; it pulls at `left` and `reached`."""
         for k in range(span.first_lever, span.end_lever):
             lever = model.routes.lever[whole(k)]
             sign = ((lever.beyond >> stop) & 1) - ((lever.beyond >> before) & 1)
@@ -80,12 +74,19 @@ def walk_of(
                     r = along_coordinate(instance, joint, r, pull, model, work)
                 pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
 
+    return act
+
+
+@cache
+def act_on_motions_of(motions: int) -> Any:
+    """The Warp function that adds the moment arms of a point's motions, which it makes longer along `pull`."""
+    slopes_struct, slope_of = slopes_of(max(motions, 1)), rows_of(max(motions, 1)).length
+
     @wp.func(inline=True)
     def act_on_motions(
         instance: int, point: int, pull: wp.vec3, slopes: slopes_struct, model: ModelRef, work: ScratchRef,
         arm: wp.array[wp.vec3],
     ):  # fmt: skip
-        """Add the moment arms of a point's motions, which it makes longer along `pull`."""
         plan = model.routes.point[point]
         for k in range(plan.first_motion, plan.end_motion):
             motion = model.routes.motion[k]
@@ -94,17 +95,32 @@ def walk_of(
             r = coordinate_gradient(instance, motion.joint, 0, model, work) * rate
             arm[motion.crossing] = arm[motion.crossing] + r
 
+    return act_on_motions
+
+
+@cache
+def walk_of(
+    kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
+    """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
+
+    Args:
+        acting: whether it gives the moment arms, too. coordinate_joints, followers, wrench: as of
+            `path.segments_stretch_of`; directions are in rows behind those of the moments.
+    """
+    count = max(kind.wraps, 1)
+    bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
+    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
+    motions, wrapping = kind.motions > 0 and not wrench, kind.wraps > 0
+    act, act_on_motions = act_of(kind, coordinate_joints, followers, wrench), act_on_motions_of(kind.motions)
+    pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
+    row, number, arc_of = rows.row, rows.number, rows.length
+
     @wp.func(inline=True)
     def walk(
-        instance: int,
-        span: RouteSpan,
-        bends: wp.ref[bends_struct],
-        model: ModelRef,
-        state: StateRef,
-        work: ScratchRef,
-        pulls: wp.ref[pulls_struct],
-        arm: wp.array[wp.vec3],
-    ) -> float:
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
+        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+    ) -> float:  # fmt: skip
         total = wp.float32(0.0)
         slopes = slopes_struct()
         slopes_before = slopes_struct()

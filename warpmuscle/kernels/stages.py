@@ -18,7 +18,8 @@ from warpmuscle.kernels.dynamics import leave_for_parent
 from warpmuscle.kernels.inertia import body_inertia_of
 from warpmuscle.kernels.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.path import joint_velocities
 from warpmuscle.kernels.polynomial_path import monomials_stage
 from warpmuscle.kernels.scratch import coordinate_work_at, monomials_at

@@ -5,37 +5,33 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
-from warpmuscle.kernels.conditions import failing_stage_of
-from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
-from warpmuscle.kernels.coordinate_control import coordinate_control_stage
-from warpmuscle.kernels.extensions import extension_list
-from warpmuscle.kernels.failure import (
-    begin_step,
-    condition_status,
-    posture_status,
-    progress_status,
-    remember_place,
-    step_status,
-)
-from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_stage_of
-from warpmuscle.kernels.gait_cycle import advance_cycles
-from warpmuscle.kernels.hybrid import hybrid_integrate_stage
+from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
-from warpmuscle.kernels.record import RecordKind, frame_of, record_given_way_of, recorders_of
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.record import RecordKind, frame_of
 from warpmuscle.kernels.scratch import (
     monomials_at,
     monomials_before_contacts,
     slots_of,
-    synchronize,
     work_floats,
     work_memory,
 )
+from warpmuscle.kernels.step_parts import BEGIN as BEGIN
+from warpmuscle.kernels.step_parts import (
+    FAILURE,
+    StepKind,
+    account_of,
+    drive_of,
+    end_of,
+    move_of,
+    no_lap,
+    place_of,
+)
+from warpmuscle.kernels.step_parts import STAGES as STAGES
+from warpmuscle.kernels.step_parts import extensions_of as extensions_of
 from warpmuscle.kernels.structs import (
-    LEFT,
-    RIGHT,
     RUNNING,
     Model,
     ModelRef,
@@ -45,30 +41,12 @@ from warpmuscle.kernels.structs import (
     State,
     StateRef,
     afresh,
-    component,
-    rolled,
-    set_component,
     whole,
 )
-from warpmuscle.kernels.term_functions import (
-    ObjectiveKind,
-    desired_stage_of,
-    effort_stage,
-    muscle_functions,
-    objective_stage_of,
-)
-from warpmuscle.kernels.touching import begin_looking, touching_stage_of
+from warpmuscle.kernels.term_functions import ObjectiveKind
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
-
-# The stages of a step, in order, as they are timed.
-STAGES = (
-    "kinematics", "failure", "controller", "muscles", "objective", "recording", "inertia and contact", "acceleration",
-    "integration", "end",
-)  # fmt: skip
-KINEMATICS, FAILURE, CONTROLLER, MUSCLES, OBJECTIVE, RECORDING, INERTIA, ACCELERATION, INTEGRATION, END = range(10)
-BEGIN = -1
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 REGISTERS = 64 * 1024  # of a multiprocessor
@@ -80,196 +58,36 @@ WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
 
-@wp.func
-def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Total contact force on each foot and its children, a component a lane. No barrier."""
-    for k in range(lane, 6, lanes):
-        rolled()
-        side = wp.where(k < 3, LEFT, RIGHT)
-        axis = k % 3
-        total = wp.float32(0.0)
-        for slot in range(model.foot_slots):
-            rolled()
-            if model.skeleton.foot_side[slot] == side:
-                total += component(work.contact_force, slot, axis)
-        set_component(state.foot_force[instance], side, axis, total)
-
-
-def extensions_of(controller: Controller, forces: tuple[Force, ...]) -> Any:
-    """Structure of the parameters and states of a controller and of all kinds of forces."""
-    return extension_list((controller.extension, *(force.extension for force in forces)))
-
-
-@wp.func
-def no_lap(instance: int, lane: int, stage: int, buffer: wp.uint64):
-    """What is done as a stage ends: nothing. `tools/stage_times.py` reads the clock there."""
-
-
 @cache
-def one_step_of(
-    muscles: MuscleKind | None,
-    objective: ObjectiveKind,
-    collisions: bool,
-    motion: bool = False,
-    recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    controller: Controller = SIMBICON,
-    skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
-    forces: tuple[Force, ...] = (),
-    lap: Any = no_lap,
-    across: bool = False,
-    together: int = 0,
-) -> Any:
+def one_step_of(kind: StepKind, lap: Any = no_lap) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
     Args:
-        muscles: kind of the muscles, None for characters that torques alone drive.
-        objective: the terms that are summed up.
-        collisions: whether bodies are tested for running into each other.
-        motion: whether the motion of some coordinates is prescribed.
-        recorded: what is recorded.
-        controller: what controls joints and muscles. forces: the kinds of others that act.
-        skeleton: of the bodies and joints that the model has.
         lap: called as each of `STAGES` ends, by its number.
-        across: whether lanes of an instance are in several warps, see `step_kernel`.
-        together: of them in each warp, where a warp has some of all instances of its block; else 0.
     """
-    record_desired, record_stage = recorders_of(recorded)
-    record_given_way = record_given_way_of(bool(skeleton.joints))
-    control_stage, advance = control_stage_of(controller), controller.advance
-    muscle_stage, muscular = control_stage, muscles is not None
-    by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
-    of_joints = joint_stages_of(skeleton, across)
-    kinematics_stage, inertia_stage, integrate_stage = of_joints.kinematics, of_joints.inertia, of_joints.integrate
-    acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
-    prescribe_stage = of_joints.prescribe
-    pulling = any(force.effort for force in forces)
-    pushing = any(force.wrench or force.pair for force in forces)
-    touching = any(force.touch for force in forces)
-    joint_forces_stage, body_forces_stage = joint_forces_stage_of(forces), body_forces_stage_of(forces)
-    touching_stage = touching_stage_of(forces) if touching else body_forces_stage
-    extensions_struct = extensions_of(controller, forces)
-    if muscles is not None:
-        functions = muscle_functions(objective, muscles.own)
-        muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller, together)
-    objective_stage, desired_stage = objective_stage_of(objective), desired_stage_of(objective)
-    failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
-    collision_stage = collision_stage_of(collisions)
+    place, drive, account = place_of(kind, lap), drive_of(kind, lap), account_of(kind, lap)
+    move, end = move_of(kind, lap), end_of(kind, lap)
+    framed, extensions_struct = kind.recorded.motion, kind.extensions
 
-    @wp.func(inline=True)  # else structures that are given by reference have to lie in memory
+    @wp.func(inline=True)
     def one_step(
-        instance: int,
-        lane: int,
-        lanes: int,
-        model: ModelRef,
-        state: StateRef,
-        record: RecordRef,
-        work: ScratchRef,
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef,
         extensions: wp.ref[extensions_struct],
-    ) -> int:
+    ) -> int:  # fmt: skip
         step = state.step[instance]
         frame = -1
-        if wp.static(recorded.motion):
+        if wp.static(framed):
             frame = frame_of(instance, step, record)
-        kinematics_stage(instance, lane, lanes, model, state, work)
-        if lane == 0:
-            begin_step(instance, step, model, state, work)
-            if wp.static(touching):
-                begin_looking(step, model, work)
-        synchronize()
-        lap(instance, lane, KINEMATICS, wp.uint64(0))
-        status = posture_status(instance, model, state, work)
-        if status != RUNNING:
-            if wp.static(across):
-                end_lane(instance, lane, status, state)
-            return status
-        if wp.static(objective.progress):
-            status = progress_status(instance, step, model, state, work)
-            if status != RUNNING:
-                if wp.static(across):
-                    end_lane(instance, lane, status, state)
-                return status
-        status = collision_stage(instance, lane, lanes, step, model, work)
+        status = place(instance, lane, lanes, step, model, state, work)
         if status != RUNNING:
             return status
         lap(instance, lane, FAILURE, wp.uint64(0))
-        control_stage(instance, lane, lanes, model, state, work, extensions.first)
-        if wp.static(by_coordinate):
-            coordinate_control_stage(instance, lane, lanes, model, work)
-        effort_stage(instance, lane, lanes, model, state, work)
-        record_desired(instance, lane, lanes, frame, model, state, record, work)
-        if wp.static(bool(objective.desired)):
-            synchronize()  # the torques of all joints are there
-            if lane == 0:
-                desired_stage(instance, model, state, work)
-            synchronize()
-        lap(instance, lane, CONTROLLER, wp.uint64(0))
-        if wp.static(muscular):
-            muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
-        if wp.static(pulling):
-            joint_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
-        lap(instance, lane, MUSCLES, wp.uint64(0))
-        objective_stage(instance, lane, lanes, model, state, work)
-        if wp.static(objective.progress) and lane == 0:  # all lanes have seen the place before
-            remember_place(instance, step, model, state, work)
-        if wp.static(conditional):
-            synchronize()
-            if lane == 0:
-                failing_stage(instance, model, state, work)
-        lap(instance, lane, OBJECTIVE, wp.uint64(0))
-        if wp.static(recorded.whole):
-            synchronize()  # a term may put other torques into the working set for a while
-        record_stage(instance, lane, lanes, frame, model, state, record, work)
-        synchronize()
-        lap(instance, lane, RECORDING, wp.uint64(0))
-        if wp.static(motion):
-            prescribe_stage(instance, lane, lanes, model, state, work)
-        inertia_stage(instance, lane, lanes, model, state, work)
-        if wp.static(pushing):
-            body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
-        if wp.static(touching):
-            touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
-        lap(instance, lane, INERTIA, wp.uint64(0))
-        if wp.static(motion):
-            hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
-        else:
-            acceleration_stage(instance, lane, lanes, model, work)
-        if wp.static(recorded.whole):
-            record_given_way(instance, lane, lanes, frame, model, record, work)
-        lap(instance, lane, ACCELERATION, wp.uint64(0))
-        if wp.static(motion):
-            hybrid_integrate_stage(instance, lane, lanes, model, state, work)
-        else:
-            integrate_stage(instance, lane, lanes, model, state, work)
-        lap(instance, lane, INTEGRATION, wp.uint64(0))
-        status = step_status(model, work)
-        if wp.static(conditional) and status == RUNNING:
-            status = condition_status(work)
-        if status == RUNNING:
-            foot_force_stage(instance, lane, lanes, model, state, work)
-        synchronize()
-        if status == RUNNING and lane == 0:
-            advance(instance, model, state)
-            if wp.static(objective.follows_cycles):
-                advance_cycles(instance, step, model, state, work)
-            state.step[instance] = step + 1
-        synchronize()
-        lap(instance, lane, END, wp.uint64(0))
-        return status
+        drive(instance, lane, lanes, frame, model, state, record, work, extensions)
+        account(instance, lane, lanes, step, frame, model, state, record, work)
+        move(instance, lane, lanes, step, frame, model, state, record, work, extensions)
+        return end(instance, lane, lanes, step, model, state, work)
 
     return one_step
-
-
-@wp.func_native(
-    snippet="""
-if (lane == 0)
-    *wp::address(state.status, instance) = status;
-#if defined(__CUDA_ARCH__)
-asm volatile("exit;");
-#endif
-"""
-)
-def end_lane(instance: int, lane: int, status: int, state: StateRef):
-    """Let an instance rest, and its lane be no more, for which those of other instances need not wait."""
 
 
 def module_options(block_dim: int) -> dict[str, Any]:
@@ -328,23 +146,23 @@ def step_kernel(
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes; of more than a warp: the state's numbers of neighbouring
             instances lie side by side, see `core.arrays.instance_zeros`.
-        muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap: see `one_step_of`.
+        muscles, objective, collisions, motion, recorded, controller, skeleton, forces: see `step_parts.StepKind`.
+        lap: see `one_step_of`.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
     """
     across = block_dim > WARP
     instances_per_block = max(block_dim // lanes, 1)
-    one_step = one_step_of(
-        muscles, objective, collisions, motion, recorded, controller, skeleton, forces, lap, across,
+    kind = StepKind(
+        muscles, objective, collisions, motion, recorded, controller, skeleton, forces, across,
         together=WARP // instances_per_block if across else 0,
     )  # fmt: skip
-    extensions_struct = extensions_of(controller, forces)
+    one_step, extensions_struct = one_step_of(kind, lap), kind.extensions
     touching = any(force.touch for force in forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, bool(skeleton.joints), monomials, slots, skeleton.followed)
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
-    work_at = joint_stages_of(skeleton).work_at
-    know_state = known_rows_of(State, side_by_side=across)
+    work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(

@@ -39,12 +39,15 @@ from warpmuscle.kernels.muscle_structs import Crossing as Crossing
 from warpmuscle.kernels.muscle_structs import CurveRow as CurveRow
 from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
 from warpmuscle.kernels.muscle_structs import Muscles as Muscles
+from warpmuscle.kernels.muscle_structs import MuscleState as MuscleState
 from warpmuscle.kernels.muscle_structs import OwnExcitation as OwnExcitation
 from warpmuscle.kernels.muscle_structs import Paths as Paths
 from warpmuscle.kernels.muscle_structs import PathSpan as PathSpan
 from warpmuscle.kernels.muscle_structs import Pulley as Pulley
 from warpmuscle.kernels.muscle_structs import Segment as Segment
 from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
+from warpmuscle.kernels.muscle_structs import SharedMuscle as SharedMuscle
+from warpmuscle.kernels.muscle_structs import SharingState as SharingState
 from warpmuscle.kernels.muscle_structs import Straight as Straight
 from warpmuscle.kernels.muscle_structs import Term as Term
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
@@ -207,26 +210,6 @@ class Model:
     reflexes: Reflexes
     couplings: Couplings
     routes: Routes
-
-
-@wp.struct
-class MuscleState:
-    """What changes of the muscles, of all instances."""
-
-    activation: wp.array2d[float]  # (instances, muscles)
-    excitation_ring: wp.array3d[float]  # (instances, capacity, muscles) see `delayed_slot`
-    neural: wp.array2d[float]  # (instances, muscles) between excitation and activation, with neural dynamics
-    damping: wp.array2d[float]  # (instances, muscles) N s/m, that a step takes as implicit
-    fibre_length: wp.array2d[float]  # (instances, muscles) m; with compliant tendons or in legacy mode
-    previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
-    force: wp.array2d[float]  # (instances, muscles) N
-    moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world; where torques are shared out, more, see there
-    # Of reflexes, and of other controllers that excite muscles; no instances where there are none:
-    sensed: wp.array2d[wp.vec3]  # (instances, muscles) length over l_opt, its rate 1/s, force over f_max
-    reflex: wp.array2d[float]  # (instances, muscles) excitation by reflexes
-    stands: wp.array2d[int]  # (instances, 2) 1: the left, the right leg is loaded
-    landed: wp.array[int]  # (instances,) LEFT or RIGHT, the leg that landed last
-    lean_at_lift: wp.array2d[float]  # (instances, 2) rad, of the trunk as the leg left the ground
 
 
 @wp.struct

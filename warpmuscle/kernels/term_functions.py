@@ -320,14 +320,19 @@ class ObjectiveKind(NamedTuple):
         return cause_of(TERM, names.index(name)) if name in names else 0
 
 
-def muscle_functions(kind: ObjectiveKind, own: OwnCurves | Shaped | None = None) -> tuple[Any, ...]:
-    """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have of their own.
+def muscle_functions(
+    kind: ObjectiveKind, own: OwnCurves | Shaped | None = None, curves: int | None = None
+) -> tuple[Any, ...]:
+    """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have.
+
+    Args:
+        own, curves: as of `muscle_kind.MuscleKind`; no curves: those of all sets.
 
     With each stands its number if it is a term of others, see `causes.py`, else 0.
     """
     given = dict(kind.own)
     return tuple(
-        (given[name], kind.cause(name)) if name in given else (with_curves(MUSCLE_TERMS[name], own), 0)
+        (given[name], kind.cause(name)) if name in given else (with_curves(MUSCLE_TERMS[name], own, curves), 0)
         for name in kind.muscle
     )
 

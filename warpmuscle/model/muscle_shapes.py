@@ -14,7 +14,7 @@ from warpmuscle.kernels.cables import PIECE
 from warpmuscle.kernels.contraction import COMPLIANT, EITHER, RIGID, SWITCH
 from warpmuscle.kernels.curve_sets import CURVES, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.millard_tables import Numbers, table_of
-from warpmuscle.kernels.shaped_curves import SHORTEST_THELEN, Shaped
+from warpmuscle.kernels.shaped_curves import FAMILIES, Shaped
 from warpmuscle.scene import (
     CurveShape,
     DeGrooteCurves,
@@ -52,7 +52,8 @@ def shaped_kind(muscles: Sequence[Muscle], model: MuscleModel) -> Shaped | None:
     if not any(given(muscle, model, field) is not None for muscle in muscles for field in SHAPED):
         return None
     families = {CURVES[family(_shape(muscle, model))] for muscle in muscles if not is_cable(muscle)}
-    return Shaped(tuple(sorted(families or {CURVES[model.curves]})), any(map(is_cable, muscles)))
+    usual = {CURVES[model.curves]} & FAMILIES.keys() or {min(FAMILIES)}  # where none is a muscle
+    return Shaped(tuple(sorted(families or usual)), any(map(is_cable, muscles)))
 
 
 def has_floor(muscles: Sequence[Muscle], model: MuscleModel) -> bool:
@@ -155,7 +156,7 @@ def _thelen(shape: ThelenCurves, passive: Floats) -> dict[str, Any]:
     longest, a = np.asarray(shape.lengthening_force), np.asarray(shape.velocity_shape)
     edge = longest * np.asarray(shape.straight_from)
     return {
-        "shortest": SHORTEST_THELEN,
+        "shortest": FAMILIES[CURVES["thelen"]].shortest,
         "active_width": shape.active_width,
         "passive_rate": np.asarray(shape.passive_shape) / passive,
         "passive_floor": 1.0,

@@ -13,14 +13,16 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import from_rotation_vector
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.contraction import RIGID
 from warpmuscle.kernels.curve_sets import CURVES
-from warpmuscle.kernels.muscle_stage import HILL, IDEAL, LEGACY, RIGID, MuscleKind
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle_laws import LAWS
 from warpmuscle.kernels.scratch import PULLS_A_BODY
-from warpmuscle.kernels.sharing import ROWS_A_MUSCLE
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
-from warpmuscle.model.paths import PathTable, all_straight, path_table, paths_struct, route_struct
+from warpmuscle.model.path_table import PathTable, path_table
+from warpmuscle.model.paths import all_straight, paths_struct, route_struct
 from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.routes import path_kind
 from warpmuscle.model.user_functions import custom_curves
@@ -32,6 +34,7 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
+HILL = "hill"  # the law of muscles that ask for no other by a field of its name
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
 
@@ -61,11 +64,11 @@ class ActuationMap:
 def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
     """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""
     muscles = list(muscles)
-    law = LEGACY if model.legacy else IDEAL if model.ideal else HILL
+    name = next((law for law in LAWS if getattr(model, law, False)), HILL)
     pulleys = any(muscle.pulleys for muscle in muscles)
-    hill = law == HILL
+    hill = name == HILL
     return MuscleKind(
-        CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, law, pulleys=pulleys,
+        CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
         neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
         own=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
@@ -79,13 +82,6 @@ def shared_joints(scene: Scene, names: Topology, found: ActuationMap) -> int:
     for crossing in found.table.crossings:
         counts[crossing.muscle] += bool({"muscle", "assisted"} & set(found.drives[names.joints[crossing.joint - 1]]))
     return max(counts, default=0)
-
-
-def kept_rows(scene: Scene, names: Topology, found: ActuationMap) -> int:
-    """Rows of moment arms that the state has, with those that `kernels.sharing` keeps behind them."""
-    shared = shared_joints(scene, names, found) > 0
-    more = ROWS_A_MUSCLE * len(found.muscles) + len(names.bodies)
-    return len(found.table.crossings) + (more if shared else 0)
 
 
 def driven(scene: Scene, names: Topology) -> ActuationMap:
@@ -269,13 +265,15 @@ def _rest(own: Actuation) -> Floats:
 
 
 def muscle_state(
-    instances: int, muscles: int, crossings: int, capacity: int, zeros: Callable[..., wp.array], excited: bool = False
-) -> structs.MuscleState:
+    instances: int, muscles: int, crossings: int, capacity: int, zeros: Callable[..., wp.array], excited: bool = False,
+    sharing_bodies: int = 0,
+) -> structs.MuscleState:  # fmt: skip
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one.
 
     Args:
         zeros: makes an array of a shape and dtype.
         excited: whether a controller excites muscles, and so wants to know what they feel.
+        sharing_bodies: of the character, where torques are shared out among muscles; else 0.
     """
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
@@ -283,6 +281,10 @@ def muscle_state(
         setattr(s, name, zeros(*shape))
     s.excitation_ring = zeros(instances, max(capacity, 1), shape[1])
     s.moment_arm = zeros(instances, max(crossings, 1), dtype=wp.vec3)
+    sharing = instances if sharing_bodies else 0
+    s.sharing.muscle = zeros(sharing, shape[1], dtype=structs.SharedMuscle)
+    s.sharing.share = zeros(sharing, shape[1])
+    s.sharing.price = zeros(sharing, sharing_bodies, dtype=wp.vec3)
     feeling = instances if excited else 0
     s.sensed = zeros(feeling, shape[1], dtype=wp.vec3)
     s.reflex = zeros(feeling, shape[1])

@@ -10,7 +10,7 @@ import warp as wp
 from warpmuscle.core.arrays import instance_zeros
 from warpmuscle.kernels import structs
 from warpmuscle.model.controller import control_steps
-from warpmuscle.model.muscles import ActuationMap, kept_rows, muscle_state
+from warpmuscle.model.muscles import ActuationMap, muscle_state, shared_joints
 from warpmuscle.model.objective import term_arrays
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -53,8 +53,8 @@ def state_struct(
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), zeros).items():
         setattr(s, name, array)
     capacity, excited = _ring_capacity(scene, actuation), structure.controller.excites
-    arms = kept_rows(scene, names, actuation)
-    s.muscles = muscle_state(n, len(table.muscles), arms, capacity, zeros, excited)
+    sharing_bodies = len(names.bodies) if shared_joints(scene, names, actuation) > 0 else 0
+    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, zeros, excited, sharing_bodies)
     return s
 
 

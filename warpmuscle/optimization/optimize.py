@@ -22,6 +22,7 @@ from warpmuscle.optimization.options import (
 )
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
+from warpmuscle.optimization.search_loop import SearchLoop
 from warpmuscle.optimization.stages import plan
 from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.checkpoint import Checkpoint
@@ -33,6 +34,7 @@ from warpmuscle.results.records import (
     Staged,
     parameter_table,
 )
+from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -108,12 +110,7 @@ def optimize(
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
-    required_parameters(scene)
-    scene, unused = without_unused(scene)
-    if unused:
-        text = f"nothing uses {in_short(unused)}: left as given, and not searched for"
-        warnings.warn(text, UnusedParameterWarning, stacklevel=2)
-    parameters = free_parameters(scene)
+    scene = _without_unused(scene)
     strategy = usual_strategy(scene) if search is None else search
     options = Options(strategy, searches, population, sigma, restarts, candidates=count, until=until, target=target)
     options = check_options(options)
@@ -124,17 +121,28 @@ def optimize(
     tracker = Tracker(options.candidates, options.until, progress)
     batches = batches or (lambda part: BatchEvaluator(part, device, threads))
     search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
-    start = Result(
-        scene=toml.dumps(scene),
-        device=search_loop.device,
-        command=command,
-        seed=seed,
-        parameters=parameter_table(parameters),
-        evaluations=search_loop.evaluations(),
-        searched=search_loop.searched(""),
-    )
+    start = _first_result(scene, search_loop, command, seed)
     if file is None:
         player = make_player(scene, search_loop)
         return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
     with Checkpoint.begin(file, start) as checkpoint:
         return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
+
+
+def _without_unused(scene: Scene) -> Scene:
+    """The scene whose unused free parameters stay as given, with a warning; an Error if it has no others."""
+    required_parameters(scene)
+    scene, unused = without_unused(scene)
+    if unused:
+        text = f"nothing uses {in_short(unused)}: left as given, and not searched for"
+        warnings.warn(text, UnusedParameterWarning, stacklevel=3)
+    return scene
+
+
+def _first_result(scene: Scene, search_loop: SearchLoop, command: str, seed: int) -> Result:
+    """What a search that is about to begin has to say of itself."""
+    return Result(
+        scene=toml.dumps(scene), device=search_loop.device, command=command, seed=seed,
+        parameters=parameter_table(free_parameters(scene)), evaluations=search_loop.evaluations(),
+        searched=search_loop.searched(""),
+    )  # fmt: skip

@@ -90,7 +90,7 @@ def _torques(axes: Any, recording: Recording, joint: str) -> None:
 
 def _crossed(subject: Subject) -> dict[str, list[str]]:
     """Muscles of the motion by the joints that they act on; joints without any are left out."""
-    from warpmuscle.model.paths import joints_of_muscles  # Warp takes a while to import
+    from warpmuscle.model.path_table import joints_of_muscles  # Warp takes a while to import
     from warpmuscle.scene.topology import topology
 
     recording, character = subject.recording, subject.scene.character

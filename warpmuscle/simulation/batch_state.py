@@ -9,14 +9,14 @@ import warp as wp
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.arrays import arrays_of
+from warpmuscle.core.arrays import arrays_of, named_arrays
 from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.restart import put_rows
 from warpmuscle.simulation.extensions import Extensions, words
 from warpmuscle.simulation.perturbations import Perturbations
 
-KEPT = ("push", "push_steps", "muscles")  # of the state, that no restart changes, or that is a structure
+KEPT = ("push", "push_steps")  # of the state, that no restart changes
 ZEROED = (
     "torque_integral", "muscle_terms", "body_terms", "whole_terms", "phase", "foot_force", "foot_cycle",
     "start_height", "start_heading", "passed", "step", "status", "cause",
@@ -78,9 +78,9 @@ class BatchState:
         else:
             muscles.activation.assign(np.broadcast_to(initial.activation, muscles.activation.shape))
         muscles.neural.assign(muscles.activation)
-        for name in structs.MuscleState.vars:
+        for name, array in named_arrays(muscles):
             if name not in ("activation", "neural"):
-                getattr(muscles, name).zero_()
+                array.zero_()
         for name in ZEROED:
             getattr(s, name).zero_()
         self.extensions.restart()
@@ -120,8 +120,7 @@ class BatchState:
 
     def _targets(self) -> list[tuple[str, wp.array]]:
         """The arrays of the state that a restart changes, by name, see `extensions.words`."""
-        parts = (self.state, structs.State.vars), (self.state.muscles, structs.MuscleState.vars)
-        arrays = [(name, getattr(part, name)) for part, names in parts for name in names if name not in KEPT]
+        arrays = [(name, array) for name, array in named_arrays(self.state) if name not in KEPT]
         return [(name, words(array)) for name, array in arrays if len(array) == self.instances]
 
     def push(self, disturbances: Perturbations, time_step: float) -> None:

@@ -27,7 +27,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.control import SIMBICON, Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind
-from warpmuscle.kernels.muscle_stage import MuscleKind
+from warpmuscle.kernels.muscle_kind import MuscleKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
 from warpmuscle.kernels.step import (

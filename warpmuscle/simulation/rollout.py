@@ -5,22 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import msgspec
 import numpy as np
-import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
-from warpmuscle.core.arguments import as_kind, as_number, as_text, as_truth, as_whole, check_function
-from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.arguments import as_kind, as_number, as_truth, check_function
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
 from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
-from warpmuscle.model.objective import counted_terms
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.model.user_functions import check_custom
@@ -28,7 +25,6 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
-from warpmuscle.simulation.batch import Batch
 from warpmuscle.simulation.batch_input import (
     checked_threads,
     checked_values,
@@ -46,20 +42,18 @@ from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
-from warpmuscle.simulation.memory import InstanceBytes, check_memory, instance_bytes, struct_bytes
-from warpmuscle.simulation.objective_parts import Parts
-from warpmuscle.simulation.outcome import Outcome
+from warpmuscle.simulation.memory import check_memory, struct_bytes
 from warpmuscle.simulation.perturbations import Perturbations, with_masses
-from warpmuscle.simulation.recorder import Recorder, frame_bytes, frame_steps, record_kind
+from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
+from warpmuscle.simulation.rollout_results import RolloutResults
 from warpmuscle.simulation.stepper import Stepper
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
-OBSERVED = ("coordinates", "speeds", "phase", "stance", "machine_state", "foot_force", "step", "status")
 
 
-class Rollout(Batch):
+class Rollout(RolloutResults):
     """Independent simulations of one scene, each with its own parameters, stepped together on one device.
 
     Instances that fail stop; the others go on undisturbed. The same parameters give the same bits on the same kind of
@@ -154,15 +148,6 @@ class Rollout(Batch):
         rollout = Rollout(scene, 1, str(self.device), record=[0], record_rate=200.0)
         rollout.run()
         return rollout.recording()
-
-    @cached_property
-    def instance_bytes(self) -> InstanceBytes:
-        """Memory on the device that every further instance takes."""
-        return instance_bytes(self.scene, self.structure)
-
-    @property
-    def recording_bytes(self) -> int:
-        return frame_bytes(self.structure) * -(-self.steps // self._recorder.every)
 
     @in_silence
     def change(self, numeric: Scene) -> None:
@@ -363,58 +348,3 @@ class Rollout(Batch):
     @property
     def running(self) -> bool:
         return len(self._batch.running) > 0
-
-    def observation(self) -> dict[str, wp.array]:
-        """What a controller may want to know, by name, as Warp arrays of the rollout's device, without a copy.
-
-        They are the state itself, which steps change in place: `wp.to_torch`, `wp.to_jax` or `np.from_dlpack` make
-        other libraries see it. Do not write to them. They need not be contiguous.
-
-        Returns:
-            coordinates, speeds: (instances, ...), as in `coordinate_names` and `speed_names`.
-            phase, stance, machine_state: (instances,) of the controller.
-            foot_force: (instances, 2, 3) N, left and right foot, of the step before.
-            activation, muscle_force: (instances, simulated muscles), N.
-            step, status: (instances,) steps since its start, and `Status`.
-        """
-        muscles = self.state.muscles
-        arrays = {name: getattr(self.state, name) for name in OBSERVED}
-        return arrays | {"activation": muscles.activation, "muscle_force": muscles.force}
-
-    @property
-    def _outcome(self) -> Outcome:
-        names = counted_terms(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
-        return Outcome(names, self.numeric, self.structure, self.state, self._inputs.start.coordinates)
-
-    def status(self) -> Integers:
-        return self._outcome.status()
-
-    def causes(self) -> tuple[str, ...]:
-        return self._outcome.causes()
-
-    def end_time(self) -> Floats:
-        return self._outcome.end_time()
-
-    def terms(self) -> dict[str, Floats]:
-        return self._outcome.terms()
-
-    def cost(self) -> Floats:
-        return self._outcome.cost()
-
-    def parts(self, instance: int = 0) -> dict[str, Parts]:
-        return self._outcome.parts(as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError))
-
-    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
-        start = as_number(start, "start", error=RolloutError)
-        number = self._recorder.instance(instance)
-        return self._recorder.recording(self.numeric, number, int(self.state.step.numpy()[number]), start)
-
-    def recorded(self, quantity: str) -> Floats:
-        as_text(quantity, "quantity", error=RolloutError)
-        return self._recorder.values_until(quantity, min(self.steps_done, self.steps), self.state.step.numpy())
-
-    @property
-    def controller_state(self) -> Floats:
-        """States that the scene's custom controller keeps, (instances, floats); none if it has none."""
-        memory = self._extensions.struct.first.memory if self.structure.controller.custom.state else None
-        return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])

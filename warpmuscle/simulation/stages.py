@@ -21,7 +21,8 @@ from warpmuscle.kernels.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
 from warpmuscle.model.joints import joint_number
 from warpmuscle.model.muscles import muscle_kind, shared_joints
-from warpmuscle.model.paths import path_table, paths_struct, route_struct
+from warpmuscle.model.path_table import path_table
+from warpmuscle.model.paths import paths_struct, route_struct
 from warpmuscle.model.polynomials import monomial_room
 from warpmuscle.model.routes import path_kind
 from warpmuscle.results.recording import MUSCLE_QUANTITIES

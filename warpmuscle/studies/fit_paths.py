@@ -16,7 +16,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.model.paths import joints_of_muscles
+from warpmuscle.model.path_table import joints_of_muscles
 from warpmuscle.scene import Character, PolynomialPath, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute

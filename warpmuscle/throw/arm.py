@@ -17,7 +17,7 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.pose import about, conjugate, from_rotation_vector, multiply, rotate
 from warpmuscle.model.build import start_of
-from warpmuscle.model.paths import joints_of_muscles
+from warpmuscle.model.path_table import joints_of_muscles
 from warpmuscle.scene import Actuation, Drive, Motion, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.joints.turning import BALL, HINGE, UNIVERSAL

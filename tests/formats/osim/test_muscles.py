@@ -12,10 +12,11 @@ import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import from_rotation_vector, rotate
 from warpmuscle.formats import Ignored, load
-from warpmuscle.formats.osim.build_muscles import FAR, _where, powers
+from warpmuscle.formats.osim.build_muscles import powers
 from warpmuscle.formats.osim.frames import turned
 from warpmuscle.formats.osim.functions import Function
 from warpmuscle.formats.osim.placement import WORLD
+from warpmuscle.formats.osim.ranges import FAR, span_within
 from warpmuscle.scene import (
     ContactMaterial,
     CylinderSurface,
@@ -227,16 +228,16 @@ def test_moving_points_stay_beyond_the_range_of_their_coordinate_as_in_opensim(r
     ],
 )
 def test_a_range_of_a_coordinate_is_one_of_what_it_depends_on(coefficients, span, expected):
-    assert _where(Function(coefficients), span) == pytest.approx(expected)
+    assert span_within(Function(coefficients), span) == pytest.approx(expected)
 
 
 def test_points_stay_beyond_a_range_that_a_curved_coupling_reaches():
     """OpenSim clamps the coordinate that moves a point: of q^2 + q within -0.2 .. 0.75 from q = -0.2764 to 0.5."""
     parabola = Function((0.0, 1.0, 1.0))
-    low, high = _where(parabola, (-0.2, 0.75), (-0.25, 1.0))
+    low, high = span_within(parabola, (-0.2, 0.75), (-0.25, 1.0))
     assert high == pytest.approx(0.5, abs=1e-8)
     assert low == pytest.approx((-1.0 + math.sqrt(1.0 - 0.8)) / 2.0, abs=1e-8)
     bent = Function(x=(-1.0, 0.0, 1.0), y=(-1.0, 0.0, 3.0), ends="linear")
-    np.testing.assert_allclose(_where(bent, (-0.5, 1.5), (-1.0, 1.0)), [-0.5, 0.5], atol=1e-8)
-    assert _where(bent, (-9.0, 9.0), (-1.0, 1.0)) == []
-    assert _where(parabola, (-math.inf, math.inf), (-1.0, 1.0)) == []
+    np.testing.assert_allclose(span_within(bent, (-0.5, 1.5), (-1.0, 1.0)), [-0.5, 0.5], atol=1e-8)
+    assert span_within(bent, (-9.0, 9.0), (-1.0, 1.0)) == []
+    assert span_within(parabola, (-math.inf, math.inf), (-1.0, 1.0)) == []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -17,22 +16,20 @@ from warpmuscle.formats.osim.chain import set_function
 from warpmuscle.formats.osim.frames import note, on_body, refused, turned
 from warpmuscle.formats.osim.functions import Function
 from warpmuscle.formats.osim.moves import Coordinates, finite_range
+from warpmuscle.formats.osim.muscle_curves import FAMILIES, put_curves, settle
 from warpmuscle.formats.osim.placement import Placement, direction, rotation_vector, vector
+from warpmuscle.formats.osim.ranges import FAR, span_within, spans_within
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.scene import (
     Condition,
-    CurveShape,
     CylinderSurface,
-    DeGrooteCurves,
     EllipsoidSurface,
-    MillardCurves,
     Muscle,
     MuscleModel,
     PointMotion,
     PolynomialPath,
     SphereSurface,
     Surface,
-    ThelenCurves,
     TorusSurface,
     ViaPoint,
     Wrap,
@@ -43,41 +40,6 @@ from warpmuscle.scene.number import Number
 SIDES = {"all": "", "unassigned": "", "": "", **{f"{s}{a}": f"{s or '+'}{a}" for s in ("", "+", "-") for a in "xyz"}}
 METHODS = ("hybrid", "midpoint", "axial")
 MARGIN = 1.0e-5  # rad or m, by which OpenSim's conditional points count beyond the ends of their range
-ROUNDED, SEARCHED = 1.0e-9, 301  # rad or m; places on each side, at which a range may be left
-FAR = 1.0e6  # rad or m, for a range that has no end
-FAMILIES = {"Millard2012EquilibriumMuscle": "millard", "Thelen2003Muscle": "thelen",
-    "DeGrooteFregly2016Muscle": "de_groote"}  # fmt: skip
-SHAPES: dict[str, dict[str, str]] = {  # fields of the curves by the numbers of the model
-    "millard": {
-        "min_norm_active_fiber_length": "active_from", "transition_norm_fiber_length": "active_bend",
-        "max_norm_active_fiber_length": "active_until", "shallow_ascending_slope": "active_slope",
-        "minimum_value": "active_least", "concentric_slope_at_vmax": "shortening_end_slope",
-        "concentric_slope_near_vmax": "shortening_slope", "isometric_slope": "isometric_slope",
-        "eccentric_slope_at_vmax": "lengthening_end_slope", "eccentric_slope_near_vmax": "lengthening_slope",
-        "max_eccentric_velocity_force_multiplier": "lengthening_force", "concentric_curviness": "shortening_curviness",
-        "eccentric_curviness": "lengthening_curviness", "strain_at_zero_force": "passive_slack",
-        "stiffness_at_low_force": "passive_low_slope", "norm_force_at_toe_end": "tendon_toe_force",
-    },
-    "thelen": {
-        "KshapeActive": "active_width", "KshapePassive": "passive_shape", "Af": "velocity_shape",
-        "Flen": "lengthening_force", "fv_linear_extrap_threshold": "straight_from",
-    },
-    "de_groote": {"active_force_width_scale": "active_width"},
-}  # fmt: skip
-TWICE = {  # numbers that two curves have by the same name
-    ("FiberForceLengthCurve", "stiffness_at_one_norm_force"): "passive_slope",
-    ("FiberForceLengthCurve", "curviness"): "passive_curviness",
-    ("TendonForceLengthCurve", "stiffness_at_one_norm_force"): "tendon_slope",
-    ("TendonForceLengthCurve", "curviness"): "tendon_curviness",
-}
-STRAINS = {  # of tendon and passive fibre at f_max
-    "Thelen2003Muscle": ("FmaxTendonStrain", "FmaxMuscleStrain"),
-    "DeGrooteFregly2016Muscle": (
-        "tendon_strain_at_one_norm_force", "passive_fiber_strain_at_one_norm_force",
-    ),
-}  # fmt: skip
-COMMON = ("v_max", "damping", "rise_time", "fall_time", "minimum_activation", "tendon_strain", "passive_strain",
-    "tendon", "curve_shape")  # fmt: skip
 
 
 def build_surfaces(model: Model, placement: Placement) -> dict[str, Surface]:
@@ -139,7 +101,7 @@ class MuscleBuilder:
                 f"{number_of(others, 'muscle', 'start')} from another default_activation; all start from that of most"
             )
             note(self._notes, self._model, first, reason)
-        _settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
+        settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
         return common, found
 
     def _muscle(self, one: records.Muscle) -> Muscle:
@@ -155,7 +117,7 @@ class MuscleBuilder:
         if one.truths["ignore_activation_dynamics"]:
             reason = "ignore_activation_dynamics is not known; its activation follows with its time constants"
             note(self._notes, self._model, one, reason)
-        _shape(one, muscle)
+        put_curves(one, muscle)
         return muscle
 
     def _routed(self, one: records.Muscle, muscle: Muscle) -> Muscle:
@@ -181,7 +143,7 @@ class MuscleBuilder:
                 return [ViaPoint(body, position)] if low <= function.at(0.0) <= high else []
             if function.line is None:
                 domain = finite_range(self._coordinates.by_name[argument])
-                spans = _all_within(function, (low, high), domain)
+                spans = spans_within(function, (low, high), domain)
                 if len(spans) > 1:
                     message = f"its coordinate {point.coordinate!r} comes into the range several times"
                     raise refused(self._model, point.line, f"{point.name!r}: {message}")
@@ -198,7 +160,7 @@ class MuscleBuilder:
             if coordinate and not function.constant:
                 argument, inner = self._argument(one, coordinate, point.line)
                 domain = finite_range(self._coordinates.by_name[argument or coordinate])
-                within = _where(inner, self._coordinates.by_name[coordinate].range, domain)
+                within = span_within(inner, self._coordinates.by_name[coordinate].range, domain)
                 function = self._coordinates.put(function, inner, argument or coordinate, coordinate)
             if not argument:
                 constant[index] = function.at(0.0)
@@ -256,121 +218,9 @@ def powers(dimension: int, order: int) -> Iterable[tuple[int, ...]]:
             yield (first, *rest)
 
 
-def _shape(one: records.Muscle, muscle: Muscle) -> None:
-    """The strains and the curves' numbers of a muscle."""
-    family = FAMILIES[one.kind]
-    if one.kind in STRAINS:
-        muscle.tendon_strain, muscle.passive_strain = (one.numbers[name] for name in STRAINS[one.kind])
-    else:
-        tendon = one.curves.get("TendonForceLengthCurve", {})
-        passive = one.curves.get("FiberForceLengthCurve", {})
-        muscle.tendon_strain = tendon.get("strain_at_one_norm_force", 0.049)
-        muscle.passive_strain = passive.get("strain_at_one_norm_force", 0.7)
-    names = SHAPES[family]
-    values: dict[str, Any] = {names[name]: number for name, number in one.numbers.items() if name in names}
-    for curve, numbers in one.curves.items():
-        for name, number in numbers.items():
-            field = TWICE.get((curve, name), names.get(name))
-            if field is not None:
-                values[field] = number
-    shapes: dict[str, type[CurveShape]] = {
-        "millard": MillardCurves, "thelen": ThelenCurves, "de_groote": DeGrooteCurves,
-    }  # fmt: skip
-    muscle.curve_shape = shapes[family](**values)
-    if one.truths["ignore_passive_fiber_force"] and isinstance(muscle.curve_shape, DeGrooteCurves):
-        muscle.curve_shape.passive = False
-
-
-def _settle(common: MuscleModel, muscles: Iterable[Muscle]) -> None:
-    """Give the model of all muscles the values that most of them have, and those their own no longer."""
-    every = list(muscles)
-    for field in COMMON:
-        candidates = [getattr(muscle, field) for muscle in every]
-        if field == "curve_shape":
-            candidates = [shape for shape in candidates if shape.__struct_config__.tag == common.curves]
-        values = Counter(map(repr, candidates)).most_common(1)
-        value = next(one for one in candidates if repr(one) == values[0][0])
-        setattr(common, field, value)
-        for muscle in every:
-            if getattr(muscle, field) == value:
-                setattr(muscle, field, None)
-
-
 def on_ground(model: Model) -> bool:
     """Whether a path or a surface is fixed to the ground."""
     frames = {point.frame for muscle in model.muscles for point in muscle.points}
     frames |= {surface.frame for surface in model.surfaces.values()}
     frames |= {frame for force in model.forces for frame in force.frames}
     return any(on_body(model, frame)[0] == "/ground" for frame in frames)
-
-
-def _where(
-    function: Function, span: tuple[float, float], domain: tuple[float, float] = (-math.pi, math.pi)
-) -> list[float]:
-    """The span of its argument in which a function is within a range, as OpenSim clamps what moves a point to it.
-
-    None where the range has no ends. Of a function that is no line, it is the one about the middle of its argument's
-    range, looked for as far beyond that as it is wide; an end that the function does not reach there is far away.
-    """
-    if function.constant or not any(map(math.isfinite, span)):
-        return []
-    if function.line is None:
-        return _around_middle(function, span, domain)
-    offset, slope = function.line
-    low, high = sorted((max(min(end, FAR), -FAR) - offset) / slope for end in span)
-    return [low, high] if low < high else []
-
-
-def _all_within(
-    function: Function, span: tuple[float, float], domain: tuple[float, float]
-) -> list[tuple[float, float]]:  # fmt: skip
-    """The spans of its argument in which a function is within a range, over its domain and half as far beyond."""
-    width = 0.5 * (domain[1] - domain[0])
-    places = np.linspace(domain[0] - width, domain[1] + width, 10 * SEARCHED)
-    inside = [bool(one) for one in (span[0] <= function.values(places)) & (function.values(places) <= span[1])]
-    ends = [
-        _crossing(function, span, float(places[k]), float(places[k + 1]))
-        for k in range(len(inside) - 1)
-        if inside[k] != inside[k + 1]
-    ]
-    if inside[0]:
-        ends = [-FAR, *ends]
-    if inside[-1]:
-        ends = [*ends, FAR]
-    return list(zip(ends[::2], ends[1::2], strict=True))
-
-
-def _crossing(function: Function, span: tuple[float, float], low: float, high: float) -> float:
-    """Where a function enters a range, or leaves it, between two places."""
-    first = span[0] <= function.at(low) <= span[1]
-    while high - low > 1e-12 * (1.0 + abs(low)):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        inside = span[0] <= function.at(middle) <= span[1]
-        low, high = (middle, high) if inside == first else (low, middle)
-    return 0.5 * (low + high)
-
-
-def _around_middle(function: Function, span: tuple[float, float], domain: tuple[float, float]) -> list[float]:
-    """What `_where` says of a function that is no line."""
-
-    def inside(q: float) -> bool:
-        return bool(span[0] - ROUNDED <= function.at(q) <= span[1] + ROUNDED)
-
-    middle, width = 0.5 * (domain[0] + domain[1]), domain[1] - domain[0]
-    if not inside(middle):
-        return []
-    ends = []
-    for way, far in ((-1.5 * width, -FAR), (1.5 * width, FAR)):
-        places = middle + way * np.linspace(0.0, 1.0, SEARCHED)
-        out = next((k for k, q in enumerate(places) if not inside(float(q))), 0)
-        if not out:
-            ends.append(far)
-            continue
-        kept, left = float(places[out - 1]), float(places[out])
-        for _ in range(50):
-            half = 0.5 * (kept + left)
-            kept, left = (half, left) if inside(half) else (kept, half)
-        ends.append(kept)
-    return ends if ends != [-FAR, FAR] else []

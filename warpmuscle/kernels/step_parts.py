@@ -1,0 +1,287 @@
+"""The parts of a step, each several stages in order: place, drive, account, move, end.
+
+They are all inlined: else structures that are given by reference have to lie in memory.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import warp as wp
+
+from warpmuscle.kernels.collision import collision_stage_of
+from warpmuscle.kernels.conditions import failing_stage_of
+from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
+from warpmuscle.kernels.coordinate_control import coordinate_control_stage
+from warpmuscle.kernels.extensions import extension_list
+from warpmuscle.kernels.failure import (
+    begin_step,
+    condition_status,
+    posture_status,
+    progress_status,
+    remember_place,
+    step_status,
+)
+from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_stage_of
+from warpmuscle.kernels.gait_cycle import advance_cycles
+from warpmuscle.kernels.hybrid import hybrid_integrate_stage
+from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle_stage import muscle_stage_of
+from warpmuscle.kernels.record import RecordKind, record_given_way_of, recorders_of
+from warpmuscle.kernels.scratch import synchronize
+from warpmuscle.kernels.structs import (
+    LEFT,
+    RIGHT,
+    RUNNING,
+    ModelRef,
+    RecordRef,
+    ScratchRef,
+    StateRef,
+    component,
+    rolled,
+    set_component,
+)
+from warpmuscle.kernels.term_functions import (
+    ObjectiveKind,
+    desired_stage_of,
+    effort_stage,
+    muscle_functions,
+    objective_stage_of,
+)
+from warpmuscle.kernels.touching import begin_looking, touching_stage_of
+
+# The stages of a step, in order, as they are timed.
+STAGES = (
+    "kinematics", "failure", "controller", "muscles", "objective", "recording", "inertia and contact", "acceleration",
+    "integration", "end",
+)  # fmt: skip
+KINEMATICS, FAILURE, CONTROLLER, MUSCLES, OBJECTIVE, RECORDING, INERTIA, ACCELERATION, INTEGRATION, END = range(10)
+BEGIN = -1
+
+
+class StepKind(NamedTuple):
+    """What is compiled into a step."""
+
+    muscles: MuscleKind | None = None  # of the muscles; None for characters that torques alone drive
+    objective: ObjectiveKind = ObjectiveKind()  # the terms that are summed up
+    collisions: bool = False  # whether bodies are tested for running into each other
+    motion: bool = False  # whether the motion of some coordinates is prescribed
+    recorded: RecordKind = RecordKind()
+    controller: Controller = SIMBICON  # what controls joints and muscles
+    skeleton: SkeletonKind = SkeletonKind()  # of the bodies and joints that the model has
+    forces: tuple[Force, ...] = ()  # the kinds of others that act
+    across: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
+    together: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
+
+    @property
+    def extensions(self) -> Any:
+        """Structure of the parameters and states of the controller and of all kinds of forces."""
+        return extensions_of(self.controller, self.forces)
+
+
+def extensions_of(controller: Controller, forces: tuple[Force, ...]) -> Any:
+    """Structure of the parameters and states of a controller and of all kinds of forces."""
+    return extension_list((controller.extension, *(force.extension for force in forces)))
+
+
+@wp.func
+def no_lap(instance: int, lane: int, stage: int, buffer: wp.uint64):
+    """What is done as a stage ends: nothing. `tools/stage_times.py` reads the clock there."""
+
+
+@wp.func_native(
+    snippet="""
+if (lane == 0)
+    *wp::address(state.status, instance) = status;
+#if defined(__CUDA_ARCH__)
+asm volatile("exit;");
+#endif
+"""
+)
+def end_lane(instance: int, lane: int, status: int, state: StateRef):
+    """Let an instance rest, and its lane be no more, for which those of other instances need not wait."""
+
+
+@wp.func
+def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Total contact force on each foot and its children, a component a lane. No barrier."""
+    for k in range(lane, 6, lanes):
+        rolled()
+        side = wp.where(k < 3, LEFT, RIGHT)
+        axis = k % 3
+        total = wp.float32(0.0)
+        for slot in range(model.foot_slots):
+            rolled()
+            if model.skeleton.foot_side[slot] == side:
+                total += component(work.contact_force, slot, axis)
+        set_component(state.foot_force[instance], side, axis, total)
+
+
+@cache
+def place_of(kind: StepKind, lap: Any) -> Any:
+    """The Warp function that places the bodies and says who fell, stands still or has run into himself: the status."""
+    kinematics_stage = joint_stages_of(kind.skeleton, kind.across).kinematics
+    touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.across
+    collision_stage = collision_stage_of(kind.collisions)
+
+    @wp.func(inline=True)
+    def place(
+        instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef
+    ) -> int:
+        kinematics_stage(instance, lane, lanes, model, state, work)
+        if lane == 0:
+            begin_step(instance, step, model, state, work)
+            if wp.static(touching):
+                begin_looking(step, model, work)
+        synchronize()
+        lap(instance, lane, KINEMATICS, wp.uint64(0))
+        status = posture_status(instance, model, state, work)
+        if status != RUNNING:
+            if wp.static(across):
+                end_lane(instance, lane, status, state)
+            return status
+        if wp.static(progress):
+            status = progress_status(instance, step, model, state, work)
+            if status != RUNNING:
+                if wp.static(across):
+                    end_lane(instance, lane, status, state)
+                return status
+        return collision_stage(instance, lane, lanes, step, model, work)
+
+    return place
+
+
+@cache
+def drive_of(kind: StepKind, lap: Any) -> Any:
+    """The Warp function of what drives the joints: the controller, muscles, and forces on joints."""
+    controller, skeleton, objective = kind.controller, kind.skeleton, kind.objective
+    control_stage, extensions_struct = control_stage_of(controller), kind.extensions
+    by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
+    record_desired, _ = recorders_of(kind.recorded)
+    desired_stage, seen = desired_stage_of(objective), bool(objective.desired)
+    muscle_stage, muscular = control_stage, kind.muscles is not None
+    if kind.muscles is not None:
+        functions = muscle_functions(objective, kind.muscles.own, kind.muscles.curves)
+        muscle_stage = muscle_stage_of(kind.muscles, functions, kind.recorded.muscles, controller, kind.together)
+    pulling, joint_forces_stage = any(force.effort for force in kind.forces), joint_forces_stage_of(kind.forces)
+
+    @wp.func(inline=True)
+    def drive(
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef,
+        work: ScratchRef, extensions: wp.ref[extensions_struct],
+    ):  # fmt: skip
+        control_stage(instance, lane, lanes, model, state, work, extensions.first)
+        if wp.static(by_coordinate):
+            coordinate_control_stage(instance, lane, lanes, model, work)
+        effort_stage(instance, lane, lanes, model, state, work)
+        record_desired(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(seen):
+            synchronize()  # the torques of all joints are there
+            if lane == 0:
+                desired_stage(instance, model, state, work)
+            synchronize()
+        lap(instance, lane, CONTROLLER, wp.uint64(0))
+        if wp.static(muscular):
+            muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
+        if wp.static(pulling):
+            joint_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        lap(instance, lane, MUSCLES, wp.uint64(0))
+
+    return drive
+
+
+@cache
+def account_of(kind: StepKind, lap: Any) -> Any:
+    """The Warp function that adds to the terms' sums, sees which conditions fail, and writes a frame."""
+    objective, whole = kind.objective, kind.recorded.whole
+    objective_stage, progress = objective_stage_of(objective), objective.progress
+    failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
+    _, record_stage = recorders_of(kind.recorded)
+
+    @wp.func(inline=True)
+    def account(
+        instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
+        record: RecordRef, work: ScratchRef,
+    ):  # fmt: skip
+        objective_stage(instance, lane, lanes, model, state, work)
+        if wp.static(progress) and lane == 0:  # all lanes have seen the place before
+            remember_place(instance, step, model, state, work)
+        if wp.static(conditional):
+            synchronize()
+            if lane == 0:
+                failing_stage(instance, model, state, work)
+        lap(instance, lane, OBJECTIVE, wp.uint64(0))
+        if wp.static(whole):
+            synchronize()  # a term may put other torques into the working set for a while
+        record_stage(instance, lane, lanes, frame, model, state, record, work)
+        synchronize()
+        lap(instance, lane, RECORDING, wp.uint64(0))
+
+    return account
+
+
+@cache
+def move_of(kind: StepKind, lap: Any) -> Any:
+    """The Warp function that moves the bodies: inertia and contact, forces on bodies, accelerations, integration."""
+    of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.across), kind.motion, kind.recorded.whole
+    prescribe_stage, inertia_stage, integrate_stage = of_joints.prescribe, of_joints.inertia, of_joints.integrate
+    acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
+    pushing = any(force.wrench or force.pair for force in kind.forces)
+    touching = any(force.touch for force in kind.forces)
+    body_forces_stage = body_forces_stage_of(kind.forces)
+    touching_stage = touching_stage_of(kind.forces) if touching else body_forces_stage
+    record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
+
+    @wp.func(inline=True)
+    def move(
+        instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
+        record: RecordRef, work: ScratchRef, extensions: wp.ref[extensions_struct],
+    ):  # fmt: skip
+        if wp.static(motion):
+            prescribe_stage(instance, lane, lanes, model, state, work)
+        inertia_stage(instance, lane, lanes, model, state, work)
+        if wp.static(pushing):
+            body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        if wp.static(touching):
+            touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
+        lap(instance, lane, INERTIA, wp.uint64(0))
+        if wp.static(motion):
+            hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
+        else:
+            acceleration_stage(instance, lane, lanes, model, work)
+        if wp.static(whole):
+            record_given_way(instance, lane, lanes, frame, model, record, work)
+        lap(instance, lane, ACCELERATION, wp.uint64(0))
+        if wp.static(motion):
+            hybrid_integrate_stage(instance, lane, lanes, model, state, work)
+        else:
+            integrate_stage(instance, lane, lanes, model, state, work)
+        lap(instance, lane, INTEGRATION, wp.uint64(0))
+
+    return move
+
+
+@cache
+def end_of(kind: StepKind, lap: Any) -> Any:
+    """The Warp function that ends a step and returns the status: what the controller and gait cycles go on from."""
+    conditional, follows_cycles = bool(kind.objective.conditions), kind.objective.follows_cycles
+    advance = kind.controller.advance
+
+    @wp.func(inline=True)
+    def end(instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
+        status = step_status(model, work)
+        if wp.static(conditional) and status == RUNNING:
+            status = condition_status(work)
+        if status == RUNNING:
+            foot_force_stage(instance, lane, lanes, model, state, work)
+        synchronize()
+        if status == RUNNING and lane == 0:
+            advance(instance, model, state)
+            if wp.static(follows_cycles):
+                advance_cycles(instance, step, model, state, work)
+            state.step[instance] = step + 1
+        synchronize()
+        lap(instance, lane, END, wp.uint64(0))
+        return status
+
+    return end

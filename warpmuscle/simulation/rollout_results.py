@@ -1,0 +1,101 @@
+"""What a batch on one device has come to: its state, how its instances ended, costs, recordings, memory."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.arguments import as_number, as_text, as_whole
+from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.kernels import structs
+from warpmuscle.model.objective import counted_terms
+from warpmuscle.model.structure import Structure
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.simulation.batch import Batch
+from warpmuscle.simulation.extensions import Extensions
+from warpmuscle.simulation.inputs import Inputs
+from warpmuscle.simulation.memory import InstanceBytes, instance_bytes
+from warpmuscle.simulation.objective_parts import Parts
+from warpmuscle.simulation.outcome import Outcome
+from warpmuscle.simulation.recorder import Recorder, frame_bytes
+
+OBSERVED = ("coordinates", "speeds", "phase", "stance", "machine_state", "foot_force", "step", "status")
+
+
+class RolloutResults(Batch):
+    """What can be asked of a `Rollout`, which has these parts."""
+
+    structure: Structure
+    numeric: Scene
+    state: structs.State
+    _extensions: Extensions
+    _inputs: Inputs
+    _recorder: Recorder
+
+    @cached_property
+    def instance_bytes(self) -> InstanceBytes:
+        """Memory on the device that every further instance takes."""
+        return instance_bytes(self.scene, self.structure)
+
+    @property
+    def recording_bytes(self) -> int:
+        return frame_bytes(self.structure) * -(-self.steps // self._recorder.every)
+
+    def observation(self) -> dict[str, wp.array]:
+        """What a controller may want to know, by name, as Warp arrays of the rollout's device, without a copy.
+
+        They are the state itself, which steps change in place: `wp.to_torch`, `wp.to_jax` or `np.from_dlpack` make
+        other libraries see it. Do not write to them. They need not be contiguous.
+
+        Returns:
+            coordinates, speeds: (instances, ...), as in `coordinate_names` and `speed_names`.
+            phase, stance, machine_state: (instances,) of the controller.
+            foot_force: (instances, 2, 3) N, left and right foot, of the step before.
+            activation, muscle_force: (instances, simulated muscles), N.
+            step, status: (instances,) steps since its start, and `Status`.
+        """
+        muscles = self.state.muscles
+        arrays = {name: getattr(self.state, name) for name in OBSERVED}
+        return arrays | {"activation": muscles.activation, "muscle_force": muscles.force}
+
+    @property
+    def _outcome(self) -> Outcome:
+        names = counted_terms(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
+        return Outcome(names, self.numeric, self.structure, self.state, self._inputs.start.coordinates)
+
+    def status(self) -> Integers:
+        return self._outcome.status()
+
+    def causes(self) -> tuple[str, ...]:
+        return self._outcome.causes()
+
+    def end_time(self) -> Floats:
+        return self._outcome.end_time()
+
+    def terms(self) -> dict[str, Floats]:
+        return self._outcome.terms()
+
+    def cost(self) -> Floats:
+        return self._outcome.cost()
+
+    def parts(self, instance: int = 0) -> dict[str, Parts]:
+        return self._outcome.parts(as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError))
+
+    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
+        start = as_number(start, "start", error=RolloutError)
+        number = self._recorder.instance(instance)
+        return self._recorder.recording(self.numeric, number, int(self.state.step.numpy()[number]), start)
+
+    def recorded(self, quantity: str) -> Floats:
+        as_text(quantity, "quantity", error=RolloutError)
+        return self._recorder.values_until(quantity, min(self.steps_done, self.steps), self.state.step.numpy())
+
+    @property
+    def controller_state(self) -> Floats:
+        """States that the scene's custom controller keeps, (instances, floats); none if it has none."""
+        memory = self._extensions.struct.first.memory if self.structure.controller.custom.state else None
+        return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])
