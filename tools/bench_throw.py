@@ -18,7 +18,7 @@ from warpmuscle.throw.job import Job, Options
 def main() -> None:
     """Print a table of stages, seconds, and what they came to."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="+", type=Path, help="motions, as `warpmuscle throw` takes them")
+    parser.add_argument("files", nargs="+", type=Path, help="motions, as `warpmuscle throw fit` takes them")
     parser.add_argument("--scene", default="throw", help="the arm")
     parser.add_argument("--number", type=int, help="of synergies")
     parser.add_argument("--device", help="cpu, cuda:0, ...")

@@ -12,7 +12,7 @@ import re
 import sys
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,7 @@ def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 def command_line() -> str:
     """Every command with its arguments and options."""
     pages = ["# Command line", "", "`warpmuscle COMMAND --help` prints the same.", ""]
-    for name, command in get_command(app).commands.items():
+    for name, command in commands(get_command(app).commands):
         given = [p for p in command.params if p.name != "help"]
         arguments = [p.metavar or p.name.upper() for p in given if p.param_type_name == "argument"]
         usage = " ".join(["warpmuscle", name, *arguments, "[OPTIONS]"])
@@ -57,6 +57,15 @@ def command_line() -> str:
         if rows:
             pages += [table(("argument or option", "meaning", "default"), rows), ""]
     return "\n".join(pages)
+
+
+def commands(named: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Commands by what is typed for them, those of groups such as `throw fit` in place of these."""
+    for name, command in named.items():
+        if hasattr(command, "commands"):
+            yield from commands(command.commands, f"{before}{name} ")
+        elif not command.hidden:
+            yield f"{before}{name}", command
 
 
 def prose(text: str) -> str:

@@ -40,7 +40,7 @@ def degrees(past: Mapping[str, float]) -> str:
 
 def main(
     files: Annotated[
-        list[Path] | None, typer.Argument(help="Motions, as `warpmuscle throw` takes them; else the scene's own.")
+        list[Path] | None, typer.Argument(help="Motions, as `warpmuscle throw fit` takes them; else the scene's own.")
     ] = None,
     scene: Annotated[str, typer.Option(help="The arm, with a ball in its hand.")] = "throw18_ball",
     each: Annotated[int, typer.Option(help="How many motions to begin with, spread over all.")] = 3,

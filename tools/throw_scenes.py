@@ -2,7 +2,7 @@
 
 python tools/throw_scenes.py throws22.npz [--height 1.91] [--mass 90.7] [--output warpmuscle/scenes]
 
-The recordings are those that `warpmuscle throw` reads: angles in degrees and keypoints in m over time.
+The recordings are those that `warpmuscle throw fit` reads: angles in degrees and keypoints in m over time.
 """
 
 from __future__ import annotations

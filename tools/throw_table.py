@@ -111,7 +111,7 @@ def missed(row: dict[str, Any]) -> list[str]:
 
 
 def main(
-    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw` takes them.")],
+    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw fit` takes them.")],
     scene: Annotated[str, typer.Option(help="The arm.")] = "throw18",
     number: Annotated[list[int] | None, typer.Option("--number", "-n", help="Of synergies, all together.")] = None,
     alone: Annotated[bool, typer.Option("--alone", help="Fit each by itself as well.")] = False,

@@ -75,14 +75,14 @@ VARIANTS: dict[str, Callable[[Floats, Floats], Curves]] = {
 
 
 def write(path: Path, motion: Motion, variant: Callable[[Floats, Floats], Curves]) -> None:
-    """Write a variant of a motion as a table that `warpmuscle throw` reads."""
+    """Write a variant of a motion as a table that `warpmuscle throw fit` reads."""
     time, values = variant(motion.time, np.column_stack([motion.angles, motion.pitch]))
     header = ",".join(["time_s", *(f"{name}_rad" for name in JOINTS), "trunk_pitch_rad"])
     np.savetxt(path, np.column_stack([time, values]), delimiter=",", header=header, comments="", fmt="%.9f")
 
 
 def main(
-    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw` takes them.")],
+    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw fit` takes them.")],
     each: Annotated[int, typer.Option(help="How many of them are varied, spread over all.")] = 3,
     only: Annotated[list[str] | None, typer.Option(help="Variants to try; else all.")] = None,
     threads: Annotated[int | None, typer.Option(help="CPU threads.")] = None,

@@ -130,7 +130,7 @@ def corruption_table(job: Job, strong: Arm) -> None:
 
 
 def main(
-    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw` takes them.")],
+    files: Annotated[list[Path], typer.Argument(help="Motions, as `warpmuscle throw fit` takes them.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the figures.")] = Path("figures"),
     only_corrupted: Annotated[
         bool, typer.Option("--corrupted", help="Fit corrupted signals, without figures.")

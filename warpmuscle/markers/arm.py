@@ -1,4 +1,4 @@
-"""Angles of an arm from markers, as `warpmuscle throw` reads them.
+"""Angles of an arm from markers, as `warpmuscle throw fit` reads them.
 
 The trunk's axes are up (from the middle of the hips to that of the shoulders), right (the line of the shoulders made
 orthogonal to it) and forwards. Angles, as hinges one behind the other, zero where a straight arm hangs down with the
@@ -102,7 +102,7 @@ class ArmAngles:
     release: float  # s, of the fastest extension of the elbow
 
     def columns(self) -> dict[str, Floats]:
-        """What a file for `warpmuscle throw` holds, by name."""
+        """What a file for `warpmuscle throw fit` holds, by name."""
         found = {"time_s": self.time}
         found |= {f"{name}_deg": np.degrees(column) for name, column in zip(ANGLES, self.angles.T, strict=True)}
         found["trunk_pitch_deg"] = np.degrees(self.lean)
@@ -313,7 +313,7 @@ def _unit(x: Floats) -> Floats:
 
 
 def write_angles(path: Path, found: ArmAngles) -> None:
-    """Write a table that `warpmuscle throw` reads."""
+    """Write a table that `warpmuscle throw fit` reads."""
     columns = found.columns()
     lines = [",".join(columns)]
     lines += [",".join(f"{value:.6f}" for value in row) for row in np.column_stack(list(columns.values()))]

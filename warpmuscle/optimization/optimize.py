@@ -10,6 +10,7 @@ from warpmuscle.core.arguments import as_path, as_truth, as_whole
 from warpmuscle.core.errors import Error, UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.model.unused_parameters import in_short, without_unused
+from warpmuscle.optimization.curriculum import Curriculum
 from warpmuscle.optimization.evaluation import BatchEvaluator
 from warpmuscle.optimization.options import (
     GREATEST_SEED,
@@ -22,17 +23,13 @@ from warpmuscle.optimization.options import (
 )
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
+from warpmuscle.optimization.search_loop import SearchLoop
 from warpmuscle.optimization.stages import plan
 from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.records import (
-    ANY_NUMBER,
-    Options,
-    Result,
-    Staged,
-    parameter_table,
-)
+from warpmuscle.results.records import ANY_NUMBER, Options, Result, Staged, parameter_table
+from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -95,9 +92,8 @@ def optimize(
 
     Raises:
         ArgumentError: an unknown quantity.
-        Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an
-            option is impossible, the output cannot be written, or the search was interrupted before any candidate had
-            ended.
+        Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an option
+            is impossible, the output cannot be written, or Ctrl-C came before any candidate had ended.
     """
     scene = with_usual_objective(scene_of(scene, trust=trust))
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
@@ -111,30 +107,33 @@ def optimize(
     required_parameters(scene)
     scene, unused = without_unused(scene)
     if unused:
-        text = f"nothing uses {in_short(unused)}: left as given, and not searched for"
-        warnings.warn(text, UnusedParameterWarning, stacklevel=2)
-    parameters = free_parameters(scene)
+        said = f"nothing uses {in_short(unused)}: left as given, and not searched for"
+        warnings.warn(said, UnusedParameterWarning, stacklevel=2)
     strategy = usual_strategy(scene) if search is None else search
-    options = Options(strategy, searches, population, sigma, restarts, candidates=count, until=until, target=target)
-    options = check_options(options)
+    options = check_options(Options(strategy, searches, population, sigma, restarts, count, until, target))
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)
         options, stages = plan(scene, options)
-    tracker = Tracker(options.candidates, options.until, progress)
     batches = batches or (lambda part: BatchEvaluator(part, device, threads))
+    tracker = Tracker(options.candidates, options.until, progress)
     search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
-    start = Result(
-        scene=toml.dumps(scene),
-        device=search_loop.device,
-        command=command,
-        seed=seed,
-        parameters=parameter_table(parameters),
-        evaluations=search_loop.evaluations(),
-        searched=search_loop.searched(""),
-    )
+    start = _nothing_evaluated(scene, search_loop, command, seed)
     if file is None:
         player = make_player(scene, search_loop)
         return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
     with Checkpoint.begin(file, start) as checkpoint:
         return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
+
+
+def _nothing_evaluated(scene: Scene, search_loop: SearchLoop | Curriculum, command: str, seed: int) -> Result:
+    """The result of a search that has not begun."""
+    return Result(
+        scene=toml.dumps(scene),
+        device=search_loop.device,
+        command=command,
+        seed=seed,
+        parameters=parameter_table(free_parameters(scene)),
+        evaluations=search_loop.evaluations(),
+        searched=search_loop.searched(""),
+    )

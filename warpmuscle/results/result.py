@@ -183,7 +183,7 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
         if run is not None:
             raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
         if "scene" not in file:
-            raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw -o` writes all of it")
+            raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw fit -o` writes both")
         return file
     runs = hdf5.member(file, "runs")
     names = list(runs)

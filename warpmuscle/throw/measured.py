@@ -61,7 +61,7 @@ class Calibration:
 
 
 def measured_synergies(arm: Arm, recorded: Sequence[Motion], path: str | Path, names: Mapping[str, str]) -> Synergies:
-    """Synergies from a file of `warpmuscle synergies`, of the muscles that the arm has.
+    """Synergies from a file of `warpmuscle synergies extract`, of the muscles that the arm has.
 
     Args:
         recorded: n motions as they were read; trial k of the file goes with the k-th.

@@ -18,81 +18,103 @@ if TYPE_CHECKING:
     from warpmuscle.synergy.files import SynergyResult
 
 
-def synergies(
-    recordings: Annotated[
-        list[Path], typer.Argument(metavar="EMG...", help="CSV, .mot, .sto, HDF5 or C3D files, joined in this order.")
-    ],
-    number: Annotated[
-        str,
-        typer.Option(
-            "--number",
-            "-n",
-            help="How many synergies; knee: from where on r2 grows in a straight line; auto: the fewest that reach "
-            "--vaf and --muscle-vaf, or the knee if they ask for many more; cross: by cross-validation.",
-        ),
-    ] = "knee",
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
-    channels: Annotated[
-        str | None, typer.Option(help="Names or patterns of the channels, separated by commas, such as 'env_*,BIC'.")
-    ] = None,
-    vaf: Annotated[float, typer.Option(help="Variance to account for, of all muscles together, for -n auto.")] = 0.95,
-    muscle_vaf: Annotated[float, typer.Option(help="The same of each muscle.")] = 0.75,
-    band: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz; by default 10 450.")
-    ] = None,
-    low_pass: Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")] = 6.0,
-    order: Annotated[int, typer.Option(help="Order of one pass of each Butterworth filter.")] = 4,
-    already_filtered: Annotated[
-        bool, typer.Option("--already-filtered", help="The files hold envelopes, at the rate that is wanted.")
-    ] = False,
-    sampling_rate: Annotated[float | None, typer.Option(help="1/s, of files without times.")] = None,
-    rate: Annotated[
-        float | None, typer.Option(help="Activations a second; by default 100, or as the files if already filtered.")
-    ] = None,
-    ecg: Annotated[
-        str | None,
-        typer.Option(
-            metavar="auto|CHANNEL",
-            help="Remove the heart's signal: components with regular beats, or that go with an ECG channel.",
-        ),
-    ] = None,
-    time_window: Annotated[
-        tuple[float, float] | None, typer.Option(metavar="BEGIN END", help="Part of each recording to use, s.")
-    ] = None,
-    cycles: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="CSV with the start of each cycle, and of its second phase if there is "
-            "another column, s; one for each recording."
-        ),
-    ] = None,
-    cycle_range: Annotated[
-        tuple[int, int] | None, typer.Option(metavar="FIRST LAST", help="Cycles to use, counted from 1.")
-    ] = None,
-    points: Annotated[int, typer.Option(help="Points of a cycle, shared out equally among its phases.")] = 200,
-    subtract_minimum: Annotated[
-        bool, typer.Option("--subtract-minimum", help="Take each channel's minimum from it.")
-    ] = False,
-    mvc: Annotated[
-        Path | None,
-        typer.Option(help="Recording of maximum voluntary contractions to normalise by, instead of the maxima."),
-    ] = None,
-    like: Annotated[
-        Path | None, typer.Option(help="HDF5 file of synergies to put these in the order of, and to compare with.")
-    ] = None,
-    restarts: Annotated[int, typer.Option(min=1, help="Factorisations of each number of synergies.")] = 10,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random starts.")] = 0,
+Recordings = Annotated[
+    list[Path], typer.Argument(metavar="EMG...", help="CSV, .mot, .sto, HDF5 or C3D files, joined in this order.")
+]
+Number = Annotated[
+    str,
+    typer.Option(
+        "--number",
+        "-n",
+        help="How many synergies; knee: from where on r2 grows in a straight line; auto: the fewest that reach "
+        "--vaf and --muscle-vaf, or the knee if they ask for many more; cross: by cross-validation.",
+    ),
+]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")]
+Plot = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")]
+Channels = Annotated[
+    str | None, typer.Option(help="Names or patterns of the channels, separated by commas, such as 'env_*,BIC'.")
+]
+Vaf = Annotated[float, typer.Option(help="Variance to account for, of all muscles together, for -n auto.")]
+MuscleVaf = Annotated[float, typer.Option(help="The same of each muscle.")]
+Band = Annotated[tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz; by default 10 450.")]
+LowPass = Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")]
+Order = Annotated[int, typer.Option(help="Order of one pass of each Butterworth filter.")]
+AlreadyFiltered = Annotated[
+    bool, typer.Option("--already-filtered", help="The files hold envelopes, at the rate that is wanted.")
+]
+SamplingRate = Annotated[float | None, typer.Option(help="1/s, of files without times.")]
+Rate = Annotated[
+    float | None, typer.Option(help="Activations a second; by default 100, or as the files if already filtered.")
+]
+Ecg = Annotated[
+    str | None,
+    typer.Option(
+        metavar="auto|CHANNEL",
+        help="Remove the heart's signal: components with regular beats, or that go with an ECG channel.",
+    ),
+]
+TimeWindow = Annotated[
+    tuple[float, float] | None, typer.Option(metavar="BEGIN END", help="Part of each recording to use, s.")
+]
+Cycles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="CSV with the start of each cycle, and of its second phase if there is "
+        "another column, s; one for each recording."
+    ),
+]
+CycleRange = Annotated[
+    tuple[int, int] | None, typer.Option(metavar="FIRST LAST", help="Cycles to use, counted from 1.")
+]
+Points = Annotated[int, typer.Option(help="Points of a cycle, shared out equally among its phases.")]
+SubtractMinimum = Annotated[bool, typer.Option("--subtract-minimum", help="Take each channel's minimum from it.")]
+Mvc = Annotated[
+    Path | None,
+    typer.Option(help="Recording of maximum voluntary contractions to normalise by, instead of the maxima."),
+]
+Like = Annotated[
+    Path | None, typer.Option(help="HDF5 file of synergies to put these in the order of, and to compare with.")
+]
+Restarts = Annotated[int, typer.Option(min=1, help="Factorisations of each number of synergies.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the random starts.")]
+
+
+def extract(
+    recordings: Recordings,
+    number: Number = "knee",
+    output: Output = None,
+    plot: Plot = None,
+    channels: Channels = None,
+    vaf: Vaf = 0.95,
+    muscle_vaf: MuscleVaf = 0.75,
+    band: Band = None,
+    low_pass: LowPass = 6.0,
+    order: Order = 4,
+    already_filtered: AlreadyFiltered = False,
+    sampling_rate: SamplingRate = None,
+    rate: Rate = None,
+    ecg: Ecg = None,
+    time_window: TimeWindow = None,
+    cycles: Cycles = None,
+    cycle_range: CycleRange = None,
+    points: Points = 200,
+    subtract_minimum: SubtractMinimum = False,
+    mvc: Mvc = None,
+    like: Like = None,
+    restarts: Restarts = 10,
+    seed: Seed = 0,
 ) -> None:
     """Extract muscle synergies from EMG: filter, normalise, factorise A(t) = W C(t), print what they account for.
 
-    Examples: warpmuscle synergies throw.csv -n 5 -o syn.h5 --plot syn.png;
-    warpmuscle synergies walk.csv --cycles strides.csv --band 50 450 --low-pass 20 -n knee
+    Examples: warpmuscle synergies extract throw.csv -n 5 -o syn.h5 --plot syn.png;
+    warpmuscle synergies extract walk.csv --cycles strides.csv --band 50 450 --low-pass 20 -n knee
     """  # fmt: skip
     from warpmuscle.core.extras import need
     from warpmuscle.synergy.cross_validation import cross_validate
     from warpmuscle.synergy.emg import Chain
-    from warpmuscle.synergy.extraction import CROSS, Rule, extract, largest, reason
+    from warpmuscle.synergy.extraction import CROSS, Rule, largest, reason
+    from warpmuscle.synergy.extraction import extract as extracted
     from warpmuscle.synergy.files import SynergyResult, described, in_order_of, read, write
     from warpmuscle.synergy.preparation import Preparation, prepare
 
@@ -123,7 +145,7 @@ def synergies(
                 lambda count: shown.update(f"cross-validating, {number_of(count, 'synergy')}"),
             )  # fmt: skip
             rule = replace(rule, count=prediction.count)
-        found, accounts = extract(
+        found, accounts = extracted(
             activations.values,
             rule,
             restarts,

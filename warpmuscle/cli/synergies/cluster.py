@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 AUTO = "auto"
 
 
-def cluster_synergies(
+def cluster(
     files: Annotated[
-        list[Path], typer.Argument(metavar="SYNERGIES...", help="HDF5 files of `synergies`, a person each.")
+        list[Path], typer.Argument(metavar="SYNERGIES...", help="HDF5 files of `synergies extract`, a person each.")
     ],
     number: Annotated[
         str, typer.Option("--number", "-n", help="How many clusters; auto: those that lie apart most clearly.")
@@ -36,7 +36,7 @@ def cluster_synergies(
 ) -> None:
     """Sort the synergies of several people by likeness: k-means on their modules, the columns of W.
 
-    Example: warpmuscle cluster-synergies anna.h5 ben.h5 cem.h5 -o modules.csv --plot modules.png
+    Example: warpmuscle synergies cluster anna.h5 ben.h5 cem.h5 -o modules.csv --plot modules.png
     """
     from warpmuscle.core.extras import need
     from warpmuscle.synergy.clusters import cluster_modules

@@ -1,4 +1,4 @@
-"""The command that learns which signals of synergies throw where, and throws by that rule."""
+"""The command that learns which signals of synergies throw where, and predicts those of new goals."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from warpmuscle.throw.rules.rule import Rule
 
 
-def throw_rule(
+def predict(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="[MOTION]", help="A recorded throw, as `throw` takes it; else the scene's own."),
+        typer.Argument(metavar="[MOTION]", help="A recorded throw, as `throw fit` takes it; else the scene's own."),
     ] = None,
     scene: Annotated[
         str, typer.Option(help="The arm, with a ball in its hand.", autocompletion=scene_names_like)
@@ -54,13 +54,15 @@ def throw_rule(
     seed: Annotated[int | None, typer.Option(min=0, help="Of searches and of the goals; else 0.")] = None,
     trust: Trust = False,
 ) -> int:
-    """Learn the rule from goals to signals: distance (2 to 4 m), height (0 to 1 m) and angle of release (10 to 40 deg).
+    """Predict signals by a rule learned from many throws to distances (2 to 4 m), heights and angles of release.
+
+    Goals are distance, height of the target (0 to 1 m) and angle of release (10 to 40 degrees).
 
     A throw at the middle of these goals is searched for, and from it many others; a thin-plate spline learns the
     signals, and is tried by simulation on goals between those and beyond them, beside a copy of the nearest goal.
     Ctrl-C ends the search and writes the goals met so far; --resume goes on from that file.
 
-    Examples: warpmuscle throw-rule throws/T0001.csv -o rule.h5; warpmuscle throw-rule --goals 50
+    Examples: warpmuscle throw predict throws/T0001.csv -o rule.h5; warpmuscle throw predict --goals 50
     --target 3 --height 1 --angle 30
     """
     from warpmuscle.core.extras import need
