@@ -1,6 +1,6 @@
 """Writes the scenes of the throwing arm for a subject and the mean of recorded free throws.
 
-python tools/throw_scenes.py throws22.npz [--height 1.91] [--mass 90.7] [--output warpmuscle/scenes]
+python tools/throw_scenes.py throws22.npz [--height 1.91] [--mass 90.7] [--output warpmuscle/scenes/throws]
 
 The recordings are those that `warpmuscle throw fit` reads: angles in degrees and keypoints in m over time.
 """
@@ -291,7 +291,7 @@ def main() -> None:
     parser.add_argument("throws", type=Path, help="recordings, .npz")
     parser.add_argument("--height", type=float, default=1.91, help="m")
     parser.add_argument("--mass", type=float, default=90.7, help="kg")
-    parser.add_argument("--output", type=Path, default=Path(__file__).parents[1] / "warpmuscle" / "scenes")
+    parser.add_argument("--output", type=Path, default=Path(__file__).parents[1] / "warpmuscle" / "scenes" / "throws")
     given = parser.parse_args()
     throws = Throws(given.throws)
     bodies, parts = arm(given.height, given.mass)

@@ -58,7 +58,7 @@ def test_keys_without_quotes_mean_the_same(tmp_path):
 def test_scene_is_found_beside_the_sweep_file(tmp_path, monkeypatch):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "mine.toml").write_text(
-        f'name = "mine"\nbase = "{Path("warpmuscle/scenes/fwalk.toml").resolve()}"\n'
+        f'name = "mine"\nbase = "{Path("warpmuscle/scenes/torques/fwalk.toml").resolve()}"\n'
     )
     (tmp_path / "b" / "sweep.toml").write_text('scene = "mine.toml"\n')
     monkeypatch.chdir(tmp_path)

@@ -92,8 +92,8 @@ def optimize(
 
     Raises:
         ArgumentError: an unknown quantity.
-        Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an option
-            is impossible, the output cannot be written, or Ctrl-C came before any candidate had ended.
+        Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an
+            option is impossible, the output cannot be written, or Ctrl-C came before any candidate had ended.
     """
     scene = with_usual_objective(scene_of(scene, trust=trust))
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
