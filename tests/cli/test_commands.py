@@ -93,7 +93,7 @@ def test_info_and_simulate_tell_the_same_mass_of_muscles(tmp_path):
 
 @pytest.mark.parametrize("script", ["elbow_open_loop", "weakness"])
 def test_an_experiment_without_matplotlib_says_which_extra_it_needs(script, tmp_path):
-    path = Path(__file__).parents[2] / "tools/experiments"
+    path = Path(__file__).parents[2] / "tools/research/experiments"
     code = f"import sys; sys.modules['matplotlib'] = None; sys.path.insert(0, {str(path)!r}); import {script}"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 1
