@@ -23,6 +23,7 @@ from typer.main import get_command
 import warpmuscle as wm
 from warpmuscle.cli import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
+from warpmuscle.core.public import PUBLIC
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.stable import FIELDS, STABLE
@@ -315,9 +316,31 @@ def kernels() -> str:
     return "\n".join(pages)
 
 
+def modules() -> str:
+    """The names of modules that programs of others may import."""
+    pages = [
+        "# Modules", "",
+        "Studies of your own may import these names besides those of [`import warpmuscle as wm`](python.md): "
+        "`from warpmuscle.search.cma import CmaSearch`. Changes to them are listed. All else may change "
+        "with any version. The commands `throw`, `synergies` and `arm-angles` are built on nothing else.", "",
+    ]  # fmt: skip
+    for module, names in PUBLIC.items():
+        home = importlib.import_module(f"warpmuscle.{module}")
+        pages += [f"## {module}", ""]
+        for name in names:
+            value = getattr(home, name)
+            if inspect.isfunction(value) or (inspect.isclass(value) and not issubclass(value, msgspec.Struct)):
+                pages += [*of_object(name, value, "###"), ""]
+            else:
+                said = inspect.getdoc(value) if inspect.isclass(value) else f"`{value!r}`"
+                pages += [f"### {name}", "", one_paragraph((said or "").partition("\n\n")[0]), ""]
+    return "\n".join(pages)
+
+
 PAGES = {
     "reference/command-line.md": command_line,
     "reference/python.md": python,
+    "reference/modules.md": modules,
     "reference/scene.md": scene,
     "reference/objective.md": objective,
     "reference/files.md": files,

@@ -38,7 +38,7 @@ from __future__ import annotations
 import contextlib
 import io
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -96,6 +96,34 @@ def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None 
         result = with_less(result, quantities, single)
     try:
         replace_file(path, _image(result))
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
+
+
+def write_extended(
+    path: str | Path,
+    result: Result,
+    add: Callable[[Any], None],
+    *,
+    kind: str = FORMAT,
+    quantities: Sequence[str] | None = None,
+    single: bool = False,
+) -> None:
+    """Write a result file, as `write` does, with groups of one's own besides.
+
+    Args:
+        add: gets the open h5py.File, with the result in it, and adds to it.
+        kind: the attribute `format`; `read` reads the kinds that this package writes, and leaves out what was added.
+
+    Raises:
+        ResultError: the file cannot be written; nothing is left behind then.
+    """
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:
+        put(file, with_less(result, quantities, single), kind)
+        add(file)
+    try:
+        replace_file(Path(path), memory.getvalue())
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
 

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import ResultError, SceneError
-from warpmuscle.core.files import replace_file
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
-from warpmuscle.results.layout import put
-from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import Result, parameter_table
-from warpmuscle.results.result import THROW_FORMAT
+from warpmuscle.results.result import THROW_FORMAT, write_extended
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute, with_values
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.throw.arm import Arm
@@ -177,10 +171,8 @@ def write(
     Raises:
         ResultError: the file cannot be written; nothing is left behind then.
     """
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:
-        result = with_less(_result(follower, fitted, published, attributes, throws), quantities, single)
-        put(file, result, THROW_FORMAT)
+
+    def add(file: Any) -> None:
         _put_recorded(file, follower, training)
         if fitted is not None:
             _put_fit(file.create_group("fit", track_order=True), follower, fitted)
@@ -188,10 +180,9 @@ def write(
             _put_published(file.create_group("published", track_order=True), follower, published)
         if throws:
             put_throws(file.create_group("throws", track_order=True), throws, follower.arm.joints)
-    try:
-        replace_file(Path(path), memory.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+
+    result = _result(follower, fitted, published, attributes, throws)
+    write_extended(path, result, add, kind=THROW_FORMAT, quantities=quantities, single=single)
 
 
 def _result(
