@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 
 
 def main() -> None:
@@ -26,7 +26,7 @@ def main() -> None:
     parser.add_argument("--only", choices=["published", "better"], help="one of the two fits")
     given = parser.parse_args()
     begin = time.perf_counter()
-    options = Options(count=given.number, device=given.device, threads=given.threads)
+    options = JobOptions(count=given.number, device=given.device, threads=given.threads)
     job = Job(load(given.scene), given.files, options)
     prepared = time.perf_counter()
     job.follower.load()

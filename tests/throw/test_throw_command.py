@@ -100,10 +100,10 @@ def test_noise_that_no_filter_helps_against_is_refused_before_the_fit(tmp_path: 
 
 
 def test_noisy_motions_pass_a_filter_that_is_told_and_clean_ones_none(tmp_path: Path):
-    made = job.Job(job.load("throw"), [written(tmp_path / "noisy.csv", 0.05)], job.Options())
+    made = job.Job(job.load("throw"), [written(tmp_path / "noisy.csv", 0.05)], job.JobOptions())
     assert "by residual analysis" in made.notes()[0]
     assert "--low-pass 0 for none" in made.notes()[0]
-    clean = job.Job(job.load("throw"), [written(tmp_path / "clean.csv")], job.Options())
+    clean = job.Job(job.load("throw"), [written(tmp_path / "clean.csv")], job.JobOptions())
     assert clean.low_pass is None
     # What is extracted is then nearly what it is without noise: 0.3 or less where accelerations are lost in it.
     signals = [one.follower.synergies.excitation(one.follower.synergies.signals) for one in (made, clean)]
@@ -112,7 +112,7 @@ def test_noisy_motions_pass_a_filter_that_is_told_and_clean_ones_none(tmp_path: 
 
 def test_a_whole_body_has_its_activations_computed_with_groups_about_its_own_angles(motion: Path):
     """Else they come from single muscles, which are too weak for a throw, and no fit follows such signals."""
-    made = job.Job(job.load("throw_body"), [motion], job.Options())
+    made = job.Job(job.load("throw_body"), [motion], job.JobOptions())
     groups, own = job.load(job.GROUPS).character.muscles, made.arm.scene.character.muscles
     for name, muscle in made.strong.scene.character.muscles.items():
         assert muscle.f_max == groups[name].f_max
@@ -120,7 +120,7 @@ def test_a_whole_body_has_its_activations_computed_with_groups_about_its_own_ang
 
 
 def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Path):
-    options = job.Options(low_pass=6.0)
+    options = job.JobOptions(low_pass=6.0)
     made = job.Job(job.load("throw"), [written(tmp_path / "noisy.csv", 2.0)], options)
     told = made.notes()
     assert "low-pass at 6 Hz" in told[0]
@@ -130,7 +130,7 @@ def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Pat
     )
     assert "noisy: no shoulder_forward_m and shoulder_up_m, so the shoulder is taken to stand still" in told[2]
     assert len(told) == 3
-    assert job.Job(job.load("throw"), [], job.Options()).notes() == []
+    assert job.Job(job.load("throw"), [], job.JobOptions()).notes() == []
 
 
 def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):

@@ -18,7 +18,7 @@ import typer
 
 from warpmuscle.formats import load
 from warpmuscle.throw.goals import Goal
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.plot import draw_throws
 from warpmuscle.throw.synthesis import Throw
 
@@ -60,7 +60,7 @@ def main(
     met = total = 0
     for file in chosen:
         begin = time.process_time()
-        job = Job(load(scene), [] if file is None else [file], Options(count=number, threads=threads, seed=seed))
+        job = Job(load(scene), [] if file is None else [file], JobOptions(count=number, threads=threads, seed=seed))
         name = job.motions.names[0]
         fitted = job.fit()
         good = "meets all bars" if fitted.agreement.good().all() else "misses a bar"

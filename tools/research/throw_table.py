@@ -24,7 +24,7 @@ import typer
 
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.metrics import LEAST_CORRELATION, LEAST_R2, LEAST_VELOCITY_R2, MOST_HAND_ERROR
 
 BARS = f"r2 >= {LEAST_R2}, velocity >= {LEAST_VELOCITY_R2}, hand <= {MOST_HAND_ERROR} m, C >= {LEAST_CORRELATION}"
@@ -59,13 +59,13 @@ def kept(output: Path | None) -> list[dict[str, Any]]:
 
 def ready(scene: str, file: Path) -> None:
     """Compile the kernels, which all processes then find in the cache."""
-    Job(load(scene), [file], Options()).follower.load()
+    Job(load(scene), [file], JobOptions()).follower.load()
 
 
 def fitted(task: Task) -> dict[str, Any]:
     """What a fit came to, by throw."""
     begin, started = time.perf_counter(), time.process_time()
-    job = Job(load(task.scene), task.files, Options(count=task.count, threads=task.threads))
+    job = Job(load(task.scene), task.files, JobOptions(count=task.count, threads=task.threads))
     found = job.fit()
     a = found.agreement
     values = zip(job.arm.parameters, job.arm.values(found.unknowns).tolist(), strict=True)

@@ -19,8 +19,8 @@ from scipy.signal import butter, filtfilt
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
-from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.job import Job, JobOptions
+from warpmuscle.throw.motion import ArmMotion
 from warpmuscle.throw.recordings.motion_files import read
 
 Curves = tuple[Floats, Floats]  # time (T,), s, and what moves (T, k)
@@ -76,7 +76,7 @@ VARIANTS: dict[str, Callable[[Floats, Floats], Curves]] = {
 }  # fmt: skip
 
 
-def write(path: Path, motion: Motion, variant: Callable[[Floats, Floats], Curves]) -> None:
+def write(path: Path, motion: ArmMotion, variant: Callable[[Floats, Floats], Curves]) -> None:
     """Write a variant of a motion as a table that `warpmuscle throw fit` reads."""
     time, values = variant(motion.time, np.column_stack([motion.angles, motion.pitch]))
     header = ",".join(["time_s", *(f"{name}_rad" for name in JOINTS), "trunk_pitch_rad"])
@@ -101,7 +101,7 @@ def main(
                 path = Path(folder) / f"{number}.csv"
                 write(path, motion, VARIANTS[name])
                 try:
-                    found.append(Job(load("throw"), [path], Options(threads=threads)).fit().agreement)
+                    found.append(Job(load("throw"), [path], JobOptions(threads=threads)).fit().agreement)
                 except Error as error:
                     print(f"{name:22s} {motion.name}: {error}")
             good = sum(int(a.good().sum()) for a in found)

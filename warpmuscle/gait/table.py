@@ -88,7 +88,7 @@ _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is
 
 
 @dataclass(frozen=True)
-class Row:
+class MeasureRow:
     """A measure of walks; None where a walk does not give it."""
 
     name: str
@@ -103,13 +103,16 @@ class Row:
         return tuple("" if value is None else _text(self.unit, value) for value in self.values)
 
 
-def gait_table(walks: list[Measures], running: bool = False) -> list[Row]:
+def gait_table(walks: list[Measures], running: bool = False) -> list[MeasureRow]:
     """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking, or running.
 
     A measure that no walk gives has no row.
     """
     names = dict.fromkeys(name for walk in walks for name, value in walk.items() if value is not None)
-    return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running)) for name in names]
+    return [
+        MeasureRow(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running))
+        for name in names
+    ]
 
 
 def shown_rows(walks: list[Measures], running: bool = False) -> list[tuple[str, ...]]:

@@ -28,7 +28,7 @@ from warpmuscle.optimization.stages import plan
 from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.records import ANY_NUMBER, Options, Result, Staged, parameter_table
+from warpmuscle.results.records import ANY_NUMBER, Result, SearchOptions, Staged, parameter_table
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.validation.scene import check_scene
@@ -110,7 +110,7 @@ def optimize(
         said = f"nothing uses {in_short(unused)}: left as given, and not searched for"
         warnings.warn(said, UnusedParameterWarning, stacklevel=2)
     strategy = usual_strategy(scene) if search is None else search
-    options = check_options(Options(strategy, searches, population, sigma, restarts, count, until, target))
+    options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)

@@ -19,9 +19,9 @@ from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import (
     Evaluations,
-    Options,
     Result,
     Searched,
+    SearchOptions,
     Staged,
     best_of,
 )
@@ -33,7 +33,7 @@ from warpmuscle.scene.stage_scene import stage_scene
 def make_search_loop(
     scene: Scene,
     seed: int,
-    options: Options,
+    options: SearchOptions,
     stages: tuple[Staged, ...],
     batches: MakeBatches,
     tracker: Tracker,

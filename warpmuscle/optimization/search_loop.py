@@ -13,7 +13,7 @@ from warpmuscle.core.errors import Interrupted
 from warpmuscle.optimization.evaluation import Evaluator, Generation, OtherCandidates
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replay
-from warpmuscle.results.records import Evaluations, History, Options, Searched, joined
+from warpmuscle.results.records import Evaluations, History, Searched, SearchOptions, joined
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, from_unit, start_values, to_unit
 from warpmuscle.search.batched import Batch, ask_all, tell_all
@@ -40,7 +40,7 @@ class SearchLoop:
     def __init__(
         self,
         scene: Scene,
-        options: Options,
+        options: SearchOptions,
         searches: list[Search],
         batches: Evaluator,
         tracker: Tracker,

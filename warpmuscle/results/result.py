@@ -65,10 +65,10 @@ from warpmuscle.results.records import (
     Evaluations,
     Fit,
     History,
-    Options,
     ParameterTable,
     Result,
     Searched,
+    SearchOptions,
     Staged,
 )
 from warpmuscle.scene.validation.checks import near
@@ -295,9 +295,9 @@ def _load_searched(file: Any) -> Searched:
     return Searched(_load_options(attributes), ended, History(**columns), tuple(states), stages, stage, elsewhere)
 
 
-def _load_options(attributes: Any) -> Options:
-    given = {field.name: attributes[field.name] for field in fields(Options) if field.name in attributes}
-    return Options(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
+def _load_options(attributes: Any) -> SearchOptions:
+    given = {field.name: attributes[field.name] for field in fields(SearchOptions) if field.name in attributes}
+    return SearchOptions(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
 
 
 def _load_staged(group: Any) -> Staged:

@@ -26,7 +26,7 @@ from warpmuscle.formats import toml
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
-from warpmuscle.sweep.plan import Plan, Run
+from warpmuscle.sweep.plan import Plan, SweepRun
 
 if sys.platform != "win32":
     import fcntl
@@ -201,7 +201,7 @@ def has_ended(path: Path) -> bool:
         return False
 
 
-def digest(run: Run) -> str:
+def digest(run: SweepRun) -> str:
     """A digest of all that the result of a run depends on."""
     options = sorted(asdict(run.options).items(), key=lambda item: item[0])
     parts: tuple[object, ...] = (toml.dumps(run.scene), run.seed, options)

@@ -14,7 +14,7 @@ from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.search_loop import INTERRUPTED
-from warpmuscle.results.records import Options, Result
+from warpmuscle.results.records import Result, SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.folder import has_ended
 from warpmuscle.sweep.together import run_together
@@ -30,7 +30,7 @@ class Task:
     name: str
     scene: Scene
     seed: int
-    options: Options
+    options: SearchOptions
     command: str  # put into its result as what made it
 
 

@@ -28,7 +28,7 @@ from warpmuscle.results.result import read_learned
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
 from warpmuscle.sweep.gather import put_axes, put_column, put_runs
-from warpmuscle.sweep.plan import Plan, Run
+from warpmuscle.sweep.plan import Plan, SweepRun
 
 if TYPE_CHECKING:
     from warpmuscle.learning.progress import TrainingProgress
@@ -64,7 +64,7 @@ def run_trainings(
     return failed
 
 
-def _train(run: Run, path: Path, device: str | None, threads: int | None, command: str, tell: Tell | None) -> str:
+def _train(run: SweepRun, path: Path, device: str | None, threads: int | None, command: str, tell: Tell | None) -> str:
     """Begin a training, or go on with it; why it ended."""
     from warpmuscle.learning.training import learn, resume, usual_instances
 

@@ -24,7 +24,7 @@ from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics, points_of
 from warpmuscle.studies.muscle_table import MuscleTable, PathGeometry
 from warpmuscle.studies.poses import initial_coordinates
-from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.motion import ArmMotions
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors
@@ -225,7 +225,7 @@ class Arm:
         return MuscleTable.of(plain, self.joints, len(np.atleast_2d(unknowns)), self.geometry)
 
 
-def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
+def states(arm: Arm, motions: ArmMotions) -> tuple[Floats, Floats, Floats]:
     """Coordinates (n, T, C), speeds and accelerations (n, T, S) of the whole character along recorded motions."""
     count, samples = motions.pitch[0].shape
     q = np.tile(start_coordinates(arm), (count, samples, 1))
@@ -266,7 +266,7 @@ def start_coordinates(arm: Arm) -> Floats:
     return initial_coordinates(plain)
 
 
-def root_motion(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
+def root_motion(arm: Arm, motions: ArmMotions) -> tuple[Floats, Floats, Floats]:
     """Position (n, T, 3), m, of the root so that the first joint moves as the shoulder did; its two derivatives."""
     start = start_coordinates(arm)
     home = root_type(arm.scene.character).motion(start[None]).place[0]
@@ -298,7 +298,7 @@ def _offset_from_root(arm: Arm, body: str, position: Floats) -> Floats:
     return rotate(root_turned[0] * [-1.0, -1.0, -1.0, 1.0], from_root)
 
 
-def needed_torques(arm: Arm, motions: Motions) -> Floats:
+def needed_torques(arm: Arm, motions: ArmMotions) -> Floats:
     """Torques (n, T, J), N m, that muscles must make along recorded motions, the joints' damping included."""
     q, v, a = states(arm, motions)
     count, samples = q.shape[:2]

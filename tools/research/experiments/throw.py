@@ -28,7 +28,7 @@ from warpmuscle.throw.computed_synergies import computed_excitation, factorized
 from warpmuscle.throw.fit import fit_motions
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import Goal
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.motion import RATE
 from warpmuscle.throw.plot import draw_fit, draw_throws, draw_trade
 from warpmuscle.throw.published import Published
@@ -139,7 +139,7 @@ def main(
     ] = False,
 ) -> None:
     """Draw all figures, or fit corrupted signals."""
-    job = Job(load("throw"), files, Options())
+    job = Job(load("throw"), files, JobOptions())
     if only_corrupted:
         corruption_table(job, job.strong)
         return
@@ -153,7 +153,7 @@ def main(
     trade = [a for _, a in job.curve()]
     worst = np.array([np.median(a.r2.min(axis=1)) for a in trade])
     draw_trade(output / "trade.png", [("computed signals", np.array([np.median(a.correlation) for a in trade]), worst)])
-    ball = Job(load("throw_ball"), [], Options())
+    ball = Job(load("throw_ball"), [], JobOptions())
     ball.fit()
     throws = ball.throw([Goal(distance=distance) for distance in (2.0, 4.0, 7.0)])
     draw_throws(output / "targets.png", ball.follower, throws)

@@ -39,8 +39,8 @@ from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
-    from warpmuscle.throw.job import Job, Options
-    from warpmuscle.throw.report import Row
+    from warpmuscle.throw.job import Job, JobOptions
+    from warpmuscle.throw.report import TableRow
 
 ENOUGH = 0.95  # of the motions that are to meet all bars
 
@@ -85,7 +85,7 @@ def compare(
     Examples: warpmuscle throw compare throws/*.csv --numbers 4 6; warpmuscle throw compare throws/*.csv
     --as-published; warpmuscle throw compare lift.csv --emg syn.h5 --prescribe wrist --curve
     """
-    from warpmuscle.throw.job import Job, Options
+    from warpmuscle.throw.job import Job, JobOptions
 
     check_files(output, plot)
     if numbers is None and not as_published and not curve:
@@ -96,7 +96,7 @@ def compare(
     if numbers is not None and not 1 <= numbers[0] <= numbers[1]:
         raise Error(f"--numbers go from one number of synergies to a greater, not from {numbers[0]} to {numbers[1]}")
     loaded = load_arm(scene or ("throw" if as_published or emg is not None else "throw18"), device)
-    options = Options(
+    options = JobOptions(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=pairs(channel), calibrated=calibrate,
         fit_all=fit_all, fidelity=fidelity, low_pass=0.0 if as_published and low_pass is None else low_pass,
         device=device, threads=threads, seed=seed,
@@ -131,7 +131,7 @@ def _compare(job: Job, as_published: bool, curve: bool, interrupted: bool) -> bo
     return False
 
 
-def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tuple[int, int]) -> tuple[Job, bool]:
+def _fewest(scene: Scene, files: Sequence[Path], options: JobOptions, numbers: tuple[int, int]) -> tuple[Job, bool]:
     """A job fitted with the fewest synergies that follow all motions but one in twenty, or with the most.
 
     And whether Ctrl-C ended this, which leaves the numbers whose fits were complete.
@@ -141,7 +141,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: Options, numbers: tupl
     from warpmuscle.throw.job import Job
     from warpmuscle.throw.report import number_row
 
-    rows: list[Row] = []
+    rows: list[TableRow] = []
     chosen: Job | None = None
     last: Job | None = None
     interrupted = False

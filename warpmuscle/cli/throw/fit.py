@@ -63,12 +63,12 @@ def fit(
     Examples: warpmuscle throw fit throws/*.csv -o throw.h5; warpmuscle throw fit serve.csv --prescribe shoulder;
     warpmuscle throw fit lift.csv --emg syn.h5 --prescribe wrist
     """
-    from warpmuscle.throw.job import Job, Options
+    from warpmuscle.throw.job import Job, JobOptions
 
     check_files(output, plot, plot_each)
     check_synergies(emg, channel, calibrate, number)
     loaded = load_arm(scene or ("throw18" if emg is None else "throw"), device)
-    options = Options(
+    options = JobOptions(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=pairs(channel), calibrated=calibrate,
         fit_all=fit_all, fidelity=fidelity, low_pass=low_pass, device=device, threads=threads, seed=seed,
     )  # fmt: skip

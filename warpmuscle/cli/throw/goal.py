@@ -87,7 +87,7 @@ def goal(
 
     Examples: warpmuscle throw goal --target 2 --target 4; warpmuscle throw goal throws/*.csv --target 3 --angle 30
     """
-    from warpmuscle.throw.job import Job, Options
+    from warpmuscle.throw.job import Job, JobOptions
 
     check_files(output, plot)
     goals = _goals(target or [], height or 0.0, speed, angle, flight_time)
@@ -96,7 +96,7 @@ def goal(
     check_synergies(emg, channel, False, number)
     check_needed({"--low-pass": low_pass}, files, "files with motions")
     loaded = load_arm(scene or ("throw18_ball" if emg is None else "throw_ball"), device)
-    options = Options(
+    options = JobOptions(
         count=number, prescribed=tuple(prescribe or ()), emg=emg, channels=pairs(channel), low_pass=low_pass,
         device=device, threads=threads, seed=seed,
     )  # fmt: skip

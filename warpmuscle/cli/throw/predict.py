@@ -66,7 +66,7 @@ def predict(
     --target 3 --height 1 --angle 30
     """
     from warpmuscle.core.extras import need
-    from warpmuscle.throw.job import Job, Options
+    from warpmuscle.throw.job import Job, JobOptions
     from warpmuscle.throw.rules.rule import LEAST_GOALS, begin
     from warpmuscle.throw.rules.rule_file import read_rule, read_seed, write_rule
 
@@ -80,7 +80,7 @@ def predict(
     loaded = load_scene([scene])
     start_warp()
     seed = (seed or 0) if resume is None else read_seed(resume)
-    job = Job(loaded, files or [], Options(count=number, device=device, threads=threads, seed=seed))
+    job = Job(loaded, files or [], JobOptions(count=number, device=device, threads=threads, seed=seed))
     with log.status("fitting") as shown:
         if resume is not None:
             rule = read_rule(resume, job)

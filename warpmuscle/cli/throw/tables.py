@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from warpmuscle.throw.fit import Fitted
     from warpmuscle.throw.job import Job
     from warpmuscle.throw.lacks import Lack
-    from warpmuscle.throw.report import Row
+    from warpmuscle.throw.report import TableRow
 
 
 def print_problem(job: Job) -> None:
@@ -97,7 +97,7 @@ def print_fit(job: Job, fitted: Fitted) -> None:
     _print_lacks("beyond the arm:", job, job.final_lacks(), "the fitted muscles")
 
 
-def print_rows(title: str, headings: Sequence[str], rows: Sequence[Row]) -> None:
+def print_rows(title: str, headings: Sequence[str], rows: Sequence[TableRow]) -> None:
     """A table with a title."""
     print_table(["", *headings], [(row.name, *row.cells) for row in rows], [""], title)
 
@@ -106,14 +106,14 @@ def print_curve(job: Job) -> None:
     """Accuracy against fidelity to the extracted signals."""
     import numpy as np
 
-    from warpmuscle.throw.report import Row
+    from warpmuscle.throw.report import TableRow
 
     headings = ["correlation", *(f"{joint} r2" for joint in job.arm.driven), "lowest r2"]
     rows = []
     with log.status("fitting at several prices"):
         for price, a in job.curve():
             middle = [f"{value:.4f}" for value in np.median(a.r2, axis=0)]
-            rows.append(Row(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
+            rows.append(TableRow(f"{price:g}", (f"{np.nanmedian(a.correlation):.3f}", *middle, f"{a.r2.min():.4f}")))
     print_rows("accuracy against fidelity, by its price", headings, rows)
 
 
