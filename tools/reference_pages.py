@@ -42,7 +42,7 @@ def command_line() -> str:
     """Every command with its arguments and options."""
     pages = ["# Command line", "", "`warpmuscle COMMAND --help` prints the same.", ""]
     for name, command in commands(get_command(app).commands):
-        given = [p for p in command.params if p.name != "help"]
+        given = [p for p in command.params if p.name != "help" and not getattr(p, "hidden", False)]
         arguments = [p.metavar or p.name.upper() for p in given if p.param_type_name == "argument"]
         usage = " ".join(["warpmuscle", name, *arguments, "[OPTIONS]"])
         pages += [f"## {name}", "", f"```text\n{usage}\n```", "", prose(command.help or ""), ""]

@@ -44,6 +44,12 @@ def test_a_mistyped_command_of_a_group_is_no_command_of_before():
     assert "goal" in done.output
 
 
+def test_an_option_of_before_says_what_it_is_called_now():
+    done = CliRunner().invoke(app, ["apply", "a.h5", "-o", "a.toml", "--hardiest", "20"])
+    assert str(done.exception) == "--hardiest is called --most-robust now: write --most-robust 20"
+    assert "hardiest" not in CliRunner().invoke(app, ["apply", "--help"]).output
+
+
 @pytest.mark.parametrize("group", GROUPS)
 def test_a_group_alone_tells_of_its_commands_and_completion_names_them(group: str, tmp_path: Path):
     names = {command.name for command in GROUPS[group].registered_commands}

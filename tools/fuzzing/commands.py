@@ -24,7 +24,7 @@ optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --until=NUMBER
 optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --target=NUMBER
 optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --threads=NUMBER
 optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --search=cma --restarts=NAME
-apply search.h5 -o out.toml --hardiest=NUMBER
+apply search.h5 -o out.toml --most-robust=NUMBER
 apply search.h5 -o out.toml --settle=NUMBER
 apply search.h5 -o out.toml --description=NAME --fix=NAME
 apply search.h5 -o out.toml --on=NAME

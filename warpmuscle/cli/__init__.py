@@ -77,7 +77,7 @@ TRY = {
     "convert yours.osim -o yours.toml": "your OpenSim model as a scene",
     "scenes": "all shipped scenes",
     "example": "sample files, for everything in the manual",
-    "--help": "all commands; `warpmuscle COMMAND --help` tells of one",
+    "--help": "all commands; `warpmuscle COMMAND --help` describes one",
 }
 
 

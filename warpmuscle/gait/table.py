@@ -79,7 +79,7 @@ _POINTS = {
 
 
 DECIMALS = {
-    "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-bands": 2, "% of the cycle": 1, "body weights": 2,
+    "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-widths": 2, "% of the cycle": 1, "body weights": 2,
     "N m/kg": 2, "cm": 1, "% of the time": 0, "correlation": 2,
     "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
     "% of the foot": 0, "% beyond chance": 0,
@@ -146,7 +146,7 @@ def _text(unit: str, value: float) -> str:
 def unit_of(name: str) -> str:
     """Unit of a measure."""
     if name.startswith("deviation"):
-        return "half-bands"
+        return "half-widths"
     if "outside the norms" in name or name.startswith("angles from") or name.endswith("from people"):
         return "SD"
     if name.startswith("likeness"):
@@ -170,7 +170,7 @@ def human(name: str, running: bool = False) -> tuple[str, str]:
     title, index = _POINTS.get(name.removesuffix(AT), ("", 0))
     if title:
         percent, value = NORMS[title].points[index]
-        return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_band:g}", SOURCE
+        return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_width:g}", SOURCE
     if name == "depth of the valley":
         first, valley, second = (NORMS[FORCE].points[index][1] for index in (1, 2, 3))
         return f"{min(first, second) - valley:.2g}", SOURCE

@@ -64,7 +64,8 @@ def static_optimization(
     Args:
         model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
         emg: of the same trials, None of one without.
-        options: see `ActivationOptions`: power, weight, physiology, passive, reserve, least, emg_weight, rates, elastic.
+        options: see `ActivationOptions`: power, weight, physiology, passive, reserve, least, emg_weight, rates,
+            elastic.
 
     Raises:
         ArgumentError: see `inverse_dynamics`; or an option that is none, or EMG of other muscles or another time.

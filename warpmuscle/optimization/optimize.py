@@ -87,7 +87,7 @@ def optimize(
         progress: called several times a second of work.
         batches: makes what evaluates a scene, or one of its stages, in place of device and threads; by default
             batches of this optimisation's own.
-        trust: let code run that the scene names; not needed where `load` was told so.
+        trust: let code run that the scene names; not needed where `load` was given it.
         quantities, single: what the output keeps of the motion, as of `write`; what is returned has all of it.
 
     Raises:

@@ -44,7 +44,7 @@ def make_search_loop(
     """One loop for the whole search, or a curriculum of one for each of its stages.
 
     Args:
-        batches: makes what evaluates candidates of a scene. tracker: is told how far it has come.
+        batches: makes what evaluates candidates of a scene. tracker: receives the progress.
         known: evaluations of earlier, by generation, which are not made again. earlier: the search that they are of.
         elsewhere: how many of the first generations were asked for on other machines.
     """

@@ -194,7 +194,7 @@ class Folder:
 
 
 def has_ended(path: Path) -> bool:
-    """Whether a result file is that of an optimisation that has come to its end, and is complete."""
+    """Whether a result file is that of an optimisation that has finished, and is complete."""
     try:
         return glance(path)[0] not in GOES_ON and not journal_path(path).exists()
     except ResultError:

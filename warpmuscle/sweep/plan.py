@@ -246,7 +246,7 @@ class _Base:
             raise self._error(str(error), guilty, key="search") from None
 
     def _trained(self, training: dict[str, Any], changes: list[Override]) -> TrainingPlan:
-        """What a training is told, found to be possible."""
+        """Options of a training, found to be possible."""
         try:
             return training_plan(training)
         except Error as error:

@@ -1,4 +1,4 @@
-"""What the muscles of an arm lack for motions, joint by joint, and how that is told."""
+"""What the muscles of an arm lack for motions, joint by joint, and in words."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ RIDGE = 1e-3  # so that a knot that few samples tell of stays near 0
 class Synergies:
     """M muscles by N synergies, and their signals along n motions.
 
-    What muscles were told before a recording began is not in it, but their activations still have it in them; so these
+    What excited muscles before a recording began is not in it, but their activations still have it in them; so these
     start by signals of their own rather than at the first excitation.
     """
 

@@ -5,7 +5,7 @@ CMA-ES searches for: every generation is one batch of simulations. The ball may 
 of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with the
 signals. It flies freely from there.
 
-How they are searched for is told in `signal_search`.
+How they are searched for is described in `signal_search`.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ from warpmuscle.scene.norms import FORCE, LEG_ANGLES
 SHOWN = ("speed", "step length", "cost of transport")  # beside the normal ones
 TABLE = {  # measures by their head in the table, and their decimals
     "speed": ("speed, m/s", 2), "step length": ("step, m", 2), "cadence": ("steps/min", 0),
-    "cost of transport": ("cost, J/(kg m)", 1), "deviation of the three angles": ("half-bands off", 2),
+    "cost of transport": ("cost, J/(kg m)", 1), "deviation of the three angles": ("half-widths off", 2),
     "hip, maximum": ("hip greatest, deg", 0), "knee, maximum in stance": ("knee in stance", 0),
     "knee, maximum in swing": ("knee in swing", 0), "ankle, minimum at push-off": ("ankle at push-off", 0),
     "step width": ("width, m", 2),

@@ -35,7 +35,7 @@ Plot = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .
 Channels = Annotated[
     str | None, typer.Option(help="Names or patterns of the channels, separated by commas, such as 'env_*,BIC'.")
 ]
-Vaf = Annotated[float, typer.Option(help="Variance to account for, of all muscles together, for -n auto.")]
+Vaf = Annotated[float, typer.Option(help="Variance to account for, of all muscles, for -n auto.")]
 MuscleVaf = Annotated[float, typer.Option(help="The same of each muscle.")]
 Band = Annotated[tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz; by default 10 450.")]
 LowPass = Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")]

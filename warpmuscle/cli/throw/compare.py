@@ -113,7 +113,7 @@ def compare(
 
 
 def _compare(job: Job, as_published: bool, curve: bool, interrupted: bool) -> bool:
-    """Fit in the ways that were asked for, and print what they came to; whether Ctrl-C ended that."""
+    """Fit in the ways that were asked for, and print the results; whether Ctrl-C ended that."""
     try:
         if as_published:
             print_published(job)

@@ -158,7 +158,7 @@ def _print_throws(job: Job) -> None:
         out.print(f"{text}; signals changed by {made.change:.3f}, effort {made.effort:.4f}")
         if made.past_after:
             beyond = [f"{name} by {math.degrees(past):.1f} deg" for name, past in made.past_after.items()]
-            log.print(marked("note:", "yellow", f" behind the release joints come to their stops: {', '.join(beyond)}"))
+            log.print(marked("note:", "yellow", f" after the release joints reach their stops: {', '.join(beyond)}"))
         if not made.met:
             log.print(marked("missed:", "yellow", f" {_missed(job, made)}"))
 

@@ -47,7 +47,7 @@ Channels = Annotated[
 ]
 Calibrate = Annotated[
     bool,
-    typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, together with the muscles."),
+    typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, and of the muscles."),
 ]
 LowPass = Annotated[
     float | None,
@@ -92,7 +92,7 @@ def check_files(output: Path | None, plot: Path | None, plot_each: Path | None =
 
 
 def check_synergies(emg: Path | None, channels: Sequence[str] | None, calibrate: bool, numbers: object) -> None:
-    """Error if what says where synergies come from does not go together."""
+    """Error if options that say where synergies come from contradict each other."""
     from warpmuscle.core.extras import need
 
     if emg is None or calibrate:
@@ -129,7 +129,7 @@ def load_arm(scene: str, device: str | None) -> Scene:
 
 
 def fit(job: Job) -> None:
-    """Fit, and print what an interrupted fit had come to."""
+    """Fit, and print what an interrupted fit had found."""
     try:
         with log.status("fitting") as shown:
             job.fit(lambda stage: shown.update(f"fitting {stage}"))
@@ -148,7 +148,7 @@ def write_files(
     quantities: str | None,
     single: bool,
 ) -> None:
-    """Write what a job has come to, whole or interrupted."""
+    """Write the results of a job, complete or interrupted."""
     if output is not None:
         job.write(output, {"command": command_line(), "seed": seed}, quantities_in(quantities), single)
         out.print(f"wrote {output}")

@@ -127,7 +127,7 @@ def _reported(rule: Rule, asked: Floats, between: int, beyond: int) -> dict[str,
 
     errors = _tried(rule, between, beyond)
     for row in asked:
-        outcome, past = rule.walk.outcomes(rule.told(row[None]), row[None])
+        outcome, past = rule.walk.outcomes(rule.predicted(row[None]), row[None])
         out.print(f"to {row[0]:g} m at {row[1]:g} m of height with {math.degrees(row[2]):.3g} deg: lands at "
                   f"{outcome[0, 0]:.3f} m, leaves at {math.degrees(outcome[0, 1]):.1f} deg, joints "
                   f"{math.degrees(past.max()):.1f} deg past their limits")  # fmt: skip
@@ -157,7 +157,7 @@ def _tried(rule: Rule, between: int, beyond: int) -> dict[str, Floats]:
     found = {}
     for name, count, margin in (("between", between, 0.0), ("beyond", beyond, MARGIN)):
         goals = goals_about(count, margin, rng)
-        found[f"learned, {name}"] = rule.errors(rule.told(goals), goals)
+        found[f"learned, {name}"] = rule.errors(rule.predicted(goals), goals)
         found[f"copy of the nearest, {name}"] = rule.errors(rule.copied(goals), goals)
     rows = []
     for name, error in found.items():

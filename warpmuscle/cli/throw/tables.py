@@ -118,7 +118,7 @@ def print_curve(job: Job) -> None:
 
 
 def tell_kept(job: Job, wanted: int) -> None:
-    """Say after Ctrl-C what had come to its end.
+    """Say after Ctrl-C what had finished.
 
     Args:
         wanted: how many new throws were.
@@ -127,7 +127,7 @@ def tell_kept(job: Job, wanted: int) -> None:
     if job.published is not None:
         done.append("the fit as published")
     if job.fitted is not None:
-        done.append("the fit" if job.fitted.whole else f"the fit up to its stage {job.fitted.stages[-1].name!r}")
+        done.append("the fit" if job.fitted.complete else f"the fit up to its stage {job.fitted.stages[-1].name!r}")
     if wanted and job.throws:
         done.append(f"{len(job.throws)} of {number_of(wanted, 'new throw')}")
     log.print(f"done so far: {', '.join(done) or 'no stage of the fit'}; the same command begins anew")

@@ -23,7 +23,7 @@ from warpmuscle.sweep.union import MergedScene
 Job = Callable[[MakeBatches], None]
 
 
-def run_together(
+def run_in_one_batch(
     scenes: Sequence[Scene],
     jobs: Sequence[Job],
     device: str | None,
@@ -44,7 +44,7 @@ def run_together(
         What each job raised, if anything.
 
     Raises:
-        KeyboardInterrupt: after every job has been interrupted, too, and has come to its end.
+        KeyboardInterrupt: after every job has been interrupted, too, and has finished.
     """
     if len(jobs) == 1:
         return [_alone(jobs[0], device, threads)]
