@@ -13,10 +13,10 @@ from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.results.records import (
     Evaluations,
     History,
-    Options,
     ParameterTable,
     Result,
     Searched,
+    SearchOptions,
     best_of,
     parameter_table,
 )
@@ -106,7 +106,9 @@ def search_result(name: str = "walk56", count: int = 60) -> Result:
     numbers = np.repeat(np.arange(6), 2)
     ones = np.ones(12)
     history = History(numbers, np.tile([0, 1], 6), ones, ones, 0.3 / (1.0 + numbers), ones, numbers, 0 * numbers)
-    searched = Searched(Options("cma", searches=2, candidates=count), "all candidates have been evaluated", history)
+    searched = Searched(
+        SearchOptions("cma", searches=2, candidates=count), "all candidates have been evaluated", history
+    )
     return Result(
         walk.scene, "cpu", "warpmuscle optimize <walk56> & more", 7, table, evaluations, best_of(evaluations),
         walk.replays, searched,

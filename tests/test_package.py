@@ -109,7 +109,9 @@ def test_a_shell_gets_a_script_for_completion(shell: str):
     assert f"_WARPMUSCLE_COMPLETE=complete_{shell}" in done.stdout
 
 
-@pytest.mark.parametrize("words", ["info wa", "optimize fwalk wa", "view wa", "apply a.h5 --on wa", "throw --scene wa"])
+@pytest.mark.parametrize(
+    "words", ["info wa", "optimize fwalk wa", "view wa", "apply a.h5 --on wa", "throw fit --scene wa"]
+)
 def test_names_of_shipped_scenes_are_completed(words: str):
     line = f"warpmuscle {words}"
     count = len(line.split()) - 1

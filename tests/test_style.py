@@ -1,5 +1,6 @@
 """Formatting, linting and types of the whole project."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+LONGEST = 90  # lines of a function of the host
 # What mypy cannot follow in device code: Warp's decorators are not typed, its vectors have no operators, and types are
 # made at run time. Arguments of calls, names, results and annotations are checked.
 KERNELS_CONFIG = """
@@ -32,3 +34,15 @@ def test_mypy_has_nothing_to_say_of_kernels_as_far_as_warp_is_typed(tmp_path):
     options = ["--config-file", str(tmp_path / "mypy.ini"), "--cache-dir", os.devnull, "-p", "warpmuscle.kernels"]
     done = subprocess.run([sys.executable, "-m", "mypy", *options], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_functions_of_the_host_fit_on_two_screens():
+    kernels = ROOT / "warpmuscle" / "kernels"
+    too_long = [
+        f"{file.relative_to(ROOT)}:{node.lineno} {node.name}"
+        for file in (ROOT / "warpmuscle").rglob("*.py")
+        if kernels not in file.parents
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno >= LONGEST
+    ]
+    assert too_long == []

@@ -24,7 +24,7 @@ import typer
 import warp as wp
 
 from warpmuscle.formats.sto import storage_text
-from warpmuscle.inverse.activations import Options
+from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import inverse_dynamics, prepare
 from warpmuscle.inverse.files import read_coordinates
@@ -128,7 +128,7 @@ def main(
     with TemporaryDirectory() as folder:
         paths = write(trials, body, Path(folder))
         start = time.perf_counter()
-        activations_of(body, prepare(body, *map(list, zip(*trials[:1], strict=True)), None, None), Options())
+        activations_of(body, prepare(body, *map(list, zip(*trials[:1], strict=True)), None, None), ActivationOptions())
         print(f"first trial, kernels compiled or loaded: {time.perf_counter() - start:.1f} s")
         n = sum(len(one.times) for one, _ in trials)
         print(f"{strides_} trials, {n} frames, on {body.device}\n\n| step | s | frames/s |\n|---|---|---|")
@@ -154,14 +154,17 @@ def main(
         dynamics = body.dynamics(prepared.states, prepared.loads)
         effort = dynamics.effort + dynamics.followed
         row("static optimisation alone, solves/s", solves(body, prepared, effort))
-        row("static optimisation with muscles", best(lambda: activations_of(body, prepared, Options(), (), effort)))
-        acting = activations_of(body, prepared, Options(), (), effort)
+        row(
+            "static optimisation with muscles",
+            best(lambda: activations_of(body, prepared, ActivationOptions(), (), effort)),
+        )
+        acting = activations_of(body, prepared, ActivationOptions(), (), effort)
         row("joint reactions", best(lambda: reactions_of(body, prepared, acting), 1))
 
         def chain() -> None:
             read_all()
             own = [told(two, bodies) for _, two in read]
-            activations_of(body, prepare(body, [one for one, _ in read], own, None, None), Options())
+            activations_of(body, prepare(body, [one for one, _ in read], own, None, None), ActivationOptions())
 
         row("whole chain, files to activations", best(chain, 2))
     if markers is not None:
@@ -198,7 +201,7 @@ def told(loads: Loads, bodies: list[str | None]) -> Loads:
 
 def solves(body: BodyModel, prepared: Any, effort: Any) -> float:
     """Seconds of the solver's kernel alone for all frames; what it needs lies on the device."""
-    solver = Solver(body, prepared, Options(), ())
+    solver = Solver(body, prepared, ActivationOptions(), ())
     launches: list[Launch] = [
         solver.launch(effort[part], body.muscle_frames(prepared.states, part), part)
         for part in body.chunks(len(effort))

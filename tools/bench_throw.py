@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 
 
 def main() -> None:
     """Print a table of stages, seconds, and what they came to."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="+", type=Path, help="motions, as `warpmuscle throw` takes them")
+    parser.add_argument("files", nargs="+", type=Path, help="motions, as `warpmuscle throw fit` takes them")
     parser.add_argument("--scene", default="throw", help="the arm")
     parser.add_argument("--number", type=int, help="of synergies")
     parser.add_argument("--device", help="cpu, cuda:0, ...")
@@ -26,7 +26,7 @@ def main() -> None:
     parser.add_argument("--only", choices=["published", "better"], help="one of the two fits")
     given = parser.parse_args()
     begin = time.perf_counter()
-    options = Options(count=given.number, device=given.device, threads=given.threads)
+    options = JobOptions(count=given.number, device=given.device, threads=given.threads)
     job = Job(load(given.scene), given.files, options)
     prepared = time.perf_counter()
     job.follower.load()

@@ -12,7 +12,7 @@ import re
 import sys
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from typer.main import get_command
 import warpmuscle as wm
 from warpmuscle.cli import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
+from warpmuscle.core.public import PUBLIC
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.stable import FIELDS, STABLE
@@ -40,8 +41,8 @@ def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 def command_line() -> str:
     """Every command with its arguments and options."""
     pages = ["# Command line", "", "`warpmuscle COMMAND --help` prints the same.", ""]
-    for name, command in get_command(app).commands.items():
-        given = [p for p in command.params if p.name != "help"]
+    for name, command in commands(get_command(app).commands):
+        given = [p for p in command.params if p.name != "help" and not getattr(p, "hidden", False)]
         arguments = [p.metavar or p.name.upper() for p in given if p.param_type_name == "argument"]
         usage = " ".join(["warpmuscle", name, *arguments, "[OPTIONS]"])
         pages += [f"## {name}", "", f"```text\n{usage}\n```", "", prose(command.help or ""), ""]
@@ -57,6 +58,15 @@ def command_line() -> str:
         if rows:
             pages += [table(("argument or option", "meaning", "default"), rows), ""]
     return "\n".join(pages)
+
+
+def commands(named: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Commands by what is typed for them, those of groups such as `throw fit` in place of these."""
+    for name, command in named.items():
+        if hasattr(command, "commands"):
+            yield from commands(command.commands, f"{before}{name} ")
+        elif not command.hidden:
+            yield f"{before}{name}", command
 
 
 def prose(text: str) -> str:
@@ -306,9 +316,31 @@ def kernels() -> str:
     return "\n".join(pages)
 
 
+def modules() -> str:
+    """The names of modules that programs of others may import."""
+    pages = [
+        "# Modules", "",
+        "Studies of your own may import these names besides those of [`import warpmuscle as wm`](python.md): "
+        "`from warpmuscle.search.cma import CmaSearch`. Changes to them are listed. All else may change "
+        "with any version. The commands `throw`, `synergies` and `arm-angles` are built on nothing else.", "",
+    ]  # fmt: skip
+    for module, names in PUBLIC.items():
+        home = importlib.import_module(f"warpmuscle.{module}")
+        pages += [f"## {module}", ""]
+        for name in names:
+            value = getattr(home, name)
+            if inspect.isfunction(value) or (inspect.isclass(value) and not issubclass(value, msgspec.Struct)):
+                pages += [*of_object(name, value, "###"), ""]
+            else:
+                said = inspect.getdoc(value) if inspect.isclass(value) else f"`{value!r}`"
+                pages += [f"### {name}", "", one_paragraph((said or "").partition("\n\n")[0]), ""]
+    return "\n".join(pages)
+
+
 PAGES = {
     "reference/command-line.md": command_line,
     "reference/python.md": python,
+    "reference/modules.md": modules,
     "reference/scene.md": scene,
     "reference/objective.md": objective,
     "reference/files.md": files,

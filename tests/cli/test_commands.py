@@ -93,7 +93,7 @@ def test_info_and_simulate_tell_the_same_mass_of_muscles(tmp_path):
 
 @pytest.mark.parametrize("script", ["elbow_open_loop", "weakness"])
 def test_an_experiment_without_matplotlib_says_which_extra_it_needs(script, tmp_path):
-    path = Path(__file__).parents[2] / "tools/experiments"
+    path = Path(__file__).parents[2] / "tools/research/experiments"
     code = f"import sys; sys.modules['matplotlib'] = None; sys.path.insert(0, {str(path)!r}); import {script}"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 1
@@ -257,9 +257,8 @@ def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
     places = ((joint.parent, joint.position_in_parent), (joint.child, joint.position_in_child))
     ends = [f"{{ body = '{body}', position = {list(position)} }}" for body, position in places]
     (tmp_path / "wrong.toml").write_text(f"[muscles.lTA]\npath = [{', '.join(ends)}]\n")
-    scenes = Path(__file__).parents[2] / "warpmuscle" / "scenes"
-    files = [*(str(scenes / f"{name}.toml") for name in ("biped", "muscles56", "muscles56_fitted")), "wrong.toml"]
-    (tmp_path / "scene.toml").write_text(f'name = "wrong"\nbase = "{scenes / "fwalk.toml"}"\ncharacter = {files}\n')
+    files = ["biped", "muscles56", "muscles56_fitted", "wrong.toml"]
+    (tmp_path / "scene.toml").write_text(f'name = "wrong"\nbase = "fwalk"\ncharacter = {files}\n')
     shown = run("info", "scene.toml", folder=tmp_path)
     assert "lTA cannot act on lAnkle" in shown.stdout, shown.stderr
     assert "leaves no fibre" in shown.stderr
@@ -305,9 +304,8 @@ def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
         folder=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    scenes = Path(__file__).parents[2] / "warpmuscle" / "scenes"
-    files = [*(str(scenes / f"{name}.toml") for name in ("biped", "elbow_pair")), "fitted.toml"]
-    (tmp_path / "scene.toml").write_text(f'name = "mine"\nbase = "{scenes / "fwalk.toml"}"\ncharacter = {files}\n')
+    files = ["biped", "elbow_pair.toml", "fitted.toml"]
+    (tmp_path / "scene.toml").write_text(f'name = "mine"\nbase = "fwalk.toml"\ncharacter = {files}\n')
     assert load(tmp_path / "scene.toml").character.muscles["lBIC"].f_max == 8000
     done = run("simulate", "scene.toml", "--duration", 1, "-o", "run.h5", folder=tmp_path)
     assert done.returncode == 0, done.stderr

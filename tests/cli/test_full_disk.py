@@ -43,8 +43,8 @@ COMMANDS = {
     "convert .xml": ("convert", "fwalk", "-o", "out.xml"),
     "fit-muscles": ("fit-muscles", "elbow_simplified", "--duration", "0.5", "-o", "out.toml"),
     "fit-paths": ("fit-paths", "elbow_simplified", "--order", "2", "-o", "out.toml"),
-    "synergies": ("synergies", "emg.csv", "-n", "2", "--restarts", "1", "-o", "out.h5"),
-    "synergies --plot": ("synergies", "emg.csv", "-n", "2", "--restarts", "1", "--plot", "out.png"),
+    "synergies": ("synergies", "extract", "emg.csv", "-n", "2", "--restarts", "1", "-o", "out.h5"),
+    "synergies --plot": ("synergies", "extract", "emg.csv", "-n", "2", "--restarts", "1", "--plot", "out.png"),
 }
 # Compiling takes room on the disk, too.
 COMPILING = ("simulate", "simulate --plot", "optimize", "sweep", "fit-muscles", "fit-paths", "report")
@@ -105,7 +105,7 @@ def test_full_disk_leaves_the_older_file_and_nothing_else(name, run, tmp_path):
 
 @pytest.mark.parametrize("name", [*COMMANDS, "throw"])
 def test_folder_that_only_can_be_read_is_one_line(name, run, read_only):
-    code, lines = run({**COMMANDS, "throw": ("throw", "--angle", "40", "-o", "out.h5")}[name], read_only)
+    code, lines = run({**COMMANDS, "throw": ("throw", "goal", "--angle", "40", "-o", "out.h5")}[name], read_only)
     assert code != 0
     assert len(lines) == 1, lines
     assert lines[0].startswith(f"error: {read_only}/out.")

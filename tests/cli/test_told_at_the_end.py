@@ -15,7 +15,7 @@ from warpmuscle.optimization.progress import Progress
 from warpmuscle.plots import plot
 from warpmuscle.report.summary import convergence
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.records import Best, Options, Result, Staged
+from warpmuscle.results.records import Best, Result, SearchOptions, Staged
 from warpmuscle.scene import Objective, SearchStage
 
 
@@ -48,7 +48,7 @@ def staged() -> Result:
     assert result.best is not None
     stage = np.where(np.arange(len(result.evaluations)) < 30, 0, 1)
     best = Best(result.best.params, result.best.cost, result.best.index)
-    stages = tuple(Staged(name, ("a",), Options("cma"), "its end", best) for name in ("stand", "walk"))
+    stages = tuple(Staged(name, ("a",), SearchOptions("cma"), "its end", best) for name in ("stand", "walk"))
     return replace(
         result,
         scene=toml.dumps(scene),

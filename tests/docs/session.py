@@ -17,7 +17,7 @@ from pathlib import Path
 from pages import ROOT, SHELL, Block, blocks, is_ours
 
 FEW = 12  # candidates of a search
-SMALL = {"--candidates": str(FEW), "--until": "2s", "--searches": "2", "--population": "4", "--hardiest": "2"}
+SMALL = {"--candidates": str(FEW), "--until": "2s", "--searches": "2", "--population": "4", "--most-robust": "2"}
 SMALL["--pushes"] = "1"
 SMALL_CODE = {'"walk56", 4096': '"walk56", 8', "range(1000)": "range(3)", "until=120": "until=1", "until=60": "until=1"}
 NEEDED = {"needs PyTorch": "torch", "needs the policy": "torch", "needs Ray": "ray"}  # modules, by what a mark says

@@ -54,7 +54,10 @@ def test_commands_parse(block: Block, words: list[str], monkeypatch: pytest.Monk
     monkeypatch.setattr(trusted_code, "trust_everything", lambda: None)
     if words[1].startswith("-"):
         return
-    COMMANDS[words[1]].make_context(words[1], words[2:])
+    command, names = COMMANDS[words[1]], words[2:]
+    while hasattr(command, "commands"):  # a group of them
+        command, names = command.commands[names[0]], names[1:]
+    command.make_context(words[1], names)
 
 
 def test_an_option_that_is_not_there_would_be_noticed():

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 SCENES = [
     path
     for folder in ("warpmuscle/scenes", "warpmuscle/examples/files")
-    for path in sorted((ROOT / folder).glob("*.toml"))
+    for path in sorted((ROOT / folder).rglob("*.toml"))
     if "\nname = " in path.read_text() or path.read_text().startswith("name = ")
 ]
 SCHEMA = scene_schema()

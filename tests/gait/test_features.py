@@ -15,8 +15,8 @@ def test_a_curve_as_far_off_as_the_edge_of_the_band_deviates_by_one(name: str):
     norm = NORMS[name]
     mean = norm.mean(PERCENT)
     assert norm_deviation(name, mean) == 0.0
-    assert norm_deviation(name, mean - norm.half_band) == pytest.approx(1.0)
-    half = np.where(PERCENT < 50.0, mean + 3.0 * norm.half_band, mean)
+    assert norm_deviation(name, mean - norm.half_width) == pytest.approx(1.0)
+    half = np.where(PERCENT < 50.0, mean + 3.0 * norm.half_width, mean)
     assert norm_deviation(name, half) == pytest.approx(1.5)
 
 

@@ -32,18 +32,18 @@ def scene() -> Scene:
 
 
 def normal_walk(scene: Scene, away: float = 0.0) -> Recording:
-    """A march whose legs move as the norms do, all curves of loaded legs so many half-bands above them."""
+    """A march whose legs move as the norms do, all curves of loaded legs so many half-widths above them."""
     motion = march(scene.character, 1.2, 4.0, 801, len(scene.character.muscles))
     turned, forces = motion.joint_orientation.copy(), {}
     for side in ("left", "right"):
         cycle = 100.0 * ((motion.time - (0.0 if side == "left" else 0.5 * STRIDE)) % STRIDE) / STRIDE
         for name, (joint, sign) in JOINTS.items():
-            angle = np.radians(sign * (NORMS[name].mean(cycle) + away * NORMS[name].half_band))
+            angle = np.radians(sign * (NORMS[name].mean(cycle) + away * NORMS[name].half_width))
             turned[:, motion.joint_names.index(side[0] + joint)] = about([1.0, 0.0, 0.0], angle)
         norm = NORMS["Vertical ground force"]
         mean = norm.mean(cycle)
         loaded = cycle < STANCE
-        force = np.where(loaded, np.maximum(mean, 0.04) + away * norm.half_band, 0.0) * body_weight(scene)
+        force = np.where(loaded, np.maximum(mean, 0.04) + away * norm.half_width, 0.0) * body_weight(scene)
         forces[f"foot_force_{side}"] = np.stack([0.0 * force, force, 0.0 * force], axis=1)
     velocity = np.tile([0.0, 0.0, 1.27], (len(motion.time), 1))  # the speed of the norms
     return with_arrays(motion, joint_orientation=turned, com_velocity=velocity, **forces)

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from small_leg import loads, motion, small_leg
-from warpmuscle.inverse.activations import Options
+from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import prepare
 from warpmuscle.inverse.static_optimization import SMALLEST_BEND, Solver, activations_of
@@ -32,7 +32,7 @@ class Problem:
         self.effort = scale * np.einsum("fsm,fm->fs", self.b, wanted)
 
     def solved(self, **options):
-        solver = Solver(self.body, self.trials, Options(**options), ())
+        solver = Solver(self.body, self.trials, ActivationOptions(**options), ())
         return solver, solver.run(self.effort, None)
 
     def balance(self, solved, reserve: float):
@@ -97,7 +97,7 @@ def test_bits_depend_on_no_other_frame(body):
     parts = []
     for k in range(20):
         one = prepare(body, motion(20), None, None, motion(20).times[k : k + 1])
-        own = Solver(body, one, Options(reserve=0.5), ())
+        own = Solver(body, one, ActivationOptions(reserve=0.5), ())
         parts.append(own.run(body_of_one.effort[k : k + 1], None).activation)
     assert np.array_equal(np.concatenate(parts), whole.activation)
 
@@ -113,7 +113,9 @@ def test_the_order_in_memory_that_gpus_like_changes_no_bit(body, monkeypatch):
 
 def test_activations_change_as_fast_as_muscles_can(body):
     trials = prepare(body, motion(60), loads(motion(60).times), None, None)
-    free, bound = (activations_of(body, trials, Options(rates=rates, reserve=5.0))[0] for rates in (False, True))
+    free, bound = (
+        activations_of(body, trials, ActivationOptions(rates=rates, reserve=5.0))[0] for rates in (False, True)
+    )
     rise, fall = (1.0 - np.exp(-0.01 / time) for time in (0.01, 0.04))  # of 10 ms
     a, low = bound.activation.astype(float), 0.01
     assert (np.diff(a, axis=0) <= rise * (1.0 - a[:-1]) + 1e-4).all()

@@ -148,7 +148,7 @@ def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
     return np.clip((part * 100.0).astype(int), 0, 99) + 0.5
 
 
-def test_norms_are_squared_half_bands_between_legs_and_human_ones():
+def test_norms_are_squared_half_widths_between_legs_and_human_ones():
     rollout = walked("fwalk", 3.0, OF_TORQUES)
     recording = rollout.recording()
     angles = leg_angles(recording, rollout.numeric)
@@ -156,7 +156,7 @@ def test_norms_are_squared_half_bands_between_legs_and_human_ones():
     for title, sides in angles.items():
         for number, side in enumerate(SIDES):
             human = NORMS[title].mean(percent_of_cycle(recording, number, body_weight(rollout.numeric)))
-            total += ((sides[side] - human) / NORMS[title].half_band) ** 2
+            total += ((sides[side] - human) / NORMS[title].half_width) ** 2
     expected = total[:-1].mean() * rollout.end_time()[0]
     assert expected > 5.0
     np.testing.assert_allclose(rollout.terms()["norms"], expected, rtol=0.01)
@@ -164,7 +164,7 @@ def test_norms_are_squared_half_bands_between_legs_and_human_ones():
 
 def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
     norm = NORMS["Vertical ground force"]
-    check_force(walked("fwalk", 3.0, OF_TORQUES), norm.mean, norm.half_band)
+    check_force(walked("fwalk", 3.0, OF_TORQUES), norm.mean, norm.half_width)
 
 
 def test_norm_force_of_a_run_is_half_a_sine_that_carries_the_body():
@@ -172,13 +172,13 @@ def test_norm_force_of_a_run_is_half_a_sine_that_carries_the_body():
     check_force(walked("fwalk", 3.0, OF_TORQUES, gait="run"), running_force, RUNNING_FORCE_BAND)
 
 
-def check_force(rollout, mean, half_band):
+def check_force(rollout, mean, half_width):
     recording = rollout.recording()
     total = np.zeros(len(recording.time))
     for number, side in enumerate(SIDES):
         force = recording[f"foot_force_{side}"][:, 1] / body_weight(rollout.numeric)
         percent = percent_of_cycle(recording, number, body_weight(rollout.numeric))
-        total += ((force - mean(percent)) / half_band) ** 2
+        total += ((force - mean(percent)) / half_width) ** 2
     np.testing.assert_allclose(rollout.terms()["norm_force"], total.mean() * rollout.end_time()[0], rtol=0.02)
 
 

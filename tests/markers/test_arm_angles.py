@@ -293,7 +293,7 @@ def test_the_trunks_lean_is_its_own_wherever_the_arm_points():
 
 def test_an_arm_that_points_sideways_is_refused():
     made = abducted(100.0)
-    with pytest.raises(SignalError, match=r"the upper arm points sideways.*cannot be told"):
+    with pytest.raises(SignalError, match=r"the upper arm points sideways.*cannot be determined"):
         arm_angles(made, Choices("right", {name: name for name in made.names}, low_pass=0.0, before=None))
 
 

@@ -38,13 +38,13 @@ def test_what_is_fixed_is_free_no_more_and_has_the_best_value(result: Result):
     )
 
 
-def test_the_hardiest_is_another_choice_which_is_said(result: Result, monkeypatch: pytest.MonkeyPatch):
+def test_the_most_robust_is_another_choice_which_is_said(result: Result, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(
         "warpmuscle.optimization.robust_selection.most_robust", lambda scene, evaluations, count: (5, 18)
     )
     scene, how = best_scene(result, among=4)
     np.testing.assert_allclose(start_values(scene), result.evaluations.params[5])
-    assert "the hardiest of the best 4, upright in 18 of 20 runs" in how
+    assert "the most robust of the best 4, upright in 18 of 20 runs" in how
 
 
 def test_what_cannot_be_chosen_is_an_error(result: Result):

@@ -8,7 +8,7 @@ import pytest
 from small_scene import sound_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.optimization.stages import plan, prolonged, stage_seed, with_population
-from warpmuscle.results.records import Options
+from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene, SearchStage
 from warpmuscle.scene.number import Free
 
@@ -36,7 +36,7 @@ def staged(*candidates: float | None, **settings) -> Scene:
     ],
 )
 def test_candidates_are_a_stages_own_or_an_even_share_of_the_rest(own, total, expected):
-    options, stages = plan(staged(*own), Options(candidates=total))
+    options, stages = plan(staged(*own), SearchOptions(candidates=total))
     assert [stage.options.candidates for stage in stages] == expected
     assert options.candidates == sum(expected)
 
@@ -44,11 +44,11 @@ def test_candidates_are_a_stages_own_or_an_even_share_of_the_rest(own, total, ex
 @pytest.mark.parametrize(("own", "least"), [([99, None, None], 101), ([60, 50], 110), ([0.6, 0.6], 120)])
 def test_stages_that_need_more_candidates_than_there_are_are_an_error(own, least):
     with pytest.raises(Error, match=rf"stages need {least} candidates at least; there are to be 100 in all"):
-        plan(staged(*own), Options(candidates=100))
+        plan(staged(*own), SearchOptions(candidates=100))
 
 
 def test_settings_are_those_asked_for_unless_the_stage_has_its_own():
-    asked = Options(
+    asked = SearchOptions(
         "cma", searches=2, population=10, sigma=0.2, restarts="ipop", candidates=100, until=60.0, target=2.0
     )
     first, same = (stage.options for stage in plan(staged(None, None, sigma=0.1, until=5.0), asked)[1])
@@ -77,12 +77,12 @@ def test_settings_are_those_asked_for_unless_the_stage_has_its_own():
 )
 def test_settings_that_are_impossible_are_found_before_the_search_begins(settings, message):
     with pytest.raises(Error, match=message):
-        plan(staged(None, None, **settings), Options())
+        plan(staged(None, None, **settings), SearchOptions())
 
 
 def test_more_candidates_are_for_the_last_stage():
-    options, stages = plan(staged(10, None, 20), Options(candidates=60))
-    longer = prolonged(stages, Options(candidates=100), 0.5)
+    options, stages = plan(staged(10, None, 20), SearchOptions(candidates=60))
+    longer = prolonged(stages, SearchOptions(candidates=100), 0.5)
     assert [stage.options.candidates for stage in longer] == [10, 30, 60]
     assert [stage.options.target for stage in longer] == [None, None, 0.5]
     assert prolonged(stages, options, None) == stages
@@ -100,6 +100,6 @@ def test_each_stage_has_a_seed_of_its_own():
 def test_generations_of_a_random_search_are_as_large_as_a_batch_and_no_larger_than_the_search(
     candidates: int, searches: int, population: int
 ):
-    options = Options("random", searches, candidates=candidates)
+    options = SearchOptions("random", searches, candidates=candidates)
     assert with_population(options, 65536).population == population
     assert with_population(replace(options, population=7), 65536).population == 7

@@ -17,7 +17,7 @@ from warpmuscle.gait.table import gait_table
 from warpmuscle.plots.subject import Subject
 from warpmuscle.report.page import report_html, with_code
 from warpmuscle.report.summary import shares
-from warpmuscle.results.records import Options, Result, Staged
+from warpmuscle.results.records import Result, SearchOptions, Staged
 from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -101,7 +101,9 @@ def test_stages_are_listed_and_the_cost_of_transport_stands_beside_that_of_peopl
     scene.stages = [SearchStage("stand"), SearchStage("walk", {"cost_of_transport": 2.0})]
     names = ("torque", "cost_of_transport")
     evaluations = dataclasses.replace(result.evaluations, term_names=names, stage=np.ones(60, dtype=int))
-    stages = tuple(Staged(stage.name, result.parameters.name, Options("cma", searches=3)) for stage in scene.stages)
+    stages = tuple(
+        Staged(stage.name, result.parameters.name, SearchOptions("cma", searches=3)) for stage in scene.stages
+    )
     searched = dataclasses.replace(result.searched, stages=stages, stage=1, ended="the time is up")
     staged = dataclasses.replace(result, scene=toml.dumps(scene), evaluations=evaluations, searched=searched)
     page = Page(report_html(Subject(staged)))

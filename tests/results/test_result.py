@@ -23,10 +23,10 @@ from warpmuscle.results.records import (
     Best,
     Evaluations,
     History,
-    Options,
     ParameterTable,
     Result,
     Searched,
+    SearchOptions,
     Staged,
 )
 from warpmuscle.results.result import read, write
@@ -59,9 +59,9 @@ def full_result(evaluations: int = 300) -> Result:
         np.array([0, 0, 1]),
     )
     states = {"mean": np.ones(2), "sigma": np.array(0.1), "C": np.eye(2)}, {"sigma": np.array(np.nan)}
-    options = Options("cma", searches=2, sigma=0.3, target=1.5)
+    options = SearchOptions("cma", searches=2, sigma=0.3, target=1.5)
     stages = (
-        Staged("survive", ("kd ü",), Options("random", until=3.5), "the time is up", Best(np.zeros(2), 0.5, 3)),
+        Staged("survive", ("kd ü",), SearchOptions("random", until=3.5), "the time is up", Best(np.zeros(2), 0.5, 3)),
         Staged("walk", ("controller.pd.lHip.kp", "kd ü"), options),
     )
     searched = Searched(options, "the target is reached", history, states, stages, 1)

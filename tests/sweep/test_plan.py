@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.results.records import Options
+from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.sweep import plan as plan_module
 from warpmuscle.sweep.plan import Plan, read
@@ -37,7 +37,9 @@ def test_example_of_the_documentation_is_what_it_says(tmp_path):
 
 def test_file_without_axes_is_one_run(tmp_path):
     found = plan(tmp_path, 'scene = "fwalk"\nseed = 3\n[set]\nduration = 2.0\n')
-    assert [(run.name, run.seed, run.options, run.scene.duration) for run in found.runs] == [("run", 3, Options(), 2.0)]
+    assert [(run.name, run.seed, run.options, run.scene.duration) for run in found.runs] == [
+        ("run", 3, SearchOptions(), 2.0)
+    ]
     assert found.name == "a"
 
 
@@ -58,7 +60,7 @@ def test_keys_without_quotes_mean_the_same(tmp_path):
 def test_scene_is_found_beside_the_sweep_file(tmp_path, monkeypatch):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "mine.toml").write_text(
-        f'name = "mine"\nbase = "{Path("warpmuscle/scenes/fwalk.toml").resolve()}"\n'
+        f'name = "mine"\nbase = "{Path("warpmuscle/scenes/torques/fwalk.toml").resolve()}"\n'
     )
     (tmp_path / "b" / "sweep.toml").write_text('scene = "mine.toml"\n')
     monkeypatch.chdir(tmp_path)

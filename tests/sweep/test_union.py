@@ -15,7 +15,7 @@ from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
-from warpmuscle.sweep.together import run_together
+from warpmuscle.sweep.one_batch import run_in_one_batch
 from warpmuscle.sweep.union import MergedScene, groups, number_leaves
 
 
@@ -61,7 +61,7 @@ def together(scenes, device="cpu", tell=None, **options):
         found[index] = optimize(scene, 30, seed=index, batches=batches, **options)
 
     jobs = [partial(job, index, scene) for index, scene in enumerate(scenes)]
-    errors = run_together(scenes, jobs, device, 2, tell)
+    errors = run_in_one_batch(scenes, jobs, device, 2, tell)
     assert errors == [None] * len(scenes)
     return found
 
@@ -168,7 +168,7 @@ def test_error_of_one_run_is_its_own_and_an_interrupt_ends_all():
     def works(batches):
         done.append(optimize(scenes[1], 10, batches=batches, population=5))
 
-    errors = run_together(scenes, [fails, works], "cpu", 1)
+    errors = run_in_one_batch(scenes, [fails, works], "cpu", 1)
     assert [str(error) if error else "" for error in errors] == ["no", ""]
     assert len(done[0].evaluations) == 10
 
@@ -177,7 +177,7 @@ def test_error_of_one_run_is_its_own_and_an_interrupt_ends_all():
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_together(scenes, [works, works], "cpu", 1, interrupt)
+        run_in_one_batch(scenes, [works, works], "cpu", 1, interrupt)
     assert [result.searched.ended for result in done[1:]] == ["interrupted"] * 2
 
 
@@ -191,4 +191,4 @@ def test_interrupt_of_a_run_by_itself_is_not_taken_for_its_end():
 
     scene, done = variants()[0], []
     with pytest.raises(KeyboardInterrupt):
-        run_together([scene], [job], "cpu", 1)
+        run_in_one_batch([scene], [job], "cpu", 1)

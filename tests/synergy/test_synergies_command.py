@@ -11,7 +11,14 @@ from synthetic_emg import raw_emg, write_csv
 
 def run(*arguments, folder):
     """Run `warpmuscle synergies` with these arguments in a folder."""
-    command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "synergies", *map(str, arguments)]
+    command = [
+        sys.executable,
+        "-c",
+        "from warpmuscle.cli import main; main()",
+        "synergies",
+        "extract",
+        *map(str, arguments),
+    ]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
 
 
@@ -58,7 +65,15 @@ def test_options_reach_the_chain_and_synergies_follow_another_file(folder):
 def test_modules_of_several_files_are_sorted_by_likeness(folder):
     for name, seed in (("a", 0), ("b", 1)):
         assert run(f"{name}.csv", "-n", 3, "-o", f"p{seed}.h5", "--restarts", 2, folder=folder).returncode == 0
-    command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "cluster-synergies", "p0.h5", "p1.h5"]
+    command = [
+        sys.executable,
+        "-c",
+        "from warpmuscle.cli import main; main()",
+        "synergies",
+        "cluster",
+        "p0.h5",
+        "p1.h5",
+    ]
     done = subprocess.run([*command, "-o", "modules.csv", "--plot", "modules.png"], cwd=folder, capture_output=True,
                           text=True, timeout=300)  # fmt: skip
     assert done.returncode == 0, done.stderr

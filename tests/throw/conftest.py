@@ -8,8 +8,8 @@ from warpmuscle.formats import load
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import Goal
-from warpmuscle.throw.job import Job, Options
-from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.job import Job, JobOptions
+from warpmuscle.throw.motion import ArmMotion
 from warpmuscle.throw.recordings.arm_motions import motion_of
 from warpmuscle.throw.synthesis import Thrower
 
@@ -17,7 +17,7 @@ from warpmuscle.throw.synthesis import Thrower
 @pytest.fixture(scope="session")
 def job() -> Job:
     """Fitted from literature parameters to signals computed with others."""
-    made = Job(load("throw"), [], Options())
+    made = Job(load("throw"), [], JobOptions())
     made.settings = Settings(common_steps=4, early_steps=3, signal_steps=6)
     made.fit()
     return made
@@ -34,7 +34,7 @@ def kept(job: Job, tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def arm_and_motion() -> tuple[Arm, Motion]:
+def arm_and_motion() -> tuple[Arm, ArmMotion]:
     scene = load("throw")
     arm = Arm(scene)
     return arm, motion_of(scene, arm)

@@ -6,18 +6,18 @@ import numpy as np
 
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.computed_synergies import computed_excitation
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.lacks import Lack, lacking, shortcoming
-from warpmuscle.throw.motion import Motion, resample
+from warpmuscle.throw.motion import ArmMotion, resample
 
 
-def faster(motion: Motion, factor: float) -> Motion:
-    return Motion("fast", 0.0, motion.time / factor, motion.angles, motion.pitch, motion.place)
+def faster(motion: ArmMotion, factor: float) -> ArmMotion:
+    return ArmMotion("fast", 0.0, motion.time / factor, motion.angles, motion.pitch, motion.place)
 
 
-def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much(arm_and_motion: tuple[Arm, Motion]):
+def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much(arm_and_motion: tuple[Arm, ArmMotion]):
     arm, motion = arm_and_motion
-    strong = Job(arm.scene, [], Options()).strong
+    strong = Job(arm.scene, [], JobOptions()).strong
     usual, fast = resample([motion]), resample([faster(motion, 3.0)])
     unknowns = np.zeros(0)
     assert not lacking(strong, usual, computed_excitation(strong, usual)[-1], unknowns)
@@ -28,10 +28,10 @@ def test_a_motion_beyond_the_strength_of_the_muscles_says_which_lack_how_much(ar
     assert abs(lack.bound) < abs(lack.needed)
 
 
-def test_what_an_arm_lacks_is_told_once_in_a_sentence(arm_and_motion: tuple[Arm, Motion]):
+def test_what_an_arm_lacks_is_told_once_in_a_sentence(arm_and_motion: tuple[Arm, ArmMotion]):
     """Where muscles are far too weak, as for a pitch, turns that a planar arm does not have are named."""
     arm, motion = arm_and_motion
-    strong = Job(arm.scene, [], Options()).strong
+    strong = Job(arm.scene, [], JobOptions()).strong
     fast = resample([motion, faster(motion, 4.0), faster(motion, 3.0)])
     lacks = lacking(strong, fast, computed_excitation(strong, fast)[-1], np.zeros(0))
     text = shortcoming(arm, lacks, 3, "the muscle groups")
@@ -44,7 +44,7 @@ def test_what_an_arm_lacks_is_told_once_in_a_sentence(arm_and_motion: tuple[Arm,
     assert shortcoming(arm, weak, 1, "the fitted muscles").endswith("and they make at most 8")
 
 
-def test_a_torque_that_muscles_make_too_much_of_is_told_apart_from_weakness(arm_and_motion: tuple[Arm, Motion]):
+def test_a_torque_that_muscles_make_too_much_of_is_told_apart_from_weakness(arm_and_motion: tuple[Arm, ArmMotion]):
     """Passive forces of stretched muscles, and muscles over two joints, are no lack of strength."""
     arm, _ = arm_and_motion
     stretched = Lack("m", "", 0.1, "shoulder", 0.5, 4.25, 0.48, 4.73, 119.0)

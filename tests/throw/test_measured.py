@@ -8,7 +8,7 @@ from warpmuscle.scene.parameters import start_values
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.computed_synergies import computed_excitation
 from warpmuscle.throw.measured import calibrate, driven
-from warpmuscle.throw.motion import Motions, resample
+from warpmuscle.throw.motion import ArmMotions, resample
 from warpmuscle.throw.recordings.arm_motions import motion_of
 
 LATE = 0.03  # s, by which activations are behind the envelopes
@@ -21,11 +21,11 @@ def arm() -> Arm:
 
 
 @pytest.fixture(scope="module")
-def motions(arm: Arm) -> Motions:
+def motions(arm: Arm) -> ArmMotions:
     return resample([motion_of(arm.scene, arm)])
 
 
-def test_gains_and_delays_of_channels_are_found_again(arm: Arm, motions: Motions):
+def test_gains_and_delays_of_channels_are_found_again(arm: Arm, motions: ArmMotions):
     excitation = computed_excitation(arm, motions)[1]
     gain = np.array([0.5, 1.6, 0.6, 0.8, 1.5, 0.7])
     early = driven(motions, excitation, range(6), np.ones((1, 6)), np.full((1, 6), -LATE))[0]
@@ -38,7 +38,7 @@ def test_gains_and_delays_of_channels_are_found_again(arm: Arm, motions: Motions
     np.testing.assert_allclose(found.delay[active], LATE, atol=0.015)
 
 
-def test_a_delay_and_a_gain_move_and_scale_an_envelope(motions: Motions):
+def test_a_delay_and_a_gain_move_and_scale_an_envelope(motions: ArmMotions):
     envelope = np.zeros((1, len(motions.time), 2))
     envelope[0, 50, 0] = 0.4
     made = driven(motions, envelope, [0, 1], np.array([[2.0, 1.0], [9.0, 1.0]]), np.array([[0.1, 0.0], [0.0, 0.0]]))

@@ -54,7 +54,7 @@ def near_goals(count: int, beyond: float, rng: np.random.Generator) -> np.ndarra
 
 
 def throw_rule(folder: Path, *arguments: object) -> Any:
-    """What `throw-rule` says, with quick fits and goals near the middle."""
+    """What `throw predict` says, with quick fits and goals near the middle."""
 
     def quick(**given: Any) -> Settings:
         return Settings(common=False, parameter_steps=3, signal_steps=3, starts=1, **given)
@@ -64,7 +64,7 @@ def throw_rule(folder: Path, *arguments: object) -> Any:
         patch.setattr(job, "Settings", quick)
         patch.setattr(rule, "goals_about", near_goals)
         return CliRunner().invoke(
-            app, ["throw-rule", "--between", "2", "--beyond", "1", *map(str, arguments)], standalone_mode=False
+            app, ["throw", "predict", "--between", "2", "--beyond", "1", *map(str, arguments)], standalone_mode=False
         )
 
 

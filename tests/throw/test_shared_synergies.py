@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.shared_synergies import _not_negative, activation_basis
 from warpmuscle.throw.signals import Knots, to_activation
 
@@ -13,7 +13,7 @@ from warpmuscle.throw.signals import Knots, to_activation
 @pytest.fixture(scope="module")
 def job() -> Job:
     """The sample motion, by the arm of eighteen muscles."""
-    return Job(load("throw18"), [], Options(count=5))
+    return Job(load("throw18"), [], JobOptions(count=5))
 
 
 def test_knots_become_activations_as_excitations_do(job: Job):
@@ -37,7 +37,7 @@ def test_five_synergies_of_eighteen_muscles_make_the_torques_and_none_is_one_mus
 
 
 def test_few_muscles_keep_the_synergies_of_their_activations():
-    assert Job(load("throw"), [], Options()).shared is None
+    assert Job(load("throw"), [], JobOptions()).shared is None
 
 
 def test_least_squares_within_bounds_are_scipys():

@@ -6,12 +6,12 @@ import pytest
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import Arm
-from warpmuscle.throw.motion import Motion, resample
+from warpmuscle.throw.motion import ArmMotion, resample
 from warpmuscle.throw.simulator import Simulator
 
 
 def test_muscles_are_built_anew_only_where_their_parameters_change(
-    arm_and_motion: tuple[Arm, Motion], monkeypatch: pytest.MonkeyPatch
+    arm_and_motion: tuple[Arm, ArmMotion], monkeypatch: pytest.MonkeyPatch
 ):
     """And copies move as those of a simulator that has had nothing before."""
     arm, motion = arm_and_motion
@@ -39,7 +39,7 @@ def test_muscles_are_built_anew_only_where_their_parameters_change(
     assert np.abs(found[0] - found[1]).max() > 1e-3 < np.abs(found[0] - found[2]).max()
 
 
-def test_parameters_that_are_changed_in_place_are_noticed(arm_and_motion: tuple[Arm, Motion]):
+def test_parameters_that_are_changed_in_place_are_noticed(arm_and_motion: tuple[Arm, ArmMotion]):
     arm, motion = arm_and_motion
     values = np.array(start_values(arm.scene))
     simulator, excitation = Simulator(arm, resample([motion])), np.full((1, len(arm.muscles), 1), 0.2)

@@ -9,7 +9,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.studies.inverse_dynamics import body_points
 from warpmuscle.throw.arm import Arm, joint_positions, root_motion, states
-from warpmuscle.throw.motion import Motion, resample
+from warpmuscle.throw.motion import ArmMotion, resample
 
 
 def test_legs_of_a_whole_body_stay_upright_where_the_trunk_leans():
@@ -18,7 +18,7 @@ def test_legs_of_a_whole_body_stay_upright_where_the_trunk_leans():
         (np.arange(0.0, 1.001, 0.01), 0.3 * np.sin(np.arange(0.0, 1.001, 0.01))),
     )
     still = np.tile([0.2, 1.0, 0.1], (len(time), 1))
-    motions = resample([Motion("lean", 0.0, time, still, pitch, np.zeros((len(time), 2)))])
+    motions = resample([ArmMotion("lean", 0.0, time, still, pitch, np.zeros((len(time), 2)))])
     q, v, a = (part[0] for part in states(arm, motions))
     points = body_points(arm.scene, q)
     np.testing.assert_allclose(points["r_thigh"][1], np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1)), atol=1e-9)
@@ -30,7 +30,7 @@ def test_legs_of_a_whole_body_stay_upright_where_the_trunk_leans():
 
 
 def test_the_shoulder_accelerates_alike_in_the_middle_and_at_the_ends_of_a_noisy_file(
-    arm_and_motion: tuple[Arm, Motion],
+    arm_and_motion: tuple[Arm, ArmMotion],
 ):
     """Its place and the trunk's pitch are differentiated once, not again as the root's place."""
     arm, motion = arm_and_motion
@@ -41,7 +41,7 @@ def test_the_shoulder_accelerates_alike_in_the_middle_and_at_the_ends_of_a_noisy
     assert error[[0, 1, -2, -1]].max() < 1.5 * error[10:-10].max()
 
 
-def test_the_root_moves_so_that_the_shoulder_does_as_recorded(arm_and_motion: tuple[Arm, Motion]):
+def test_the_root_moves_so_that_the_shoulder_does_as_recorded(arm_and_motion: tuple[Arm, ArmMotion]):
     arm, motion = arm_and_motion
     motions = resample([motion])
     q, v, a = states(arm, motions)

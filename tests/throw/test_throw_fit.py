@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 
 
 def test_the_fit_meets_all_bars_from_literature_parameters(job: Job):
@@ -28,14 +28,14 @@ def test_a_throw_whose_signals_miss_narrowly_is_fitted_nearer_to_the_extracted_o
     columns |= {"shoulder_forward_m": place[:, 0], "shoulder_up_m": place[:, 2]}
     path = tmp_path / "throw.csv"
     np.savetxt(path, np.column_stack(list(columns.values())), "%.6g", ",", header=",".join(columns), comments="")
-    agreement = Job(load("throw"), [path], Options(threads=1)).fit().agreement
+    agreement = Job(load("throw"), [path], JobOptions(threads=1)).fit().agreement
     assert agreement.good().all(), agreement
 
 
 @pytest.mark.long
 def test_recorded_throws_meet_all_bars(reference_data: Path):
     """All 22 free throws, every other one held out of the fit of the parameters."""
-    job = Job(load("throw"), sorted((reference_data / "spl_freethrow").glob("throw_T*.csv")), Options(seed=1))
+    job = Job(load("throw"), sorted((reference_data / "spl_freethrow").glob("throw_T*.csv")), JobOptions(seed=1))
     assert len(job.motions) == 22
     assert job.fit().agreement.good().all(), job.fitted.agreement
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import Error
-from warpmuscle.throw.motion import MARGIN, Motion, resample, without_stillness
+from warpmuscle.throw.motion import MARGIN, ArmMotion, resample, without_stillness
 from warpmuscle.throw.recordings.motion_files import read
 
 JOINTS = ("shoulder", "elbow")
@@ -115,9 +115,9 @@ def test_names_and_points_of_another_number_of_motions_are_refused(tmp_path: Pat
         read(tmp_path / "a.npz", JOINTS)
 
 
-def made(time: np.ndarray) -> Motion:
+def made(time: np.ndarray) -> ArmMotion:
     angles = np.stack([np.sin(3.0 * time), np.cos(2.0 * time)], axis=1)
-    return Motion("made", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
+    return ArmMotion("made", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
 
 
 def test_derivatives_are_those_of_the_motion_and_stay_small_at_its_ends():
@@ -136,7 +136,7 @@ def test_accelerations_at_the_ends_of_a_file_are_those_of_the_motion(noise: floa
     for start in np.arange(0.0, 6.0, 0.1):
         angle = np.sin(6.0 * (time + start))
         noisy = angle + np.radians(noise) * np.random.default_rng(int(10 * start)).normal(size=time.shape)
-        motion = Motion("cut", 0.0, time, noisy[:, None], 0.0 * time, np.zeros((len(time), 2)))
+        motion = ArmMotion("cut", 0.0, time, noisy[:, None], 0.0 * time, np.zeros((len(time), 2)))
         errors.append(resample([motion]).angles[2][0, :, 0] + 36.0 * angle)
     size = np.sqrt(np.mean(np.square(errors), axis=0))
     assert size[[0, -1]].max() < max(1.2 * size[10:-10].max(), 3.0)  # rad/s^2, of 36

@@ -12,14 +12,14 @@ from warpmuscle.throw import plot
 from warpmuscle.throw.fit import Fitted, Stage
 from warpmuscle.throw.follow import Replay
 from warpmuscle.throw.goals import Goal, fly
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.motion_plot import Course, draw_motion, draw_motions
 from warpmuscle.throw.synthesis import Throw
 
 
 @pytest.fixture(scope="module")
 def job() -> Job:
-    return Job(load("throw_ball"), [], Options())
+    return Job(load("throw_ball"), [], JobOptions())
 
 
 def thrown(job: Job, target: float, speed: float, angle: float) -> Throw:

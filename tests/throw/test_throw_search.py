@@ -9,7 +9,7 @@ from warpmuscle.formats import load
 from warpmuscle.search.directions import directions
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import Goal
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.signal_search import DEVIATION, MOVED, RANGE, Best, SignalSearch, Way
 from warpmuscle.throw.synthesis import Thrower
 
@@ -29,7 +29,7 @@ def test_directions_are_the_root_of_a_covariance_that_bounds_changes_and_what_th
 
 @pytest.fixture(scope="module")
 def thrower() -> Thrower:
-    job = Job(load("throw_ball"), [], Options(threads=1))
+    job = Job(load("throw_ball"), [], JobOptions(threads=1))
     job.settings = Settings(common=False, parameter_steps=3, signal_steps=3, starts=1)
     fitted = job.fit()
     return Thrower(job.follower, fitted.own[0], fitted.unknowns)
@@ -105,7 +105,7 @@ def test_the_weight_of_limits_raises_the_cost_of_passing_them_and_no_miss(throwe
 @pytest.mark.long
 def test_eighteen_muscles_throw_a_ball_within_the_limits_of_their_joints():
     """Out of the mean throw of the scene; by wide changes of all signals, every one of these throws missed them."""
-    job = Job(load("throw18_ball"), [], Options(threads=1))
+    job = Job(load("throw18_ball"), [], JobOptions(threads=1))
     fitted = job.fit()
     thrower = Thrower(job.follower, fitted.own[0], fitted.unknowns)
     for distance in (2.0, 3.0):

@@ -3,12 +3,12 @@
 import numpy as np
 
 from warpmuscle.formats import load
-from warpmuscle.throw.job import Job, Options
+from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.windows import by_windows
 
 
 def test_signals_found_in_windows_follow_a_throw_from_parameters_that_lose_it():
-    job = Job(load("throw_groups"), [], Options())
+    job = Job(load("throw_groups"), [], JobOptions())
     follower, distance = job.follower, 1e-3 * np.eye(job.follower.size)
     lost = follower.agreement(follower.extracted, job.start)[0]
     own, simulations = by_windows(follower, np.array([0]), job.start, distance)

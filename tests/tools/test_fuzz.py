@@ -99,7 +99,7 @@ def test_a_result_and_one_line_of_error_are_in_order(main, tmp_path: Path, monke
 
 
 def test_cases_are_the_same_each_time():
-    text = (ROOT / "warpmuscle/scenes/fwalk.toml").read_text()
+    text = (ROOT / "warpmuscle/scenes/torques/fwalk.toml").read_text()
     data = {"a": [1.0, {"b": "x"}], "c": {"d": 2, "e": [3, 4]}}
     for number in range(50):
         one, two = (mutated(text, Random(number)) for _ in range(2))

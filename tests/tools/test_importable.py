@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-TOOLS = sorted(
-    path.relative_to(ROOT) for folder in ("tools", "tools/experiments") for path in (ROOT / folder).glob("*.py")
-)
+FOLDERS = ("tools", "tools/research", "tools/research/experiments")
+TOOLS = sorted(path.relative_to(ROOT) for folder in FOLDERS for path in (ROOT / folder).glob("*.py"))
 
 
 @pytest.mark.parametrize("tool", TOOLS, ids=str)

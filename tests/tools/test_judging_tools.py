@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import typer
 
-TOOLS = Path(__file__).parents[2] / "tools"
+TOOLS = Path(__file__).parents[2] / "tools" / "research"
 if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 

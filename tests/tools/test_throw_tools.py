@@ -4,7 +4,7 @@ import json
 import runpy
 from pathlib import Path
 
-TOOLS = Path(__file__).parents[2] / "tools"
+TOOLS = Path(__file__).parents[2] / "tools" / "research"
 
 
 def test_a_table_counts_throws_and_names_those_that_miss_a_bar():

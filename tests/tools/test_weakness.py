@@ -8,7 +8,7 @@ import typer
 
 from warpmuscle.sweep.run import sweep
 
-EXPERIMENTS = Path(__file__).parents[2] / "tools" / "experiments"
+EXPERIMENTS = Path(__file__).parents[2] / "tools" / "research" / "experiments"
 if str(EXPERIMENTS) not in sys.path:
     sys.path.append(str(EXPERIMENTS))
 

@@ -1,4 +1,4 @@
-"""What a page is told of norms."""
+"""What a page is sent about norms."""
 
 import numpy as np
 

@@ -164,7 +164,7 @@ def test_the_points_of_a_curve_are_copied_as_toml(browser, live):
     page.get_by_role("button", name="copy as TOML").click()
     page.locator("#copy[open]").wait_for()
     key, *_ = page.locator("#copy textarea").input_value().splitlines()
-    own = next(one for one in live.editor.told()["curves"] if f"# {one['key']}" == key)
+    own = next(one for one in live.editor.for_page()["curves"] if f"# {one['key']}" == key)
     said = tomllib.loads(page.locator("#copy textarea").input_value())
     assert list(said.values()) == [pytest.approx(own["at"]), pytest.approx(own["along"])]
     assert not page.problems

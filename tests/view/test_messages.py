@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, told, use
+from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, for_page, use
 from warpmuscle.view.messages import LARGEST, read_message
 
 
@@ -49,7 +49,7 @@ def test_sliders_need_bounds_and_begin_within_them():
 
 def test_the_page_is_told_of_controls_in_json_whatever_their_names_hold():
     names = controls([])
-    found = json.loads(json.dumps(told([*names.values(), Slider("\ud800", 0.0, 1.0, 0.0)])))
+    found = json.loads(json.dumps(for_page([*names.values(), Slider("\ud800", 0.0, 1.0, 0.0)])))
     assert [one["kind"] for one in found] == ["slider", "toggle", "choice", "button", "slider"]
     assert (found[0]["min"], found[0]["max"], found[0]["value"], found[0]["unit"]) == (-1.0, 2.0, 0.5, "N m")
     assert found[2]["options"] == ["a", "b"]

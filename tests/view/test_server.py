@@ -1,4 +1,4 @@
-"""What pages are told, in order, whenever they open their socket."""
+"""What pages are sent, in order, whenever they open their socket."""
 
 import threading
 

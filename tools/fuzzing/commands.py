@@ -24,7 +24,7 @@ optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --until=NUMBER
 optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --target=NUMBER
 optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --threads=NUMBER
 optimize fwalk --duration=0.02 -o out.h5 --candidates=3 --search=cma --restarts=NAME
-apply search.h5 -o out.toml --hardiest=NUMBER
+apply search.h5 -o out.toml --most-robust=NUMBER
 apply search.h5 -o out.toml --settle=NUMBER
 apply search.h5 -o out.toml --description=NAME --fix=NAME
 apply search.h5 -o out.toml --on=NAME
@@ -40,25 +40,25 @@ video fwalk.h5 -o a.gif --size=96x64 --speed=NUMBER
 video fwalk.h5 -o a.gif --size=96x64 --azimuth=NUMBER --elevation=NUMBER
 video fwalk.h5 -o a.gif --size=96x64 --strides=NUMBER
 view search.h5 --export out.html --candidates=NUMBER
-synergies emg.csv --restarts=1 -n 2 --low-pass=NUMBER
-synergies emg.csv --restarts=1 -n 2 --order=NUMBER
-synergies emg.csv --restarts=1 -n 2 --band NUMBER 90
-synergies emg.csv --restarts=1 -n 2 --band 10 NUMBER
-synergies emg.csv --restarts=1 -n 2 --rate=NUMBER
-synergies emg.csv --restarts=1 -n 2 --sampling-rate=NUMBER
-synergies emg.csv --restarts=1 -n 2 --time-window 0 NUMBER
-synergies emg.csv --restarts=1 --vaf=NUMBER
-synergies emg.csv --restarts=1 --number=NUMBER
-synergies emg.csv -n 2 --restarts=NUMBER
-synergies emg.csv --restarts=1 -n 2 --seed=NUMBER
-synergies emg.csv --restarts=1 -n 2 --channels=NAME
-synergies emg.csv --restarts=1 -n 2 --ecg=NAME
-throw throw.csv -n 1 --device=cpu --adapt=1 --target=NUMBER
-throw throw.csv -n 1 --device=cpu --target=2 --height=NUMBER
-throw throw.csv -n 1 --device=cpu --speed=NUMBER
-throw throw.csv -n 1 --device=cpu --angle=NUMBER
-throw throw.csv -n 1 --device=cpu --target=2 --release=NUMBER
-throw throw.csv -n 1 --device=cpu --target=2 --scene=NAME
+synergies extract emg.csv --restarts=1 -n 2 --low-pass=NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --order=NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --band NUMBER 90
+synergies extract emg.csv --restarts=1 -n 2 --band 10 NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --rate=NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --sampling-rate=NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --time-window 0 NUMBER
+synergies extract emg.csv --restarts=1 --vaf=NUMBER
+synergies extract emg.csv --restarts=1 --number=NUMBER
+synergies extract emg.csv -n 2 --restarts=NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --seed=NUMBER
+synergies extract emg.csv --restarts=1 -n 2 --channels=NAME
+synergies extract emg.csv --restarts=1 -n 2 --ecg=NAME
+throw goal throw.csv -n 1 --device=cpu --adapt=1 --target=NUMBER
+throw goal throw.csv -n 1 --device=cpu --target=2 --height=NUMBER
+throw goal throw.csv -n 1 --device=cpu --speed=NUMBER
+throw goal throw.csv -n 1 --device=cpu --angle=NUMBER
+throw goal throw.csv -n 1 --device=cpu --target=2 --release=NUMBER
+throw goal throw.csv -n 1 --device=cpu --target=2 --scene=NAME
 fit-muscles elbow_open_loop -o out.toml --duration=0.02 --strength=NUMBER
 fit-muscles elbow_open_loop -o out.toml --duration=0.02 --mean-length=NUMBER
 fit-muscles elbow_open_loop -o out.toml --duration=0.02 --fibre-per-arm=NUMBER
@@ -81,15 +81,15 @@ optimize --resume in.h5
 optimize --resume killed.h5
 sweep in.toml
 sweep --status in.h5
-synergies in.csv
-synergies in.sto
-synergies in.h5
-synergies in.c3d
-synergies emg.csv --cycles in.csv
-synergies emg.csv --like in.h5
-throw in.csv
-throw in.npz
-throw throw.csv --emg in.h5
+synergies extract in.csv
+synergies extract in.sto
+synergies extract in.h5
+synergies extract in.c3d
+synergies extract emg.csv --cycles in.csv
+synergies extract emg.csv --like in.h5
+throw fit in.csv
+throw fit in.npz
+throw fit throw.csv --emg in.h5
 simulate tracked_npz.toml
 simulate tracked_h5.toml
 """

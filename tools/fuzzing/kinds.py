@@ -201,10 +201,10 @@ def emg(rng: Random, at: Setting) -> list[Command]:
         path.write_bytes(damaged(path.read_bytes(), rng))
     else:
         path.write_bytes(mutated(path.read_text(), rng))
-    command = ["synergies", name, "-n", rng.choice(["2", "2", "auto"]), "--restarts", "1", "-o", "out.h5"]
+    command = ["synergies", "extract", name, "-n", rng.choice(["2", "2", "auto"]), "--restarts", "1", "-o", "out.h5"]
     if name == "cycles.csv":
         at.copy("emg.csv")
-        command[1] = "emg.csv"
+        command[2] = "emg.csv"
         command += ["--cycles", "cycles.csv", "--points", "40"]
     return [command + (["--already-filtered"] if name == "envelope.csv" else [])]
 
@@ -214,7 +214,7 @@ def throws(rng: Random, at: Setting) -> list[Command]:
     name = rng.choice(["throw.csv", "throw.csv", "throws.npz", "synergies.h5"])
     at.copy(name)
     path = at.folder / name
-    command = ["throw", name, "-n", "1", "-o", "out.h5", "--device", "cpu"]
+    command = ["throw", "fit", name, "-n", "1", "-o", "out.h5", "--device", "cpu"]
     if name == "throw.csv":
         path.write_bytes(mutated(path.read_text(), rng))
     elif name == "throws.npz":
@@ -223,7 +223,7 @@ def throws(rng: Random, at: Setting) -> list[Command]:
         at.copy("throw.csv")
         rng.choice([lambda: archives.change_values(path, rng),
                     lambda: archives.change_structure(path, rng, at.secret)])()  # fmt: skip
-        command = ["throw", "throw.csv", "--emg", name, "-o", "out.h5", "--device", "cpu"]
+        command = ["throw", "fit", "throw.csv", "--emg", name, "-o", "out.h5", "--device", "cpu"]
     return [command]
 
 

@@ -1,7 +1,7 @@
 """The command line.
 
 May import: examples and all below.
-To add: a command in a module of its own, its name in `COMMANDS`.
+To add: a command in a module of its own, its name in `COMMANDS`; a group of commands as a package, in `GROUPS`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Annotated, NoReturn
 import typer
 
 from warpmuscle.cli.arm_angles import arm_angles
-from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
+from warpmuscle.cli.groups import add_renamed
 from warpmuscle.cli.inverse import inverse
 from warpmuscle.cli.judge import judge
 from warpmuscle.cli.learn import learn
@@ -32,7 +32,6 @@ from warpmuscle.cli.streams import output_refused, steady_streams
 from warpmuscle.cli.sweep import sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
-from warpmuscle.cli.throw_rule import throw_rule
 from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 from warpmuscle.core.errors import Error, shortened
@@ -51,11 +50,15 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
-    fit_muscles, fit_paths, convert, synergies, cluster_synergies, arm_angles, inverse, throw, throw_rule, example,
-    schema,
+    fit_muscles, fit_paths, convert, arm_angles, inverse, example, schema,
 )  # fmt: skip
+GROUPS = {"synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
+RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)
+for name, commands in GROUPS.items():
+    app.add_typer(commands, name=name)
+add_renamed(app, RENAMED)
 
 
 def _print_version(given: bool) -> None:
@@ -74,7 +77,7 @@ TRY = {
     "convert yours.osim -o yours.toml": "your OpenSim model as a scene",
     "scenes": "all shipped scenes",
     "example": "sample files, for everything in the manual",
-    "--help": "all commands; `warpmuscle COMMAND --help` tells of one",
+    "--help": "all commands; `warpmuscle COMMAND --help` describes one",
 }
 
 

@@ -1,4 +1,4 @@
-"""The command that turns markers on an arm into the angles that `warpmuscle throw` reads."""
+"""The command that turns markers on an arm into the angles that `warpmuscle throw fit` reads."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def arm_angles(
     after: Annotated[float, typer.Option(help="And so long, s, after it.")] = 0.5,
     whole: Annotated[bool, typer.Option("--whole", help="Keep all, not the throw alone.")] = False,
 ) -> int:
-    """Turn markers on an arm and the trunk into angles over time, as files for `warpmuscle throw`.
+    """Turn markers on an arm and the trunk into angles over time, as files for `warpmuscle throw fit`.
 
     Roles and their usual markers (R and L change places with --side left): shoulder R_SHOULDER, elbow R_ELBOW, wrist
     R_WRIST, hand_thumb R_1STFINGER and hand_little R_5THFINGER (the first joints of these fingers), other_shoulder

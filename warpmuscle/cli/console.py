@@ -154,7 +154,7 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
 
 
 def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
-    """Print what the muscles of a steady gait spend, and how that is counted; nothing if that cannot be told."""
+    """Print what the muscles of a steady gait spend, and how that is counted; nothing if that is not known."""
     from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs, cost_of_transport, spent
     from warpmuscle.scene.accounting import accounting
     from warpmuscle.scene.masses import COMMON_TENSION

@@ -78,7 +78,7 @@ def inverse(
     if sto is not None and not sto.is_dir():
         raise Error(f"--sto names {sto}, which is no folder; make it first")
     start_warp()
-    from warpmuscle.inverse.activations import Options
+    from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.output import write_result, write_storages
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
@@ -86,7 +86,7 @@ def inverse(
     wanted = steps_of(steps)
     if weight not in ("none", "volume"):
         raise Error(f"--weight is none or volume, not {weight!r}")
-    options = Options(
+    options = ActivationOptions(
         power=power, weight=weight.replace("none", ""), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip

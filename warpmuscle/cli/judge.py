@@ -31,7 +31,7 @@ def judge(
     trust: Trust = False,
     output: Annotated[Path | None, typer.Option("--json", help="File for all numbers.")] = None,
 ) -> None:
-    """Judge a gait: how like a person's it is, what it costs and what it bears, beside what it must and what it should.
+    """Judge a gait: its likeness to people's, cost and robustness, beside required and desired values.
 
     It walks 60 s, then 20 runs of 10 s with noise of 0.1 m/s, each body's mass 10 % more or less, on slopes within 3
     degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed. A

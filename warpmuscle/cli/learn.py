@@ -48,13 +48,13 @@ def learn(
     ] = None,
     target: Annotated[
         float | None,
-        typer.Option(min=0.0, max=1.0, help="End when this share lasts its whole time at the speed wanted, ± 0.1 m/s."),
+        typer.Option(min=0.0, max=1.0, help="End when this share lasts its full time at the speed wanted, ± 0.1 m/s."),
     ] = None,
     source: Annotated[
         Path | None, typer.Option("--from", metavar="POLICY", help="Begin with the policy of this HDF5 file.")
     ] = None,
     instances: Annotated[
-        int | None, typer.Option(min=1, help="Bodies that learn together; by default 4096 on a GPU, 64 on a CPU.")
+        int | None, typer.Option(min=1, help="Bodies that learn at once; by default 4096 on a GPU, 64 on a CPU.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the policy and of all that is drawn.")] = 1,
     option: Annotated[

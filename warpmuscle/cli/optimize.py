@@ -48,6 +48,16 @@ if TYPE_CHECKING:
 STILL = 0.05  # m/s, below which nobody walks
 USUAL = 5000  # candidates of a search
 
+Strategy = Annotated[
+    str | None,
+    typer.Option(
+        help="Strategy: cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as LN_BOBYQA; by default cma."
+    ),
+]
+Population = Annotated[
+    int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
+]
+
 
 def optimize(
     context: typer.Context,
@@ -66,16 +76,9 @@ def optimize(
     seed: Annotated[
         int, typer.Option(min=0, help="Of the search; the same seed gives the same result on equal machines.")
     ] = 1,
-    search: Annotated[
-        str | None,
-        typer.Option(
-            help="Strategy: cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as LN_BOBYQA; by default cma."
-        ),
-    ] = None,
+    search: Strategy = None,
     searches: Annotated[int, typer.Option(min=1, help="Independent searches at the same time, in one batch.")] = 1,
-    population: Annotated[
-        int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
-    ] = None,
+    population: Population = None,
     sigma: Annotated[float | None, typer.Option(help="First step, as a part of each parameter's interval.")] = None,
     restarts: Annotated[str, typer.Option(help="Of a converged cma: none, ipop or bipop.")] = "none",
     until: Annotated[
@@ -118,8 +121,9 @@ def optimize(
             )  # fmt: skip
     elif sources:
         start_driver(device)
-        scene = changed(load_scene(sources, settings=settings), duration, time_step, None)
-        scene = _with_objective(with_free(scene, free) if free else scene, settings or [])
+        scene = _with_objective(
+            changed(load_scene(sources, settings=settings), duration, time_step, None), free, settings
+        )
         count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
         from warpmuscle.core.names import file_name
 
@@ -150,12 +154,13 @@ def _print_all(
     suggest(f"`warpmuscle report {output}` says what it found")
 
 
-def _with_objective(scene: Scene, settings: list[str]) -> Scene:
-    """The scene with something to search for; say so if it weighs no term, or if settings ask in vain for a speed."""
+def _with_objective(scene: Scene, free: list[str] | None, settings: list[str] | None) -> Scene:
+    """A scene to search, with more numbers free, and with the usual objective if it has none."""
     from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain, weighs_nothing, with_usual_objective
 
+    scene = with_free(scene, free) if free else scene
     with doubts_printed():
-        warn_of_speed_in_vain(scene, [text.partition("=")[0].strip() for text in settings])
+        warn_of_speed_in_vain(scene, [text.partition("=")[0].strip() for text in settings or []])
     if weighs_nothing(scene):
         scene = with_usual_objective(scene)
         log.print(

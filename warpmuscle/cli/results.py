@@ -10,6 +10,7 @@ import typer
 
 from warpmuscle.cli.common import Settings, Trust, scene_names_like, start_warp, with_settings
 from warpmuscle.cli.console import log, out
+from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
@@ -41,9 +42,10 @@ def apply(
     among: Annotated[
         int | None,
         typer.Option(
-            "--hardiest", min=1, metavar="N", help="Of the N best, the one that most disturbed runs come through."
+            "--most-robust", min=1, metavar="N", help="Of the N best, the one that withstands most disturbed runs."
         ),
     ] = None,
+    hardiest: Annotated[int | None, typer.Option(hidden=True, callback=lambda given: _renamed(given))] = None,
     settle: Annotated[
         float | None,
         typer.Option(min=0.0, metavar="SECONDS", help="Begin in the midst of its motion, at a step after this time."),
@@ -58,7 +60,6 @@ def apply(
     Examples: warpmuscle apply walk56.h5 -o best.toml; warpmuscle apply speeds.h5 --on walk56_human --settle 4
     --over objective.target_speed -o walk56_speeds.toml
     """
-    from warpmuscle.core.errors import Error
     from warpmuscle.core.files import replace_file
     from warpmuscle.formats import save
 
@@ -157,7 +158,6 @@ def report(
 
 def _write_page(result: Path, output: Path, references: list[Path], replay: int, run: str | None) -> None:
     from warpmuscle.cli.common import writable
-    from warpmuscle.core.errors import Error
     from warpmuscle.core.extras import need
     from warpmuscle.core.files import replace_file
     from warpmuscle.plots.subject import Choices, Subject
@@ -199,7 +199,7 @@ def export(
     Of a scene made of an OpenSim model a motion has that model's coordinates, and OpenSim plays it there. A policy maps
     observations as they are to actions.
     """
-    from warpmuscle.core.errors import Error, ResultError
+    from warpmuscle.core.errors import ResultError
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in
     from warpmuscle.results.partial_motion import demanding
@@ -242,3 +242,9 @@ def _write_loads(motion: Recording, scene: Scene, path: Path) -> list[Path]:
 
     start_warp()
     return [path, write_loads(ground_loads(motion, scene), motion.time, path)]
+
+
+def _renamed(given: int | None) -> None:
+    """Error that says what an option of before is called now."""
+    if given is not None:
+        raise Error(f"--hardiest is called --most-robust now: write --most-robust {given}")

@@ -28,11 +28,15 @@ if TYPE_CHECKING:
 
 
 def scenes() -> None:
-    """List the shipped scenes."""
-    from warpmuscle.formats import load, scene_names
+    """List the shipped scenes by what they are good for."""
+    from warpmuscle.core.shipped import STUDIES
+    from warpmuscle.formats import load
+    from warpmuscle.formats.load import scene_groups
 
-    for name in scene_names():
-        out.print(marked(name, "bold", f"  {load(name).description}"))
+    for study, names in scene_groups().items():
+        out.print(marked(f"{study}:", "bold cyan", f" {STUDIES[study]}"))
+        for name in names:
+            out.print(marked(f"  {name}", "bold", f"  {load(name).description}"))
 
 
 def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:

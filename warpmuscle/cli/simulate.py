@@ -105,7 +105,7 @@ def _act(
 ) -> tuple[Scene, Recording, list[Parameter]]:
     """A scene as commanded, its motion by a policy, after it has been printed how it went, and its free parameters.
 
-    Commands of the policy are told to it; others are those of the scene, such as a slope that the policy must feel.
+    Commands of the policy go to it; others are those of the scene, such as a slope that the policy must feel.
     """
     from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of, what_is_told
     from warpmuscle.scene.parameters import free_parameters
@@ -122,7 +122,7 @@ def _act(
         markup=False,
     )
     if said := what_is_told(task):
-        out.print(f"told: {said}", markup=False)
+        out.print(f"commanded: {said}", markup=False)
     return scene, recording, free_parameters(scene)
 
 

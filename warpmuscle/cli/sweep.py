@@ -35,7 +35,7 @@ def sweep(
     ] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads; of each task of a cluster.")] = None,
-    status: Annotated[bool, typer.Option("--status", help="Only tell what the sweep has come to.")] = False,
+    status: Annotated[bool, typer.Option("--status", help="Only print how far the sweep has got.")] = False,
     trust: Trust = False,
 ) -> None:
     """Run many optimisations of a scene with other numbers, or trainings of policies, gathered into one file.

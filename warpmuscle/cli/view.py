@@ -139,7 +139,7 @@ def _sights_of(scene: Scene, device: str | None) -> list[Sight]:
 
 @contextmanager
 def _at_once(scene: Scene, host: str, port: int, no_open: bool) -> Iterator[PageServer]:
-    """A server whose page is open while its motion is made ready, and that is told what goes wrong."""
+    """A server whose page is open while its motion is made ready, and that learns what goes wrong."""
     from warpmuscle.simulation.kernel_cache import tell_of_compiling
     from warpmuscle.view.waiting import Waiting
 

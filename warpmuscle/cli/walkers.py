@@ -39,7 +39,7 @@ def walker_of(
     """What walks, and the name of its scene: a scene, the best of a result file, or a policy in its scene or another.
 
     Raises:
-        Error: what was given does not go together, or cannot be read.
+        Error: what was given contradicts itself, or cannot be read.
     """
     from warpmuscle.learning.player import learned_in
     from warpmuscle.studies.walkers import SceneWalker

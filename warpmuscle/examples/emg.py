@@ -37,10 +37,10 @@ def lifting_emg() -> str:
     from warpmuscle.formats import load
     from warpmuscle.throw.arm import Arm
     from warpmuscle.throw.computed_synergies import computed_excitation
-    from warpmuscle.throw.motion import Motion, resample
+    from warpmuscle.throw.motion import ArmMotion, resample
 
     angles = np.radians(LIFT[:, 1:4])
-    motion = Motion("lift", 0.0, LIFT[:, 0], angles, np.radians(LIFT[:, 4]), LIFT[:, 5:7], ())
+    motion = ArmMotion("lift", 0.0, LIFT[:, 0], angles, np.radians(LIFT[:, 4]), LIFT[:, 5:7], ())
     arm = Arm(load("throw_groups"), ("wrist",))
     motions = resample([motion])
     excitation = computed_excitation(arm, motions)[1][0]

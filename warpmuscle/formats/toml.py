@@ -12,7 +12,7 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import read_file, replace_file, unreadable
 from warpmuscle.core.limits import check_size
-from warpmuscle.core.shipped import scenes_folder
+from warpmuscle.core.shipped import moved_scene, shipped_file
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.scene import Character, Scene
@@ -86,7 +86,7 @@ def _scene(source: Source, folder: Path, doubts: list[SceneError] | None = None)
         named = layer.data.get("character")
         if isinstance(named, str) or (named and isinstance(named, list) and all(isinstance(n, str) for n in named)):
             names = [named] if isinstance(named, str) else named
-            characters = [Source.read(_found(place, name), prefix="character.") for name in names]
+            characters = [Source.read(_found(layer, "character", place, name), prefix="character.") for name in names]
             data.pop("character", None)
             for file in characters:
                 merge(data, {"character": file.data})
@@ -119,7 +119,7 @@ def _layers(source: Source, folder: Path, above: tuple[Path, ...]) -> list[tuple
         return [(source, folder)]
     if not isinstance(base, str):
         raise source.placed(SceneError("the base is the path of another scene", key="base"))
-    path = _found(folder, base)
+    path = _found(source, "base", folder, base)
     if path.resolve() in above:
         raise source.placed(SceneError(f"scenes are based on each other: {base!r}", key="base"))
     place = source.placed
@@ -128,13 +128,18 @@ def _layers(source: Source, folder: Path, above: tuple[Path, ...]) -> list[tuple
     return [*_layers(lower, path.parent, (*above, path.resolve())), (source, folder)]
 
 
-def _found(folder: Path, name: str) -> Path:
-    """A file that a scene names: one in its own folder, else a shipped one, which needs no suffix."""
+def _found(source: Source, key: str, folder: Path, name: str) -> Path:
+    """A file that a scene names by a key: one in its own folder, else a shipped one, which needs no suffix."""
     if "\0" in name:
         raise SceneError(f"no file can be called {name!r}")
-    own = folder / name
-    shipped = scenes_folder() / (name if name.endswith(".toml") else f"{name}.toml")
-    return shipped if not own.exists() and Path(name).name == name and shipped.exists() else own
+    beside = folder / name
+    if beside.exists():
+        return beside
+    if Path(name).name == name:
+        return shipped_file(name) or beside
+    if moved := moved_scene(beside):
+        raise source.placed(SceneError(f"there is no file {name!r}: {moved}", key=key))
+    return beside
 
 
 def merge(table: dict[str, Any], other: dict[str, Any]) -> None:

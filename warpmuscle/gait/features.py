@@ -37,7 +37,7 @@ class Humps(NamedTuple):
 def norm_deviation(name: str, curve: Floats) -> float:
     """Mean distance of a curve (101,) over the cycle from the mean of a norm of `NORMS`, in half-widths of its band."""
     norm = NORMS[name]
-    return float(np.mean(np.abs(curve - norm.mean(PERCENT))[:-1]) / norm.half_band)
+    return float(np.mean(np.abs(curve - norm.mean(PERCENT))[:-1]) / norm.half_width)
 
 
 def greatest(curve: Floats, low: float = 0.0, high: float = 100.0) -> KeyPoint:

@@ -278,7 +278,7 @@ def _within(name: str, curves: list[Floats], normal: bool) -> float | None:
     if not normal:
         return None
     norm = NORMS[name]
-    inside = np.abs(np.mean(curves, axis=0) - norm.mean(PERCENT)) <= norm.half_band
+    inside = np.abs(np.mean(curves, axis=0) - norm.mean(PERCENT)) <= norm.half_width
     return 100.0 * float(inside.mean())
 
 

@@ -79,7 +79,7 @@ _POINTS = {
 
 
 DECIMALS = {
-    "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-bands": 2, "% of the cycle": 1, "body weights": 2,
+    "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-widths": 2, "% of the cycle": 1, "body weights": 2,
     "N m/kg": 2, "cm": 1, "% of the time": 0, "correlation": 2,
     "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
     "% of the foot": 0, "% beyond chance": 0,
@@ -88,7 +88,7 @@ _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is
 
 
 @dataclass(frozen=True)
-class Row:
+class MeasureRow:
     """A measure of walks; None where a walk does not give it."""
 
     name: str
@@ -103,13 +103,16 @@ class Row:
         return tuple("" if value is None else _text(self.unit, value) for value in self.values)
 
 
-def gait_table(walks: list[Measures], running: bool = False) -> list[Row]:
+def gait_table(walks: list[Measures], running: bool = False) -> list[MeasureRow]:
     """Rows of measures, in order, of one or several walks (see `gait_measures`) beside human walking, or running.
 
     A measure that no walk gives has no row.
     """
     names = dict.fromkeys(name for walk in walks for name, value in walk.items() if value is not None)
-    return [Row(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running)) for name in names]
+    return [
+        MeasureRow(name, unit_of(name), tuple(walk.get(name) for walk in walks), *human(name, running))
+        for name in names
+    ]
 
 
 def shown_rows(walks: list[Measures], running: bool = False) -> list[tuple[str, ...]]:
@@ -143,7 +146,7 @@ def _text(unit: str, value: float) -> str:
 def unit_of(name: str) -> str:
     """Unit of a measure."""
     if name.startswith("deviation"):
-        return "half-bands"
+        return "half-widths"
     if "outside the norms" in name or name.startswith("angles from") or name.endswith("from people"):
         return "SD"
     if name.startswith("likeness"):
@@ -167,7 +170,7 @@ def human(name: str, running: bool = False) -> tuple[str, str]:
     title, index = _POINTS.get(name.removesuffix(AT), ("", 0))
     if title:
         percent, value = NORMS[title].points[index]
-        return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_band:g}", SOURCE
+        return f"{percent:g}" if name.endswith(AT) else f"{value:g} ± {NORMS[title].half_width:g}", SOURCE
     if name == "depth of the valley":
         first, valley, second = (NORMS[FORCE].points[index][1] for index in (1, 2, 3))
         return f"{min(first, second) - valley:.2g}", SOURCE

@@ -18,7 +18,7 @@ RESERVE = 0.1  # N m or N, of a reserve at which it costs as much as a full acti
 
 
 @dataclass(frozen=True)
-class Options:
+class ActivationOptions:
     """How activations are found.
 
     Attributes:

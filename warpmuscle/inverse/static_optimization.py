@@ -20,7 +20,7 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
-from warpmuscle.inverse.activations import RESERVE, Activations, Options
+from warpmuscle.inverse.activations import RESERVE, ActivationOptions, Activations
 from warpmuscle.inverse.body_model import BodyModel, MuscleFrames
 from warpmuscle.inverse.dynamics import Moments, Prepared, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
@@ -64,7 +64,8 @@ def static_optimization(
     Args:
         model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
         emg: of the same trials, None of one without.
-        options: see `Options`: power, weight, physiology, passive, reserve, least, emg_weight, rates, elastic.
+        options: see `ActivationOptions`: power, weight, physiology, passive, reserve, least, emg_weight, rates,
+            elastic.
 
     Raises:
         ArgumentError: see `inverse_dynamics`; or an option that is none, or EMG of other muscles or another time.
@@ -72,9 +73,9 @@ def static_optimization(
     """
     many = not isinstance(coordinates, Coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
-    unknown = next((name for name in options if name not in Options.__dataclass_fields__), None)
+    unknown = next((name for name in options if name not in ActivationOptions.__dataclass_fields__), None)
     if unknown is not None:
-        raise ArgumentError(f"no option {unknown!r}; there are {', '.join(Options.__dataclass_fields__)}")
+        raise ArgumentError(f"no option {unknown!r}; there are {', '.join(ActivationOptions.__dataclass_fields__)}")
     trials = prepare(body, coordinates, loads, filter, times)
     signals = [emg] if isinstance(emg, Emg) or emg is None else list(emg)
     signals = signals * len(trials.times) if emg is None else signals
@@ -82,12 +83,16 @@ def static_optimization(
         raise ArgumentError(
             f"there is EMG of {number_of(len(signals), 'trial')}, and coordinates of {len(trials.times)}"
         )
-    found = activations_of(body, trials, Options(**options), signals)  # type: ignore[arg-type]
+    found = activations_of(body, trials, ActivationOptions(**options), signals)  # type: ignore[arg-type]
     return found if many else found[0]
 
 
 def activations_of(
-    body: BodyModel, trials: Prepared, options: Options, emg: Sequence[Emg | None] = (), effort: Floats | None = None
+    body: BodyModel,
+    trials: Prepared,
+    options: ActivationOptions,
+    emg: Sequence[Emg | None] = (),
+    effort: Floats | None = None,
 ) -> list[Activations]:
     """Activations of prepared trials.
 
@@ -142,7 +147,9 @@ class Launch:
 class Solver:
     """Static optimisation of the trials of a model with the same options."""
 
-    def __init__(self, body: BodyModel, trials: Prepared, options: Options, emg: Sequence[Emg | None]) -> None:
+    def __init__(
+        self, body: BodyModel, trials: Prepared, options: ActivationOptions, emg: Sequence[Emg | None]
+    ) -> None:
         self.body, self.trials, self.options = body, trials, options
         muscles = [body.muscle(name) for name in body.muscles]
         model = body.scene.muscle_model

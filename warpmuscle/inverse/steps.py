@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.inverse.activations import Options
+from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments, prepare
 from warpmuscle.inverse.emg import Emg
@@ -39,7 +39,7 @@ def run_steps(
     filter: float | None = None,
     times: Floats | Sequence[Floats] | None = None,
     emg: Sequence[Emg | None] | None = None,
-    options: Options | None = None,
+    options: ActivationOptions | None = None,
     on: str = "child",
     frame: str = "child",
 ) -> list[Trial]:
@@ -66,7 +66,7 @@ def run_steps(
     if "so" in steps:
         effort = dynamics.effort + dynamics.followed
         signals = nothing if emg is None else list(emg)
-        activations = activations_of(body, trials, options or Options(), signals, effort)
+        activations = activations_of(body, trials, options or ActivationOptions(), signals, effort)
     reactions = reactions_of(body, trials, activations, on, frame, dynamics) if "jr" in steps else nothing
     found = zip(names, motions, moments, activations or nothing, reactions, strict=True)
     return [

@@ -1,4 +1,4 @@
-"""Angles of an arm from markers, as `warpmuscle throw` reads them.
+"""Angles of an arm from markers, as `warpmuscle throw fit` reads them.
 
 The trunk's axes are up (from the middle of the hips to that of the shoulders), right (the line of the shoulders made
 orthogonal to it) and forwards. Angles, as hinges one behind the other, zero where a straight arm hangs down with the
@@ -46,7 +46,7 @@ SPANS = (
 UPPER_ARM = 0.1, 0.8  # m, between which all are
 FACING = 0.25  # of a chest that faces forwards, the least
 LONGEST_GAP = 0.2  # s, in which a marker may be lost
-SIDEWAYS = np.radians(10.0)  # of the upper arm from the line of the shoulders, below which no angle forwards is told
+SIDEWAYS = np.radians(10.0)  # of the upper arm from the line of the shoulders, below which no angle forwards is given
 SAME = 1e-9  # in any unit, of one marker under two names
 MOST_RATE = 10_000.0  # Hz, of what is written
 APART = 0.005  # m, between markers of two roles, the least
@@ -102,7 +102,7 @@ class ArmAngles:
     release: float  # s, of the fastest extension of the elbow
 
     def columns(self) -> dict[str, Floats]:
-        """What a file for `warpmuscle throw` holds, by name."""
+        """What a file for `warpmuscle throw fit` holds, by name."""
         found = {"time_s": self.time}
         found |= {f"{name}_deg": np.degrees(column) for name, column in zip(ANGLES, self.angles.T, strict=True)}
         found["trunk_pitch_deg"] = np.degrees(self.lean)
@@ -114,7 +114,7 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
 
     Raises:
         SignalError: a marker is missing or lost for long, one stands for two roles, the elbow never extends, or the
-            upper arm points so far sideways that no angle forwards can be told.
+            upper arm points so far sideways that no angle forwards can be determined.
     """
     choices = choices or Choices()
     points = _points(markers, choices)
@@ -186,7 +186,7 @@ def _check_apart(markers: Markers, choices: Choices, points: Mapping[str, Floats
         used = {choices.markers[role] for role in (first, second) if role in choices.markers}
         which = f" ({' and '.join(sorted(used))})" if used else ""
         raise SignalError(
-            f"{names} are at the same place{which}, so that no angle can be told from them; give each a marker of its "
+            f"{names} are at the same place{which}, so no angle follows from them; give each a marker of its "
             "own by --marker ROLE=NAME", file=markers.path,
         )  # fmt: skip
 
@@ -213,7 +213,7 @@ def _check_told(markers: Markers, time: Floats, angles: Floats) -> None:
     if abduction[worst] > 0.5 * np.pi - SIDEWAYS:
         raise SignalError(
             f"the upper arm points sideways, {np.degrees(abduction[worst]):.0f} deg out of the trunk's sagittal plane "
-            f"at {time[worst]:.3g} s, so that its angle forwards cannot be told; keep another part: --before, --after",
+            f"at {time[worst]:.3g} s, so its angle forwards cannot be determined; keep another part: --before, --after",
             file=markers.path,
         )  # fmt: skip
 
@@ -313,7 +313,7 @@ def _unit(x: Floats) -> Floats:
 
 
 def write_angles(path: Path, found: ArmAngles) -> None:
-    """Write a table that `warpmuscle throw` reads."""
+    """Write a table that `warpmuscle throw fit` reads."""
     columns = found.columns()
     lines = [",".join(columns)]
     lines += [",".join(f"{value:.6f}" for value in row) for row in np.column_stack(list(columns.values()))]

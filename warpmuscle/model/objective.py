@@ -114,7 +114,7 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
             "norm_scale": to_device(scale, float, device),
             "norm_side": to_device(side, int, device),
             "norm_force": to_device(mean, float, device),
-            "norm_force_band": RUNNING_FORCE_BAND if running else force.half_band,
+            "norm_force_band": RUNNING_FORCE_BAND if running else force.half_width,
         }
     return fields
 

@@ -69,12 +69,12 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     values, cost = result.best.params, result.best.cost
     if among is not None:
         if result.evaluations is None or scene.stages:
-            raise ResultError("the hardiest is chosen among the candidates of a search without stages")
+            raise ResultError("the most robust one is chosen among the candidates of a search without stages")
         from warpmuscle.optimization.robust_selection import RUNS, most_robust  # which simulates
 
         row, held = most_robust(scene, result.evaluations, among)
         values, cost = result.evaluations.params[row], float(result.evaluations.cost[row])
-        chosen = f"; the hardiest of the best {among}, upright in {held} of {RUNS} runs"
+        chosen = f"; the most robust of the best {among}, upright in {held} of {RUNS} runs"
     best = np.asarray(values, dtype=np.float64)
     names = [parameter.name for parameter in free_parameters(scene)]
     for pattern in fixed:

@@ -15,7 +15,7 @@ from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.optimization.stage_rows import StageRows, history_of, joined_history
 from warpmuscle.optimization.stages import searches_of, stage_seed, with_population
-from warpmuscle.results.records import Evaluations, History, Options, Searched, Staged, best_of, joined
+from warpmuscle.results.records import Evaluations, History, Searched, SearchOptions, Staged, best_of, joined
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values
 from warpmuscle.scene.stage_scene import stage_scene
@@ -39,7 +39,7 @@ class Curriculum:
         self,
         scene: Scene,
         seed: int,
-        options: Options,
+        options: SearchOptions,
         stages: Sequence[Staged],
         batches: Callable[[Scene], GenerationEvaluator],
         tracker: Tracker,
@@ -167,7 +167,7 @@ class Curriculum:
         elsewhere = max(self._elsewhere - rows.first, 0)
         return _Now(rows, SearchLoop(scene, limits, searches, batches, self.tracker, known, history, elsewhere))
 
-    def _limits(self, number: int, options: Options) -> Options:
+    def _limits(self, number: int, options: SearchOptions) -> SearchOptions:
         """Options of a stage with candidates and wall time counted from the beginning of the whole search."""
         total, tracker = self._options, self.tracker
         last = number == len(self._stages) - 1

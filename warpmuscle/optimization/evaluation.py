@@ -161,7 +161,7 @@ class BatchEvaluator:
             generation: takes the outcomes, also those that have ended when an exception such as KeyboardInterrupt
                 comes from `tracker`.
             limit: of so many candidates at most.
-            tracker: is told.
+            tracker: receives the progress.
             enough: asked before every batch; true ends it.
         """
         rows = generation.missing()[: max(limit, 0)]

@@ -10,6 +10,7 @@ from warpmuscle.core.arguments import as_path, as_truth, as_whole
 from warpmuscle.core.errors import Error, UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.model.unused_parameters import in_short, without_unused
+from warpmuscle.optimization.curriculum import Curriculum
 from warpmuscle.optimization.evaluation import BatchEvaluator
 from warpmuscle.optimization.options import (
     GREATEST_SEED,
@@ -27,13 +28,7 @@ from warpmuscle.optimization.stages import plan
 from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.records import (
-    ANY_NUMBER,
-    Options,
-    Result,
-    Staged,
-    parameter_table,
-)
+from warpmuscle.results.records import ANY_NUMBER, Result, SearchOptions, Staged, parameter_table
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.validation.scene import check_scene
@@ -92,14 +87,13 @@ def optimize(
         progress: called several times a second of work.
         batches: makes what evaluates a scene, or one of its stages, in place of device and threads; by default
             batches of this optimisation's own.
-        trust: let code run that the scene names; not needed where `load` was told so.
+        trust: let code run that the scene names; not needed where `load` was given it.
         quantities, single: what the output keeps of the motion, as of `write`; what is returned has all of it.
 
     Raises:
         ArgumentError: an unknown quantity.
         Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an
-            option is impossible, the output cannot be written, or the search was interrupted before any candidate had
-            ended.
+            option is impossible, the output cannot be written, or Ctrl-C came before any candidate had ended.
     """
     scene = with_usual_objective(scene_of(scene, trust=trust))
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
@@ -110,18 +104,21 @@ def optimize(
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
-    scene = _without_unused(scene)
+    required_parameters(scene)
+    scene, unused = without_unused(scene)
+    if unused:
+        said = f"nothing uses {in_short(unused)}: left as given, and not searched for"
+        warnings.warn(said, UnusedParameterWarning, stacklevel=2)
     strategy = usual_strategy(scene) if search is None else search
-    options = Options(strategy, searches, population, sigma, restarts, candidates=count, until=until, target=target)
-    options = check_options(options)
+    options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)
         options, stages = plan(scene, options)
-    tracker = Tracker(options.candidates, options.until, progress)
     batches = batches or (lambda part: BatchEvaluator(part, device, threads))
+    tracker = Tracker(options.candidates, options.until, progress)
     search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
-    start = _first_result(scene, search_loop, command, seed)
+    start = _nothing_evaluated(scene, search_loop, command, seed)
     if file is None:
         player = make_player(scene, search_loop)
         return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
@@ -129,20 +126,14 @@ def optimize(
         return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
 
 
-def _without_unused(scene: Scene) -> Scene:
-    """The scene whose unused free parameters stay as given, with a warning; an Error if it has no others."""
-    required_parameters(scene)
-    scene, unused = without_unused(scene)
-    if unused:
-        text = f"nothing uses {in_short(unused)}: left as given, and not searched for"
-        warnings.warn(text, UnusedParameterWarning, stacklevel=3)
-    return scene
-
-
-def _first_result(scene: Scene, search_loop: SearchLoop, command: str, seed: int) -> Result:
-    """What a search that is about to begin has to say of itself."""
+def _nothing_evaluated(scene: Scene, search_loop: SearchLoop | Curriculum, command: str, seed: int) -> Result:
+    """The result of a search that has not begun."""
     return Result(
-        scene=toml.dumps(scene), device=search_loop.device, command=command, seed=seed,
-        parameters=parameter_table(free_parameters(scene)), evaluations=search_loop.evaluations(),
+        scene=toml.dumps(scene),
+        device=search_loop.device,
+        command=command,
+        seed=seed,
+        parameters=parameter_table(free_parameters(scene)),
+        evaluations=search_loop.evaluations(),
         searched=search_loop.searched(""),
-    )  # fmt: skip
+    )

@@ -12,7 +12,7 @@ from warpmuscle.core.limits import check_size
 from warpmuscle.optimization.evaluation import GenerationEvaluator
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.results.records import (
-    Options,
+    SearchOptions,
 )
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, free_parameters
@@ -39,7 +39,7 @@ def usual_strategy(scene: Scene) -> str:
     return "cma" if len(free_parameters(scene)) > 1 else "random"
 
 
-def check_options(options: Options) -> Options:
+def check_options(options: SearchOptions) -> SearchOptions:
     """Options as numbers of Python; raise Error for what no strategy has to know."""
     found: dict[str, Any] = {
         "strategy": as_text(options.strategy, "search"),

@@ -11,7 +11,7 @@ import numpy as np
 from warpmuscle.results.records import ANY_NUMBER
 from warpmuscle.simulation.candidates import CandidateBatch
 
-INTERVAL = 0.05  # s at least between two times that a batch is told of
+INTERVAL = 0.05  # s at least between two reports of a batch
 TELLING = 0.05  # of the time, that may go into finding out what to tell
 
 
@@ -20,7 +20,7 @@ class Progress:
     """How far an optimisation has come."""
 
     candidates: int  # to be evaluated in all
-    done: int  # of them evaluated to their end
+    done: int  # of them fully evaluated
     alive: int  # still walking in the batch that runs now
     best: float  # least cost so far; infinite before the first candidate has ended
     simulated: float  # s of motion computed so far by this process, summed over instances

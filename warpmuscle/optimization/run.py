@@ -19,9 +19,9 @@ from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import (
     Evaluations,
-    Options,
     Result,
     Searched,
+    SearchOptions,
     Staged,
     best_of,
 )
@@ -33,7 +33,7 @@ from warpmuscle.scene.stage_scene import stage_scene
 def make_search_loop(
     scene: Scene,
     seed: int,
-    options: Options,
+    options: SearchOptions,
     stages: tuple[Staged, ...],
     batches: MakeBatches,
     tracker: Tracker,
@@ -44,7 +44,7 @@ def make_search_loop(
     """One loop for the whole search, or a curriculum of one for each of its stages.
 
     Args:
-        batches: makes what evaluates candidates of a scene. tracker: is told how far it has come.
+        batches: makes what evaluates candidates of a scene. tracker: receives the progress.
         known: evaluations of earlier, by generation, which are not made again. earlier: the search that they are of.
         elsewhere: how many of the first generations were asked for on other machines.
     """

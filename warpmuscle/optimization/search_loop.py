@@ -13,7 +13,7 @@ from warpmuscle.core.errors import Interrupted
 from warpmuscle.optimization.evaluation import Generation, GenerationEvaluator, OtherCandidates
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replay
-from warpmuscle.results.records import Evaluations, History, Options, Searched, joined
+from warpmuscle.results.records import Evaluations, History, Searched, SearchOptions, joined
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, from_unit, start_values, to_unit
 from warpmuscle.search.batched import Batch, ask_all, tell_all
@@ -27,11 +27,11 @@ INTERRUPTED = "interrupted"  # why it ended, if a KeyboardInterrupt ended it
 class SearchLoop:
     """One optimisation from its first generation on.
 
-    What was evaluated before is not evaluated again, but told to the searches anew. They depend on nothing else, so
+    What was evaluated before is not evaluated again, but passed to the searches again. They depend on nothing else, so
     that a search that was interrupted goes on as if it had not been.
 
     On another machine that is not so: linear algebra rounds differently there, and what the searches ask for moves
-    away from what was evaluated. There they are told the candidates of earlier with their costs in place of their own.
+    away from what was evaluated. There they receive the earlier candidates with their costs in place of their own.
 
     Attributes:
         tracker: how far it has come.
@@ -40,7 +40,7 @@ class SearchLoop:
     def __init__(
         self,
         scene: Scene,
-        options: Options,
+        options: SearchOptions,
         searches: list[Search],
         batches: GenerationEvaluator,
         tracker: Tracker,
@@ -143,7 +143,7 @@ class SearchLoop:
         return ""
 
     def _one_generation(self, keep: Callable[[Evaluations], None]) -> bool:
-        """Ask, evaluate, keep and tell; False if only a part could be evaluated, of which nothing is told."""
+        """Ask, evaluate, keep and tell; False if only a part could be evaluated, of which nothing is reported."""
         batch = ask_all(self._searches)
         known = self._known.get(self._number)
         generation = self._generation(batch, all_of_it=known is not None)

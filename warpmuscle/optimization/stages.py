@@ -11,7 +11,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.results.records import Options, Staged
+from warpmuscle.results.records import SearchOptions, Staged
 from warpmuscle.scene import Scene, SearchStage
 from warpmuscle.scene.parameters import free_parameters, start_values, to_unit
 from warpmuscle.scene.stage_scene import freed, stage_scene
@@ -20,7 +20,7 @@ from warpmuscle.search.search import Search
 from warpmuscle.search.strategies import make_searches
 
 
-def plan(scene: Scene, options: Options) -> tuple[Options, tuple[Staged, ...]]:
+def plan(scene: Scene, options: SearchOptions) -> tuple[SearchOptions, tuple[Staged, ...]]:
     """The stages of a scene before the search begins.
 
     - Candidates: those asked for are the total. A stage with a number of its own gets that many, or that part of the
@@ -57,7 +57,7 @@ def plan(scene: Scene, options: Options) -> tuple[Options, tuple[Staged, ...]]:
     return changed(options, candidates=sum(counts)), tuple(staged)
 
 
-def prolonged(stages: Sequence[Staged], options: Options, target: float | None) -> tuple[Staged, ...]:
+def prolonged(stages: Sequence[Staged], options: SearchOptions, target: float | None) -> tuple[Staged, ...]:
     """The stages when the search has another total: the last one gets what the others leave.
 
     Args:
@@ -70,7 +70,7 @@ def prolonged(stages: Sequence[Staged], options: Options, target: float | None) 
     return (*others, changed(last, options=changed(last.options, candidates=count, target=target)))
 
 
-def searches_of(scene: Scene, options: Options, seed: int) -> list[Search]:
+def searches_of(scene: Scene, options: SearchOptions, seed: int) -> list[Search]:
     """Searches for the free parameters of a scene, from their values; raises Error, see `make_searches`."""
     parameters = free_parameters(scene)
     start: Floats = to_unit(parameters, start_values(scene))
@@ -80,7 +80,7 @@ def searches_of(scene: Scene, options: Options, seed: int) -> list[Search]:
     )  # fmt: skip
 
 
-def with_population(options: Options, largest: int) -> Options:
+def with_population(options: SearchOptions, largest: int) -> SearchOptions:
     """The options with the generations of a random search as large as a batch (candidates), unless they say.
 
     Those of a search that is over in one batch have no more candidates than it asks for.
@@ -116,7 +116,7 @@ def _count(candidates: float, total: int) -> int:
     return int(candidates) if candidates >= 1.0 else max(int(candidates * total + 1e-9), 1)
 
 
-def _settings(stage: SearchStage, options: Options) -> Options:
+def _settings(stage: SearchStage, options: SearchOptions) -> SearchOptions:
     """The options of a stage but for its parts and its target."""
     if stage.strategy is not None:
         options = changed(options, strategy=stage.strategy, population=None, sigma=None, restarts="none")

@@ -52,7 +52,7 @@ def norm_band(axes: Any, name: str) -> None:
     norm = NORMS[name]
     mean: Floats = norm.mean(PERCENT)
     label = f"norm (dots: extremes of the {SOURCE})"
-    low, high = mean - norm.half_band, mean + norm.half_band
+    low, high = mean - norm.half_width, mean + norm.half_width
     there = norm.periodic | (mean > 0.0)
     axes.fill_between(PERCENT, low, high, where=there, color=BAND_COLOR, lw=0.0, label=label)
     axes.plot(*zip(*norm.points, strict=True), "o", color="#A0A0A0", ms=2.5)

@@ -30,7 +30,7 @@ LASTING = 10.0  # s, of the walk that is measured
 RATE = 200.0  # frames/s, for what happens when a foot lands
 FALLING = 2.0  # s, that are shown of what fails, until it lies
 WALKED = "walks on its own"
-# Decimals of the measures that are told.
+# Decimals of the measures that are printed.
 MEASURES = {
     "speed": 2,
     "cost of transport": 1,
@@ -166,7 +166,7 @@ def _cells(cells: Sequence[str]) -> str:
 
 
 def _notes(walk: Walked) -> list[str]:
-    """What disturbs runs, and how metabolic energy is counted, if it is told."""
+    """What disturbs runs, and how metabolic energy is counted, if known."""
     notes = [f"disturbed: {judge.DISTURBED}"]
     words = accounting(walk.scene, walk.motion.muscle_names)
     if words and walk.measures.get("cost of transport") is not None:

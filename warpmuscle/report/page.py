@@ -14,7 +14,7 @@ import numpy as np
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import gait_measures
-from warpmuscle.gait.table import Row, gait_table
+from warpmuscle.gait.table import MeasureRow, gait_table
 from warpmuscle.plots import KINDS, draw
 from warpmuscle.plots.parameters import unit_values
 from warpmuscle.plots.style import picture
@@ -186,7 +186,7 @@ def _parameters(result: Result) -> list[Value]:
     ]
 
 
-def _rows(subject: Subject, others: list[Subject]) -> list[Row]:
+def _rows(subject: Subject, others: list[Subject]) -> list[MeasureRow]:
     """The walk beside human walking and the references; nothing for a motion that is no walk."""
     if not subject.result.replays or not subject.walks:
         return []

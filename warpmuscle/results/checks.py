@@ -23,10 +23,10 @@ from warpmuscle.results.records import (
     Evaluations,
     Fit,
     History,
-    Options,
     ParameterTable,
     Result,
     Searched,
+    SearchOptions,
 )
 
 HUGE_SINGLE = 1.0e18  # the same of single precision, in which motion is recorded
@@ -156,7 +156,7 @@ def _check_history(history: History) -> None:
     check_numbers("history/sigma", history.sigma, shape, gaps=True)
 
 
-def _check_options(place: str, options: Options) -> None:
+def _check_options(place: str, options: SearchOptions) -> None:
     def refuse(name: str, value: object) -> ValueError:
         return ValueError(f"{place}: {name} is {value!r}")
 

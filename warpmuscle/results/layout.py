@@ -13,7 +13,7 @@ from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import CURVE, Ancestor, Learned, PolicyTable
 from warpmuscle.results.motion_layout import put_motions
-from warpmuscle.results.records import Best, Evaluations, Options, ParameterTable, Result, Searched
+from warpmuscle.results.records import Best, Evaluations, ParameterTable, Result, Searched, SearchOptions
 
 FORMAT = "warpmuscle"
 FORMAT_VERSION = 3
@@ -143,8 +143,8 @@ def _put_searched(file: Any, searched: Searched) -> None:
             _put_best(inner, stage.best)
 
 
-def _put_options(group: Any, options: Options) -> None:
-    for field in fields(Options):
+def _put_options(group: Any, options: SearchOptions) -> None:
+    for field in fields(SearchOptions):
         if (value := getattr(options, field.name)) is not None:
             group.attrs[field.name] = value
 

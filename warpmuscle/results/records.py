@@ -136,7 +136,7 @@ ANY_NUMBER = 10**9  # of candidates, of an optimisation that ends by its time
 
 
 @dataclass(frozen=True)
-class Options:
+class SearchOptions:
     """What an optimisation was asked for, all that it needs to go on except the scene and the seed."""
 
     strategy: str = "cma"
@@ -160,7 +160,7 @@ class Staged:
 
     name: str
     free: tuple[str, ...]  # names of the parameters that it changes, the dimensions of its searches
-    options: Options  # its own: candidates and until are its parts, the target that of its cost
+    options: SearchOptions  # its own: candidates and until are its parts, the target that of its cost
     ended: str = ""  # why the next stage began; empty while it has not
     best: Best | None = None  # of its candidates
 
@@ -169,7 +169,7 @@ class Staged:
 class Searched:
     """How an optimisation went: what was asked, why it ended, each generation, and what its searches know."""
 
-    options: Options
+    options: SearchOptions
     ended: str  # why; empty for one that was still going on, and so can only be resumed from here
     history: History
     states: tuple[Mapping[str, Floats], ...] = ()  # of each search, arrays by name; with stages, of those of this one

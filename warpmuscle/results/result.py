@@ -38,7 +38,7 @@ from __future__ import annotations
 import contextlib
 import io
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -65,10 +65,10 @@ from warpmuscle.results.records import (
     Evaluations,
     Fit,
     History,
-    Options,
     ParameterTable,
     Result,
     Searched,
+    SearchOptions,
     Staged,
 )
 from warpmuscle.scene.validation.checks import near
@@ -96,6 +96,34 @@ def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None 
         result = with_less(result, quantities, single)
     try:
         replace_file(path, _image(result))
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
+
+
+def write_extended(
+    path: str | Path,
+    result: Result,
+    add: Callable[[Any], None],
+    *,
+    kind: str = FORMAT,
+    quantities: Sequence[str] | None = None,
+    single: bool = False,
+) -> None:
+    """Write a result file, as `write` does, with groups of one's own besides.
+
+    Args:
+        add: gets the open h5py.File, with the result in it, and adds to it.
+        kind: the attribute `format`; `read` reads the kinds that this package writes, and leaves out what was added.
+
+    Raises:
+        ResultError: the file cannot be written; nothing is left behind then.
+    """
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", track_order=True) as file:
+        put(file, with_less(result, quantities, single), kind)
+        add(file)
+    try:
+        replace_file(Path(path), memory.getvalue())
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
 
@@ -183,7 +211,7 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
         if run is not None:
             raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
         if "scene" not in file:
-            raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw -o` writes all of it")
+            raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw fit -o` writes both")
         return file
     runs = hdf5.member(file, "runs")
     names = list(runs)
@@ -267,9 +295,9 @@ def _load_searched(file: Any) -> Searched:
     return Searched(_load_options(attributes), ended, History(**columns), tuple(states), stages, stage, elsewhere)
 
 
-def _load_options(attributes: Any) -> Options:
-    given = {field.name: attributes[field.name] for field in fields(Options) if field.name in attributes}
-    return Options(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
+def _load_options(attributes: Any) -> SearchOptions:
+    given = {field.name: attributes[field.name] for field in fields(SearchOptions) if field.name in attributes}
+    return SearchOptions(**{name: value.item() if hasattr(value, "item") else value for name, value in given.items()})
 
 
 def _load_staged(group: Any) -> Staged:

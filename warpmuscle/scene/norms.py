@@ -31,7 +31,7 @@ class Norm:
     """Mean and half-width of a quantity over the gait cycle, from the touch-down of a foot to its next."""
 
     points: tuple[tuple[float, float], ...]  # percent of the cycle and mean, in order
-    half_band: float
+    half_width: float
     unit: str
     periodic: bool = True  # the last point leads on to the first; else the mean is 0 before and after
 
@@ -48,7 +48,7 @@ class Norm:
 
     def sd(self, percent: Floats) -> Floats:
         """The half-width of the band, which counts as a standard deviation, at these percents, of the same shape."""
-        return np.full(np.shape(percent), self.half_band)
+        return np.full(np.shape(percent), self.half_width)
 
 
 NORMS = {
@@ -120,7 +120,7 @@ def walking_force(percent: Floats, speed: float) -> Floats:
     norm = NORMS[FORCE]
     swing = min((speed / COMFORTABLE) ** 2, GREATEST_SWING)
     (first, rise), valley, (last, fall) = ((at, 1.0 + swing * (value - 1.0)) for at, value in norm.points[1:-1])
-    between = Norm(((first, rise), valley, (last, fall)), norm.half_band, norm.unit, periodic=False).mean(percent)
+    between = Norm(((first, rise), valley, (last, fall)), norm.half_width, norm.unit, periodic=False).mean(percent)
     loading, unloading = percent / first, (STANCE - percent) / (STANCE - last)
     return np.where(percent < first, rise * _edge(loading), np.where(percent > last, fall * _edge(unloading), between))
 
@@ -174,8 +174,8 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
         scene: with feet that have a hip, a knee and an ankle above them.
 
     Returns:
-        Mean angles (BINS, bodies) of each body's joint in half-bands; (bodies,) half-bands per rad of a turn about x, 0
-        for joints without a norm; and (bodies,) the leg that the body's joint belongs to, 0 left, 1 right.
+        Mean angles (BINS, bodies) of each body's joint in half-widths; (bodies,) half-widths per rad of a turn about x,
+        0 for joints without a norm; and (bodies,) the leg that the body's joint belongs to, 0 left, 1 right.
     """
     assert scene.feet is not None
     bands = (RUNNING if scene.objective.gait == "run" else WALKING)[0].angles
@@ -184,8 +184,8 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
     for side in range(len(scene.feet)):
         for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
             body, band = names.body_of_joint(joint), bands[title]
-            half_band = float(band.sd(PERCENT_OF_BIN).mean())
-            table[:, body] = band.mean(PERCENT_OF_BIN) / half_band
-            scale[body] = np.degrees(sign) / half_band
+            half_width = float(band.sd(PERCENT_OF_BIN).mean())
+            table[:, body] = band.mean(PERCENT_OF_BIN) / half_width
+            scale[body] = np.degrees(sign) / half_width
             sides[body] = side
     return table, scale, sides

@@ -14,8 +14,8 @@ from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
-from warpmuscle.search.restarts import Restarts, Run
-from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_sigma, checked_start, frozen
+from warpmuscle.search.restarts import CmaRun, Restarts
+from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start, frozen
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", UserWarning)  # it misses Matplotlib, which only its plots need
@@ -68,7 +68,7 @@ class CmaSearch:
         population = checked_population(population, 4 + int(3 * math.log(len(self._start))), LEAST_POPULATION)
         self._restarts = Restarts(restarts, population, checked_sigma(sigma))
         self._generator = np.random.default_rng(seed)
-        self._progress = Progress(self._start)
+        self._progress = BestSoFar(self._start)
         self._reason = ""
         self._asked: Floats | None = None
         self._sampled: list[Floats] = []  # what was asked, before the map into the cube
@@ -132,7 +132,7 @@ class CmaSearch:
             "restarts": np.array(self._restarts.count, dtype=np.float64),
         }
 
-    def _begin(self, run: Run, start: Floats) -> Any:
+    def _begin(self, run: CmaRun, start: Floats) -> Any:
         """The strategy of a run from a point (P,) of the cube."""
         options = strategy_options(run.population, self._generator)
         self._used = 0  # evaluations of this run

@@ -15,7 +15,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.search.adapter import Abandoned, AskTellAdapter, Evaluate
 from warpmuscle.search.differences import gradient, stencil
-from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_sigma, checked_start
+from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start
 
 GRADIENT_STEP = 1e-4
 TOLERANCE = 1e-9  # of the cube's edge: an algorithm with steps below that has converged
@@ -84,7 +84,7 @@ class NloptSearch:
             population = checked_population(population, population, least=1)
         if sigma is not None:
             sigma = checked_sigma(sigma)
-        self._progress = Progress(point)
+        self._progress = BestSoFar(point)
         body = _body(algorithm, point, seed, population, sigma, gradient_step, tolerance)
         self._algorithm = algorithm
         try:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.search.search import Progress, checked_costs, checked_population, checked_start, frozen
+from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_start, frozen
 
 GENERATION = 500
 
@@ -53,7 +53,7 @@ class RandomGenerations:
         self._start = checked_start(start)
         self._population = checked_population(population, GENERATION, least=1)
         self._source = RandomSearch(self._start, np.zeros_like(self._start), np.ones_like(self._start), seed)
-        self._progress = Progress(self._start)
+        self._progress = BestSoFar(self._start)
         self._asked: Floats | None = None
 
     def ask(self) -> Floats:

@@ -14,7 +14,7 @@ DOUBLINGS = 9  # Hansen (2009)
 
 
 @dataclass(frozen=True)
-class Run:
+class CmaRun:
     """One strategy from its start to its end."""
 
     population: int
@@ -44,30 +44,30 @@ class Restarts:
         if kind not in KINDS:
             raise Error(f"restarts are one of {', '.join(KINDS)}, not {kind!r}")
         self._kind = kind
-        self.run = Run(population, sigma)
+        self.run = CmaRun(population, sigma)
         self.count = 0  # of restarts so far
         self.first = self.run
         self._doublings = 0
         self._spent = {False: 0, True: 0}  # evaluations by regime: small, large
         self._last_large = 0  # evaluations of the last large run
 
-    def next(self, evaluations: int, generator: np.random.Generator) -> Run | None:
+    def next(self, evaluations: int, generator: np.random.Generator) -> CmaRun | None:
         """The run after the current one, which has used so many evaluations; None if there shall be no more."""
         self._spent[self.run.large] += evaluations
         if self.run.large:
             self._last_large = evaluations
-        run: Run | None = None
+        run: CmaRun | None = None
         if self._kind == "bipop" and self._spent[False] < self._spent[True]:
             run = self._small(generator)
         elif self._kind != "none" and self._doublings < DOUBLINGS:
             self._doublings += 1
-            run = Run(self.first.population * 2**self._doublings, self.first.sigma, large=True)
+            run = CmaRun(self.first.population * 2**self._doublings, self.first.sigma, large=True)
         if run is not None:
             self.run, self.count = run, self.count + 1
         return run
 
-    def _small(self, generator: np.random.Generator) -> Run:
+    def _small(self, generator: np.random.Generator) -> CmaRun:
         """A small run (Hansen 2009, section 2)."""
         finer, larger = generator.uniform(size=2)
         population = int(self.first.population * (0.5 * 2**self._doublings) ** (larger**2))
-        return Run(population, self.first.sigma * 10.0 ** (-2.0 * finer), 0.5 * self._last_large)
+        return CmaRun(population, self.first.sigma * 10.0 ** (-2.0 * finer), 0.5 * self._last_large)

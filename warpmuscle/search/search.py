@@ -53,7 +53,7 @@ class Search(Protocol):
         """
 
 
-class Progress:
+class BestSoFar:
     """The best candidate so far and how many there were."""
 
     def __init__(self, start: Floats) -> None:

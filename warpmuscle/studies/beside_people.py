@@ -36,12 +36,12 @@ def of_norms(measures: Measures) -> dict[str, Finding]:
 
 
 def of_force(measures: Mapping[str, float | None]) -> dict[str, float | None]:
-    """How far both peaks and the valley of the vertical force are from people's, in half-bands."""
+    """How far both peaks and the valley of the vertical force are from people's, in half-widths."""
     norm = NORMS[FORCE]
     found: dict[str, float | None] = {}
     names = ("first hump of the force", "valley of the force", "second hump of the force")
     off = [
-        abs(value - norm.points[index][1]) / norm.half_band
+        abs(value - norm.points[index][1]) / norm.half_width
         for index, name in enumerate(names, 1)
         if (value := measures.get(name)) is not None
     ]

@@ -16,7 +16,7 @@ from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate
 from warpmuscle.scene import Body, Character, Joint, Scene
-from warpmuscle.scene.joints import Motion, RootType, joint_type, root_type
+from warpmuscle.scene.joints import JointKinematics, RootType, joint_type, root_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 
@@ -149,7 +149,7 @@ def _root(kind: RootType, motion: Moving) -> _Body:
     return _Body(world.orientation, angular, alpha, world.place, _sum(moving, a), turning, moving)
 
 
-def _child(own: Motion, parent: _Body, anchor: Floats, v: Floats, a: Floats) -> _Body:
+def _child(own: JointKinematics, parent: _Body, anchor: Floats, v: Floats, a: Floats) -> _Body:
     """Motion of a joint's child; anchor (1, 3) from the parent's joint to where the joint's motion starts from."""
 
     def world(vector: Floats) -> Floats:

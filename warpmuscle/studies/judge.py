@@ -1,4 +1,4 @@
-"""A gait judged: how like a person's it is, what it costs and what it bears, beside what it must and what it should.
+"""A gait judged: its likeness to people's, cost and robustness, beside required and desired values.
 
 One run of 60 s, twenty disturbed ones of 10 s, pushes, walks up a slope (deg) and with loads (kg), and at several
 speeds (m/s) where it takes a speed. The same is asked of a scene's own controller and of a policy, see `walkers`.

@@ -51,7 +51,7 @@ WALK = (
     Bar("knee power from people", "SD", (None, 1.5), (None, 0.9)),
     Bar("ankle power from people", "SD", (None, 1.2), (None, 0.6)),
     Bar("knee moment in loading", "N m/kg", (0.15, 0.6), (0.3, 0.45)),
-    Bar(HUMPS, "half-bands", (None, 1.0), (None, 0.6)),
+    Bar(HUMPS, "half-widths", (None, 1.0), (None, 0.6)),
     Bar("maximum vertical force", "body weights", (None, 1.2), (None, 1.15)),
     Bar(FORCE_AT_SPEED, "body weights", (None, 0.1), (None, 0.06)),  # two studies differ by 0.04 and 0.07
     Bar("maximum braking force", "body weights", (0.1, 0.26), (0.14, 0.22)),

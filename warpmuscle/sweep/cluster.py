@@ -107,7 +107,7 @@ class Cluster:
         self, tasks: Sequence[Task], folder: Folder, manifest: Manifest, share: int | None, look: Callable[[], None],
         code: NamedCode,
     ) -> dict[str, str]:  # fmt: skip
-        """Run what has not come to its end.
+        """Run what has not finished.
 
         Args:
             code: that the scenes name.

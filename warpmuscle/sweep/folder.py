@@ -26,7 +26,7 @@ from warpmuscle.formats import toml
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
-from warpmuscle.sweep.plan import Plan, Run
+from warpmuscle.sweep.plan import Plan, SweepRun
 
 if sys.platform != "win32":
     import fcntl
@@ -194,14 +194,14 @@ class Folder:
 
 
 def has_ended(path: Path) -> bool:
-    """Whether a result file is that of an optimisation that has come to its end, and is complete."""
+    """Whether a result file is that of an optimisation that has finished, and is complete."""
     try:
         return glance(path)[0] not in GOES_ON and not journal_path(path).exists()
     except ResultError:
         return False
 
 
-def digest(run: Run) -> str:
+def digest(run: SweepRun) -> str:
     """A digest of all that the result of a run depends on."""
     options = sorted(asdict(run.options).items(), key=lambda item: item[0])
     parts: tuple[object, ...] = (toml.dumps(run.scene), run.seed, options)

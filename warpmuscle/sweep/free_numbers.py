@@ -53,7 +53,7 @@ def with_free_numbers(scene: Scene, intervals: Sequence[Interval]) -> tuple[Scen
     """The scene with numbers free besides those that are, one interval after the other.
 
     A number that is free already keeps its value, step and scale. Of a pattern, numbers that follow others go on
-    following them, and what is 0 stays as it is where an interval is relative: these are told of.
+    following them, and what is 0 stays as it is where an interval is relative: these are named in notes.
 
     Returns:
         The scene, and notes on what stays as it is.

@@ -14,10 +14,10 @@ from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.search_loop import INTERRUPTED
-from warpmuscle.results.records import Options, Result
+from warpmuscle.results.records import Result, SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.folder import has_ended
-from warpmuscle.sweep.together import run_together
+from warpmuscle.sweep.one_batch import run_in_one_batch
 from warpmuscle.sweep.union import groups
 
 PATIENCE = 20.0  # s, for a process that was killed to let go of its files
@@ -30,7 +30,7 @@ class Task:
     name: str
     scene: Scene
     seed: int
-    options: Options
+    options: SearchOptions
     command: str  # put into its result as what made it
 
 
@@ -59,8 +59,8 @@ def run_here(
         chosen = [left[index] for index in group]
         jobs = [partial(_go_on, task, folder / f"{task.name}.h5", tell) for task in chosen]
         try:
-            told = None if tell is None else partial(tell, "")
-            errors = run_together([task.scene for task in chosen], jobs, device, threads, told)
+            report = None if tell is None else partial(tell, "")
+            errors = run_in_one_batch([task.scene for task in chosen], jobs, device, threads, report)
         except Error as error:  # such as of a gait to track that cannot be read
             errors = [error] * len(chosen)
         failed |= {task.name: str(error) for task, error in zip(chosen, errors, strict=True) if error is not None}

@@ -55,7 +55,7 @@ from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
 from warpmuscle.optimization.options import check_options, usual_strategy
 from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain
-from warpmuscle.results.records import Options
+from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import trust, trusts_everything
@@ -68,8 +68,12 @@ OWN = ("seed", "scene")  # keys of a run that are none of its scene
 Search: Any = msgspec.defstruct(
     "Search",
     [  # no strategy: the usual one for the scene
-        (field.name, typing.get_type_hints(Options)[field.name], "" if field.name == "strategy" else field.default)
-        for field in fields(Options)
+        (
+            field.name,
+            typing.get_type_hints(SearchOptions)[field.name],
+            "" if field.name == "strategy" else field.default,
+        )
+        for field in fields(SearchOptions)
     ],
     forbid_unknown_fields=True,
 )
@@ -89,13 +93,13 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 
 @dataclass(frozen=True)
-class Run:
+class SweepRun:
     """One optimisation or training of a sweep."""
 
     name: str  # unique in its sweep, fit for a file
     scene: Scene
     seed: int
-    options: Options
+    options: SearchOptions
     candidates: int  # in all its stages
     axes: Mapping[str, float | str]  # what sets it apart, by name of the axis
     training: TrainingPlan | None = None  # of a policy, in place of a search
@@ -108,7 +112,7 @@ class Plan:
     file: Path
     name: str
     text: str  # of the file
-    runs: tuple[Run, ...]
+    runs: tuple[SweepRun, ...]
 
     @property
     def trains(self) -> bool:
@@ -153,7 +157,7 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     base = _Base(
         path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
     )
-    runs: list[Run] = []
+    runs: list[SweepRun] = []
     taken: set[str] = set()
     for entry in entries or [()]:
         for axes in grids:
@@ -177,14 +181,14 @@ class _Base:
         self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
 
-    def run(self, chosen: Sequence[Choice], taken: set[str]) -> Run:
+    def run(self, chosen: Sequence[Choice], taken: set[str]) -> SweepRun:
         """The run with these choices; its name differs from those that are taken."""
         changes: dict[str, Override] = {}
         for override in itertools.chain.from_iterable(choice.overrides for choice in chosen):
             if override.key in changes:
                 raise self._error("is set twice, in a run and an axis, or in two axes", override)
             changes[override.key] = override
-        search = asdict(Options(**msgspec.structs.asdict(self._file.search)))
+        search = asdict(SearchOptions(**msgspec.structs.asdict(self._file.search)))
         training = None if self._file.training is None else dict(self._file.training)
         seed: Any = self._file.seed
         scene_name: Any = self._file.scene
@@ -206,14 +210,16 @@ class _Base:
         axes = {choice.axis or "run": choice.value for choice in chosen}
         if training is not None:
             plan = self._trained(training, list(changes.values()))
-            return Run(_name(chosen, taken), scene, seed, Options("", candidates=0), plan.iterations or 0, axes, plan)
+            return SweepRun(
+                _name(chosen, taken), scene, seed, SearchOptions("", candidates=0), plan.iterations or 0, axes, plan
+            )
         if not free_parameters(scene):
             message = "this scene has no free parameters: write a number as { value = .., min = .., max = .. }"
             raise self._error(message, changes.get("scene"), key="scene")
         if not taken:  # once a sweep
             warn_of_speed_in_vain(scene, [*changes, *(override.key for override in self._common)])
         options, candidates = self._checked(search, scene, seed, list(changes.values()))
-        return Run(_name(chosen, taken), scene, seed, options, candidates, axes)
+        return SweepRun(_name(chosen, taken), scene, seed, options, candidates, axes)
 
     def _set_option(self, search: dict[str, Any], override: Override) -> None:
         name = override.key.removeprefix("search.")
@@ -221,11 +227,13 @@ class _Base:
             raise self._error(f"unknown key{near(name, search)}; there are {', '.join(search)}", override)
         search[name] = override.value
 
-    def _checked(self, search: dict[str, Any], scene: Scene, seed: int, changes: list[Override]) -> tuple[Options, int]:
+    def _checked(
+        self, search: dict[str, Any], scene: Scene, seed: int, changes: list[Override]
+    ) -> tuple[SearchOptions, int]:
         """The options of a search, found to be possible, and its number of candidates."""
         guilty = next((change for change in changes if change.key.startswith("search.")), None)
         try:
-            options = Options(**msgspec.structs.asdict(to_type(search, Search, key="search")))
+            options = SearchOptions(**msgspec.structs.asdict(to_type(search, Search, key="search")))
             options = replace(options, strategy=options.strategy or usual_strategy(scene))
             check_options(options)
             if scene.stages:
@@ -238,7 +246,7 @@ class _Base:
             raise self._error(str(error), guilty, key="search") from None
 
     def _trained(self, training: dict[str, Any], changes: list[Override]) -> TrainingPlan:
-        """What a training is told, found to be possible."""
+        """Options of a training, found to be possible."""
         try:
             return training_plan(training)
         except Error as error:

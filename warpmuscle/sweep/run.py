@@ -112,7 +112,7 @@ def sweep(
         with folder.at_work():
             manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
             board = _Board(plan, folder, manifest, progress)
-            failed = run_here(tasks, folder.path, devices_name(device), threads, board.told)
+            failed = run_here(tasks, folder.path, devices_name(device), threads, board.report)
             gathered = _finish(folder, manifest, output, command)
     board.look()
     return SweepResult(manifest, folder, gathered, failed)
@@ -123,7 +123,7 @@ def _train(
 ) -> SweepResult:
     """Run all trainings; see `sweep`."""
 
-    def told(name: str, progress: TrainingProgress) -> None:
+    def report(name: str, progress: TrainingProgress) -> None:
         if tell is not None:
             ended = names.index(name)
             tell(SweepProgress(len(names), ended, 0, progress.iterations, np.inf, name, 0, progress))
@@ -132,7 +132,7 @@ def _train(
     with folder.at_work():
         manifest = folder.begin(plan, "cpu" if find_devices(device)[0].is_cpu else "cuda")
         try:
-            failed = run_trainings(plan, folder, device, threads, command, told)
+            failed = run_trainings(plan, folder, device, threads, command, report)
         finally:
             gathered = gather_trainings(folder, manifest, output, command)
         remove_leftovers(output)
@@ -158,7 +158,7 @@ class _Board:
         self._last = 0.0
         self.look()
 
-    def told(self, name: str, progress: Progress) -> None:
+    def report(self, name: str, progress: Progress) -> None:
         """One run has come so far; or, without a name, the batch that several of them share."""
         if name:
             self._done[name], self._best[name] = progress.done, progress.best
@@ -169,7 +169,7 @@ class _Board:
             self._report()
 
     def look(self) -> None:
-        """Look into the files of the runs that have not come to their end."""
+        """Look into the files of the runs that have not finished."""
         for entry in self._manifest.runs:
             if entry.name not in self._ended:
                 state = self._folder.state(entry)

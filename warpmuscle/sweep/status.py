@@ -27,7 +27,7 @@ class SweepStatus:
 
     @property
     def ended(self) -> int:
-        """How many runs have come to their end."""
+        """How many runs have finished."""
         return sum(bool(run.ended) for run in self.runs)
 
     @property

@@ -1,4 +1,4 @@
-"""What the trainings of a sweep are told: when they end, and the options of `warpmuscle learn`."""
+"""Options of the trainings of a sweep: when they end, and the options of `warpmuscle learn`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ENDS = ("iterations", "until", "target")
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """What one training is told."""
+    """Options of one training."""
 
     iterations: int | None
     until: float | None  # s of wall time

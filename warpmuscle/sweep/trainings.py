@@ -28,7 +28,7 @@ from warpmuscle.results.result import read_learned
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
 from warpmuscle.sweep.gather import put_axes, put_column, put_runs
-from warpmuscle.sweep.plan import Plan, Run
+from warpmuscle.sweep.plan import Plan, SweepRun
 
 if TYPE_CHECKING:
     from warpmuscle.learning.progress import TrainingProgress
@@ -41,7 +41,7 @@ Tell = Callable[[str, "TrainingProgress"], None]  # name of the run, and how far
 def run_trainings(
     plan: Plan, folder: Folder, device: str | None, threads: int | None, command: str, tell: Tell | None
 ) -> dict[str, str]:
-    """Train what has not come to its end.
+    """Train what has not finished.
 
     Returns:
         Why those that failed did, by name.
@@ -64,11 +64,11 @@ def run_trainings(
     return failed
 
 
-def _train(run: Run, path: Path, device: str | None, threads: int | None, command: str, tell: Tell | None) -> str:
+def _train(run: SweepRun, path: Path, device: str | None, threads: int | None, command: str, tell: Tell | None) -> str:
     """Begin a training, or go on with it; why it ended."""
     from warpmuscle.learning.training import learn, resume, usual_instances
 
-    def told(progress: TrainingProgress) -> None:
+    def report(progress: TrainingProgress) -> None:
         if tell is not None:
             tell(run.name, progress)
 
@@ -76,12 +76,12 @@ def _train(run: Run, path: Path, device: str | None, threads: int | None, comman
     assert plan is not None
     ends: dict[str, Any] = {"iterations": plan.iterations, "until": plan.until, "target": plan.target}
     if training_path(path).exists():
-        trained = resume(path, device=device, threads=threads, progress=told, **ends)
+        trained = resume(path, device=device, threads=threads, progress=report, **ends)
     else:
         options = options_of({"instances": usual_instances(device)} | dict(plan.options))
         trained = learn(
             run.scene, path, options=options, seed=run.seed, device=device, threads=threads, command=command,
-            progress=told, **ends,
+            progress=report, **ends,
         )  # fmt: skip
     assert trained.result.learned is not None
     return trained.result.learned.ended

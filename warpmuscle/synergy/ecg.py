@@ -61,7 +61,9 @@ def remove_ecg(signals: Signals, reference: Floats | None = None, seed: int = 0)
         warnings.simplefilter("ignore", convergence)  # gaussian components never settle; those of the heart do at once
         sources = analysis.fit_transform(values / scale)
     if signals.rate <= 2.0 * HEART:
-        raise signals.error(f"the heart's signal is not told from muscles' at {signals.rate:.6g} 1/s, too low a rate")
+        raise signals.error(
+            f"the heart's signal cannot be told from muscles' at {signals.rate:.6g} 1/s, too low a rate"
+        )
     beats = [beat_rate(source, signals.rate) for source in sources.T]
     if reference is None:
         found = [k for k, beat in enumerate(beats) if beat > 0.0]

@@ -12,21 +12,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import Error, SceneError
-from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.number_rows import first_number, rows
 from warpmuscle.core.pose import about, conjugate, from_rotation_vector, multiply, rotate
-from warpmuscle.model.build import start_of
 from warpmuscle.model.path_table import joints_of_muscles
-from warpmuscle.scene import Actuation, Drive, Motion, Scene
+from warpmuscle.scene import Actuation, Drive, Joint, Motion, Scene
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.scene.joints.turning import BALL, HINGE, UNIVERSAL
-from warpmuscle.scene.muscles.curves import OWN, SHAPED
+from warpmuscle.scene.muscles.settings import special_settings
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics, points_of
 from warpmuscle.studies.muscle_table import MuscleTable, PathGeometry
-from warpmuscle.throw.motion import Motions
+from warpmuscle.studies.poses import initial_coordinates
+from warpmuscle.throw.motion import ArmMotions
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 RATIO = 2.0  # a parameter whose bounds are further apart than this, on one side of 0, changes by factors
@@ -48,13 +46,8 @@ class Arm:
             raise Error(f"joint {wrong[0]!r} cannot be prescribed: muscles move {', '.join(self.joints)}")
         if not self.driven:
             raise Error("all joints that muscles move are prescribed; leave one to the muscles")
-        character, common = self.scene.character, self.scene.muscle_model
-        own = [f"character.muscles.{name}.{field}" for name, m in character.muscles.items() for field in OWN
-               if getattr(m, field) is not None]  # fmt: skip
-        own += [f"muscle_model.{field}" for field in SHAPED if getattr(common, field) is not None]
-        own += ["muscle_model.minimum_activation"] if common.minimum_activation != 0.0 else []
-        if own:
-            raise SceneError("muscles of an arm that is fitted and thrown with have none; leave it out", key=own[0])
+        if special := special_settings(self.scene.character.muscles, self.scene.muscle_model):
+            raise SceneError("muscles of an arm that is fitted and thrown with have none; leave it out", key=special[0])
         bent = [p.name for p in self.parameters if p.name.startswith("character.surfaces.") or ".path." in p.name]
         if bent:
             raise SceneError("the paths of an arm that is fitted and thrown with are not free; give one number",
@@ -84,7 +77,7 @@ class Arm:
                 pulled = self._muscle_driven(name)
             if not pulled:
                 continue
-            if joint_type(character.joints[name]) not in (HINGE, UNIVERSAL) or len(pulled) > 1:
+            if kind_of(character.joints[name]) not in ("hinge", "universal") or len(pulled) > 1:
                 raise SceneError(
                     f"muscles of {self.scene.name} move {name}, which is neither a hinge nor a universal joint with one"
                     " angle that they move; make it hinges, as those of `throw`", key=f"character.joints.{name}",
@@ -125,7 +118,7 @@ class Arm:
         points, root = points_of(self.plain.character, start_coordinates(self)[None]), self.scene.character.root
         height = {name: float(place[0, 1]) for name, (place, _) in points.items()}
         joints = self.scene.character.joints.items()
-        balls = [(name, joint.child) for name, joint in joints if joint.parent == root and joint_type(joint) is BALL]
+        balls = [(name, joint.child) for name, joint in joints if joint.parent == root and kind_of(joint) == "ball"]
         return tuple(name for name, child in balls if height[child] < height[root])
 
     @cached_property
@@ -232,7 +225,7 @@ class Arm:
         return MuscleTable.of(plain, self.joints, len(np.atleast_2d(unknowns)), self.geometry)
 
 
-def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
+def states(arm: Arm, motions: ArmMotions) -> tuple[Floats, Floats, Floats]:
     """Coordinates (n, T, C), speeds and accelerations (n, T, S) of the whole character along recorded motions."""
     count, samples = motions.pitch[0].shape
     q = np.tile(start_coordinates(arm), (count, samples, 1))
@@ -259,16 +252,21 @@ def states(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
     return q, v, a
 
 
+def kind_of(joint: Joint) -> str:
+    """The type of a joint; "" if it follows another one."""
+    return "" if joint.follows else joint.type
+
+
 def start_coordinates(arm: Arm) -> Floats:
     """Coordinates (C,) of the scene's initial state, its root where the scene's own motion of it begins."""
     plain = arm.plain
     if "root" in plain.motion and plain.motion["root"].position:
         state = msgspec.structs.replace(plain.initial_state, root_position=plain.motion["root"].position[0])
         plain = msgspec.structs.replace(plain, initial_state=state)
-    return np.asarray(start_of(plain, arm.names).coordinates[0])
+    return initial_coordinates(plain)
 
 
-def root_motion(arm: Arm, motions: Motions) -> tuple[Floats, Floats, Floats]:
+def root_motion(arm: Arm, motions: ArmMotions) -> tuple[Floats, Floats, Floats]:
     """Position (n, T, 3), m, of the root so that the first joint moves as the shoulder did; its two derivatives."""
     start = start_coordinates(arm)
     home = root_type(arm.scene.character).motion(start[None]).place[0]
@@ -300,7 +298,7 @@ def _offset_from_root(arm: Arm, body: str, position: Floats) -> Floats:
     return rotate(root_turned[0] * [-1.0, -1.0, -1.0, 1.0], from_root)
 
 
-def needed_torques(arm: Arm, motions: Motions) -> Floats:
+def needed_torques(arm: Arm, motions: ArmMotions) -> Floats:
     """Torques (n, T, J), N m, that muscles must make along recorded motions, the joints' damping included."""
     q, v, a = states(arm, motions)
     count, samples = q.shape[:2]

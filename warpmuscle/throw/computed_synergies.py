@@ -12,7 +12,7 @@ from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.lacks import Lack, lacking
-from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.motion import ArmMotions
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
 
 COMPUTED = "computed"
@@ -21,7 +21,7 @@ PURE = 0.05  # most of other muscles' weights, in parts of its own, in a synergy
 
 
 def computed_synergies(
-    arm: Arm, motions: Motions, strong: Arm, count: int, seed: int = 0
+    arm: Arm, motions: ArmMotions, strong: Arm, count: int, seed: int = 0
 ) -> tuple[Synergies, list[Lack]]:
     """Synergies of computed excitations, and what the muscles that these were computed with lack.
 
@@ -40,14 +40,14 @@ def computed_synergies(
     return factorized(arm, motions, excitation, activation[:, 0], count, COMPUTED, seed), lacks
 
 
-def computed_excitation(strong: Arm, motions: Motions) -> tuple[Floats, Floats, StaticOptimization]:
+def computed_excitation(strong: Arm, motions: ArmMotions) -> tuple[Floats, Floats, StaticOptimization]:
     """Activations and excitations (n, T, M) by static optimisation."""
     activation, found = computed_activation(strong, motions, strong.unknowns(start_values(strong.scene)))
     return activation, to_excitation(strong, activation), found
 
 
 def factorized(
-    arm: Arm, motions: Motions, excitation: Floats, start: Floats, count: int, source: str, seed: int = 0
+    arm: Arm, motions: ArmMotions, excitation: Floats, start: Floats, count: int, source: str, seed: int = 0
 ) -> Synergies:
     """Synergies of excitations (n, T, M) of the muscles that act, whose activations start at (n, M)."""
     acting, inside = arm.acting, motions.valid > 0.0
@@ -65,7 +65,7 @@ def factorized(
     return Synergies(weights, np.clip(signals, 0.0, 1.0), np.clip(first, 0.0, 1.0), explained, source)
 
 
-def torque_scale(arm: Arm, motions: Motions) -> Floats:
+def torque_scale(arm: Arm, motions: ArmMotions) -> Floats:
     """What an excitation counts in the factorisation: (muscles that act,), 1 with up to two muscles a joint.
 
     Where more muscles share a joint, errors count by the torque that they make, in parts of what the joint needs: else

@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from warpmuscle.core.array_types import Floats
 from warpmuscle.studies.muscle_table import MuscleTable
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.motion import ArmMotions
 
 SPARE, ALL = 0.7, 0.95  # of its strength a muscle may need at most: before simulations, and in them
 HINGE = 3.0  # weight of what it needs beyond, against an error of torque
@@ -43,7 +43,7 @@ class EquationError:
 
 
 def fit_equations(
-    arm: Arm, motions: Motions, activation: Floats, start: Floats, *, starts: int = STARTS, seed: int = 0
+    arm: Arm, motions: ArmMotions, activation: Floats, start: Floats, *, starts: int = STARTS, seed: int = 0
 ) -> EquationError:
     """Parameters by bounded least squares from several starts, the first of them `start` (P,).
 
@@ -68,7 +68,7 @@ def fit_equations(
 class _Problem:
     """Residuals of the equations of motion for sets of parameters."""
 
-    def __init__(self, arm: Arm, motions: Motions, activation: Floats, start: Floats) -> None:
+    def __init__(self, arm: Arm, motions: ArmMotions, activation: Floats, start: Floats) -> None:
         counted = motions.valid > 0.0
         counted[:, np.arange(counted.shape[1]) % STRIDE != 0] = False
 
@@ -114,7 +114,7 @@ def shortfall(table: MuscleTable, angle: Floats, speed: Floats, needed: Floats, 
 class Capacity:
     """What n motions need beyond the strength of muscles, for many sets of parameters."""
 
-    def __init__(self, arm: Arm, motions: Motions) -> None:
+    def __init__(self, arm: Arm, motions: ArmMotions) -> None:
         self._arm = arm
         self._angle, self._speed = (part[:, ::STRIDE] for part in motions.angles[:2])
         self._needed = needed_torques(arm, motions)[:, ::STRIDE, arm.free]

@@ -79,8 +79,8 @@ class Fitted:
     stages: list[Stage] = field(default_factory=list)
 
     @property
-    def whole(self) -> bool:
-        """Whether all stages came to their end."""
+    def complete(self) -> bool:
+        """Whether all stages were completed."""
         return self.stages[-1].name == LAST
 
     @property
@@ -100,7 +100,7 @@ def fit_motions(
 
     Args:
         start: (P,) parameters to start from, see `Arm.unknowns`.
-        progress: is told of every stage before it begins.
+        progress: called with each stage before it begins.
         keep: is given what every stage that simulates came to.
     """
     fitting = _Fitting(follower, start, np.asarray(training, dtype=np.intp), settings or Settings(), progress, keep)

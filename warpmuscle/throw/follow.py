@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.arm import Arm, hand_position, states
 from warpmuscle.throw.metrics import Agreement, correlation, determination, null
-from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.motion import ArmMotions
 from warpmuscle.throw.signals import Knots, Synergies
 from warpmuscle.throw.simulator import Simulator
 
@@ -38,7 +38,7 @@ class Follower:
     def __init__(
         self,
         arm: Arm,
-        motions: Motions,
+        motions: ArmMotions,
         synergies: Synergies,
         knots: Knots,
         *,
@@ -135,7 +135,7 @@ class Follower:
         return Agreement(r2, velocity_r2, error, together, single, *null(*signals)), replay
 
 
-def hand_error(arm: Arm, motions: Motions, angle: Floats) -> Floats:
+def hand_error(arm: Arm, motions: ArmMotions, angle: Floats) -> Floats:
     """Greatest distance (n,), m, of the hand's tip from where it was, the trunk moving as recorded."""
     recorded, _, _ = states(arm, motions)
     simulated = recorded.copy()

@@ -24,7 +24,7 @@ from warpmuscle.throw.goals import LIMITS, Goal
 from warpmuscle.throw.lacks import Lack, lacking
 from warpmuscle.throw.measured import Calibration, calibrate, measured_envelopes, measured_synergies
 from warpmuscle.throw.metrics import Agreement
-from warpmuscle.throw.motion import Motion, resample
+from warpmuscle.throw.motion import ArmMotion, resample
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.recordings.arm_motions import mean_motion, motion_of, notes, read_motions
 from warpmuscle.throw.recordings.smoothing import suitable, usable
@@ -55,7 +55,7 @@ def _about(muscle: Muscle, other: Muscle) -> Muscle:
 
 
 @dataclass(frozen=True)
-class Options:
+class JobOptions:
     """What a job is asked for."""
 
     count: int | None = None  # of computed synergies; by default `usual_count`
@@ -83,7 +83,7 @@ class Job:
         shared: synergies that bind muscles, None where each joint has no more than two.
     """
 
-    def __init__(self, scene: Scene, files: Sequence[str | Path], options: Options) -> None:
+    def __init__(self, scene: Scene, files: Sequence[str | Path], options: JobOptions) -> None:
         """Read and prepare; with no files, the motion is the one that the scene itself tells of its joints."""
         if not 0.0 <= options.fidelity < np.inf:
             raise Error(f"a price of leaving the extracted signals must be 0 or more, not {options.fidelity:g}")
@@ -134,7 +134,7 @@ class Job:
         character = msgspec.structs.replace(scene.character, muscles=muscles)
         return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
 
-    def _calibrated(self, recorded: Sequence[Motion], emg: Path, count: int) -> Synergies:
+    def _calibrated(self, recorded: Sequence[ArmMotion], emg: Path, count: int) -> Synergies:
         """Synergies of envelopes whose gains and delays are calibrated; fits start from the muscles found with them."""
         envelopes = measured_envelopes(self.arm, recorded, emg, self.options.channels)
         found = calibrate(self.arm, self.motions, envelopes, self.start, self.training)

@@ -1,4 +1,4 @@
-"""What the muscles of an arm lack for motions, joint by joint, and how that is told."""
+"""What the muscles of an arm lack for motions, joint by joint, and in words."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.motion import ArmMotions
 
 SPIKE = 0.01  # part of the frames in which muscles may fall short without a word: noise of twice differentiated angles
 HOPELESS = 1.5  # times what muscles make, beyond which it is not their strength alone that an arm lacks
@@ -55,7 +55,7 @@ class Lack:
         return f"and stretched as they are they make {self.bound:.3g} or more the other way"
 
 
-def lacking(arm: Arm, motions: Motions, found: StaticOptimization, unknowns: Floats) -> list[Lack]:
+def lacking(arm: Arm, motions: ArmMotions, found: StaticOptimization, unknowns: Floats) -> list[Lack]:
     """Motions for which the muscles do not suffice in more than a spike.
 
     Args:
@@ -76,7 +76,7 @@ def lacking(arm: Arm, motions: Motions, found: StaticOptimization, unknowns: Flo
     return lacks
 
 
-def _worst(arm: Arm, motions: Motions, row: int, error: Floats, unknowns: Floats, text: str, frames: float) -> Lack:
+def _worst(arm: Arm, motions: ArmMotions, row: int, error: Floats, unknowns: Floats, text: str, frames: float) -> Lack:
     """The joint and the time where most of what a motion needs of a joint is missing."""
     needed = needed_torques(arm, motions.rows([row]))[0][:, arm.free]
     part = np.abs(error) / np.maximum(np.abs(needed).max(axis=0), 1e-9)

@@ -23,7 +23,7 @@ from warpmuscle.synergy.files import SynergyResult
 from warpmuscle.synergy.files import read as read_synergies
 from warpmuscle.throw.arm import Arm, needed_torques
 from warpmuscle.throw.equation_error import HINGE, SPARE, STRIDE, shortfall
-from warpmuscle.throw.motion import Motion, Motions, resample
+from warpmuscle.throw.motion import ArmMotion, ArmMotions, resample
 from warpmuscle.throw.signals import Synergies, to_activation
 
 COVERED = 0.9  # part of a motion that samples must cover
@@ -60,8 +60,10 @@ class Calibration:
     effort: tuple[float, float]
 
 
-def measured_synergies(arm: Arm, recorded: Sequence[Motion], path: str | Path, names: Mapping[str, str]) -> Synergies:
-    """Synergies from a file of `warpmuscle synergies`, of the muscles that the arm has.
+def measured_synergies(
+    arm: Arm, recorded: Sequence[ArmMotion], path: str | Path, names: Mapping[str, str]
+) -> Synergies:
+    """Synergies from a file of `warpmuscle synergies extract`, of the muscles that the arm has.
 
     Args:
         recorded: n motions as they were read; trial k of the file goes with the k-th.
@@ -81,7 +83,7 @@ def measured_synergies(arm: Arm, recorded: Sequence[Motion], path: str | Path, n
     return Synergies(weights / scale, signals, signals[:, 0], result.synergies.account.vaf, str(path))
 
 
-def measured_envelopes(arm: Arm, recorded: Sequence[Motion], path: str | Path, names: Mapping[str, str]) -> Floats:
+def measured_envelopes(arm: Arm, recorded: Sequence[ArmMotion], path: str | Path, names: Mapping[str, str]) -> Floats:
     """Envelopes (n, T, M) of the muscles that act, from the same file; see `measured_synergies`."""
     result = read_synergies(path)
     motions = resample(recorded)
@@ -110,7 +112,7 @@ def _channels(arm: Arm, result: SynergyResult, path: str | Path, names: Mapping[
 
 
 def _along(
-    motions: Motions, recorded: Sequence[Motion], result: SynergyResult, values: Floats, path: str | Path
+    motions: ArmMotions, recorded: Sequence[ArmMotion], result: SynergyResult, values: Floats, path: str | Path
 ) -> Floats:
     """Values (S, k) of the file's samples at the times of n motions, (n, T, k)."""
     trials = np.unique(result.activations.trial)
@@ -133,7 +135,7 @@ def _along(
     return found
 
 
-def calibrate(arm: Arm, motions: Motions, envelope: Floats, start: Floats, training: Sequence[int]) -> Calibration:
+def calibrate(arm: Arm, motions: ArmMotions, envelope: Floats, start: Floats, training: Sequence[int]) -> Calibration:
     """Gains and delays of channels and parameters of muscles, for the torques of the motions `training`.
 
     Args:
@@ -158,7 +160,7 @@ def calibrate(arm: Arm, motions: Motions, envelope: Floats, start: Floats, train
     )  # fmt: skip
 
 
-def driven(motions: Motions, envelope: Floats, acting: Sequence[int], gain: Floats, delay: Floats) -> Floats:
+def driven(motions: ArmMotions, envelope: Floats, acting: Sequence[int], gain: Floats, delay: Floats) -> Floats:
     """Excitations (Z, n, T, M) of envelopes (n, T, M) under Z sets of gains and delays, s, of the acting muscles."""
     found = np.zeros((len(gain), *envelope.shape))
     for column, muscle in enumerate(acting):
@@ -172,7 +174,7 @@ def driven(motions: Motions, envelope: Floats, acting: Sequence[int], gain: Floa
 class _Problem:
     """Residuals (R,) by x: parameters (P,), logarithms of gains (A,), delays (A,) in their parts."""
 
-    def __init__(self, arm: Arm, motions: Motions, envelope: Floats, start: Floats) -> None:
+    def __init__(self, arm: Arm, motions: ArmMotions, envelope: Floats, start: Floats) -> None:
         self._arm, self._motions, self._envelope, self._start = arm, motions, envelope, start
         self._counted = motions.valid > 0.0
         self._counted[:, np.arange(self._counted.shape[1]) % STRIDE != 0] = False

@@ -19,7 +19,7 @@ PITCH, PLACE = "trunk_pitch", ("shoulder_forward", "shoulder_up")  # names of wh
 
 
 @dataclass(frozen=True)
-class Motion:
+class ArmMotion:
     """A recorded motion as it was read: angles (S, J), rad, at increasing times (S,) from 0 on, s."""
 
     name: str
@@ -34,7 +34,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Motions:
+class ArmMotions:
     """n motions resampled to the same times, t = 0 at their starts; beyond its end a motion comes to rest.
 
     Each of `angles` (n, T, J), `pitch` (n, T) and `place` (n, T, 2) is followed by its first and second derivative in
@@ -47,12 +47,12 @@ class Motions:
     angles: tuple[Floats, Floats, Floats]
     pitch: tuple[Floats, Floats, Floats]
     place: tuple[Floats, Floats, Floats]
-    recorded: tuple[Motion, ...]  # what they were resampled from
+    recorded: tuple[ArmMotion, ...]  # what they were resampled from
 
     def __len__(self) -> int:
         return len(self.names)
 
-    def rows(self, which: Sequence[int]) -> Motions:
+    def rows(self, which: Sequence[int]) -> ArmMotions:
         """Some of them."""
         index = list(which)
 
@@ -60,12 +60,12 @@ class Motions:
             return parts[0][index], parts[1][index], parts[2][index]
 
         names, recorded = tuple(self.names[i] for i in index), tuple(self.recorded[i] for i in index)
-        return Motions(
+        return ArmMotions(
             names, self.time, self.valid[index], pick(self.angles), pick(self.pitch), pick(self.place), recorded
         )
 
 
-def without_stillness(motion: Motion) -> Motion:
+def without_stillness(motion: ArmMotion) -> ArmMotion:
     """A motion without what only repeats its first or its last values, as recordings are made equally long.
 
     Nothing can be learnt there, and a motion that stops within a sample takes more torque than any arm has.
@@ -84,7 +84,9 @@ def without_stillness(motion: Motion) -> Motion:
     )  # fmt: skip
 
 
-def resample(motions: Sequence[Motion], rate: float = RATE, until: float | None = None, margin: float = 0.0) -> Motions:
+def resample(
+    motions: Sequence[ArmMotion], rate: float = RATE, until: float | None = None, margin: float = 0.0
+) -> ArmMotions:
     """Motions at the same times from quintic splines, whose first two derivatives are smooth up to the ends.
 
     Args:
@@ -105,7 +107,7 @@ def resample(motions: Sequence[Motion], rate: float = RATE, until: float | None 
             for part, values in zip(target, _coming_to_rest(motion.time, source, time), strict=True):
                 part[row] = values
     names = tuple(motion.name for motion in motions)
-    return Motions(
+    return ArmMotions(
         names, time, valid, (angles[0], angles[1], angles[2]), (pitch[0], pitch[1], pitch[2]),
         (place[0], place[1], place[2]), tuple(motions),
     )  # fmt: skip

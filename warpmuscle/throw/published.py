@@ -23,7 +23,7 @@ from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.follow import ROUGH_STEP, Replay
 from warpmuscle.throw.least_squares import Prior, Unknowns, fit
 from warpmuscle.throw.metrics import determination
-from warpmuscle.throw.motion import RATE, Motions
+from warpmuscle.throw.motion import RATE, ArmMotions
 from warpmuscle.throw.signals import Synergies
 from warpmuscle.throw.simulator import Simulator, Stepper
 
@@ -62,7 +62,7 @@ class Published:
 
 def as_published(
     arm: Arm,
-    motions: Motions,
+    motions: ArmMotions,
     synergies: Synergies,
     start: Floats,
     *,
@@ -119,7 +119,7 @@ class _Published:
     def __init__(
         self,
         arm: Arm,
-        motions: Motions,
+        motions: ArmMotions,
         synergies: Synergies,
         whole: Simulator,
         device: str | None,

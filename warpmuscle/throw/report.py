@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import ResultError, SceneError
-from warpmuscle.core.files import replace_file
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
-from warpmuscle.results.layout import put
-from warpmuscle.results.partial_motion import with_less
 from warpmuscle.results.records import Result, parameter_table
-from warpmuscle.results.result import THROW_FORMAT
+from warpmuscle.results.result import THROW_FORMAT, write_extended
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute, with_values
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.throw.arm import Arm
@@ -38,14 +32,14 @@ PAPER = {"parameters": ("0.897", "0.890", "< 0"), "signals": ("0.927", "0.942", 
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A line of a table."""
 
     name: str
     cells: tuple[str, ...]
 
 
-def published_rows(result: Published) -> list[Row]:
+def published_rows(result: Published) -> list[TableRow]:
     """r2 by joint after each stage of the published procedure: median, and worst of all motions."""
     rows = []
     for stage in result.stages:
@@ -53,11 +47,11 @@ def published_rows(result: Published) -> list[Row]:
             f"{middle:.3f} ({worst:.3f})" if len(stage.r2) > 1 else f"{middle:.3f}"
             for middle, worst in zip(*_spread(stage.r2), strict=True)
         ]
-        rows.append(Row(stage.name, (*cells, f"{stage.seconds:.1f} s")))
+        rows.append(TableRow(stage.name, (*cells, f"{stage.seconds:.1f} s")))
     return rows
 
 
-def stage_rows(stages: Sequence[Stage], held_out: Sequence[int]) -> list[Row]:
+def stage_rows(stages: Sequence[Stage], held_out: Sequence[int]) -> list[TableRow]:
     """What each stage of the better fit came to."""
     rows = []
     for stage in stages:
@@ -70,11 +64,11 @@ def stage_rows(stages: Sequence[Stage], held_out: Sequence[int]) -> list[Row]:
         cells += [f"{good.sum()}/{len(good)}"]
         if held_out:
             cells += [f"{good[list(held_out)].sum()}/{len(held_out)}"]
-        rows.append(Row(stage.name, (*cells, f"{stage.seconds:.1f} s")))
+        rows.append(TableRow(stage.name, (*cells, f"{stage.seconds:.1f} s")))
     return rows
 
 
-def number_row(follower: Follower, fitted: Fitted) -> Row:
+def number_row(follower: Follower, fitted: Fitted) -> TableRow:
     """What a fit with so many synergies came to."""
     a, synergies = fitted.agreement, follower.synergies
     good = a.good()
@@ -82,10 +76,10 @@ def number_row(follower: Follower, fitted: Fitted) -> Row:
     cells = [f"{synergies.explained:.4f}", f"{share:.2f}", *(f"{middle:.4f}" for middle in np.median(a.r2, axis=0))]
     cells += [f"{a.r2.min():.4f}", f"{a.velocity_r2.min():.3f}", f"{100.0 * a.hand_error.max():.1f}"]
     cells += [f"{np.nanmin(a.correlation):.3f}", f"{good.sum()}/{len(good)}"]
-    return Row(f"{number_of(synergies.count, 'synergy')}", tuple(cells))
+    return TableRow(f"{number_of(synergies.count, 'synergy')}", tuple(cells))
 
 
-def synergy_rows(agreement: Agreement) -> list[Row]:
+def synergy_rows(agreement: Agreement) -> list[TableRow]:
     """Correlations of each synergy's fitted signal with the extracted one, and with those of other motions.
 
     Medians over motions, the least, and by how much the first exceeds the second: median, and least.
@@ -102,11 +96,11 @@ def synergy_rows(agreement: Agreement) -> list[Row]:
             cells += [f"{np.nanmedian(lead):+.3f} ({np.nanmin(lead):+.3f})"]
         else:
             cells += ["-", "-"]
-        rows.append(Row(f"w{k + 1}", tuple(cells)))
+        rows.append(TableRow(f"w{k + 1}", tuple(cells)))
     return rows
 
 
-def calibration_rows(arm: Arm, found: Calibration) -> list[Row]:
+def calibration_rows(arm: Arm, found: Calibration) -> list[TableRow]:
     """Each channel's gain and delay, and its muscle's strength and slack length before and after.
 
     Of a muscle on pulleys it is the rest length of the path that stands for the slack length: one more, the other less.
@@ -123,17 +117,17 @@ def calibration_rows(arm: Arm, found: Calibration) -> list[Row]:
             slack[1] -= rest[1] - rest[0]
         cells = (f"{found.gain[k]:.2f}", f"{1000.0 * found.delay[k]:+.0f}", f"{f_max[0]:.0f}", f"{f_max[1]:.0f}",
                  f"{1000.0 * slack[0]:.0f}", f"{1000.0 * slack[1]:.0f}")  # fmt: skip
-        lines.append(Row(name, cells))
+        lines.append(TableRow(name, cells))
     return lines
 
 
-def baseline_row(follower: Follower) -> Row | None:
+def baseline_row(follower: Follower) -> TableRow | None:
     """The mean of the other motions in place of each; None of a single motion."""
     motions, free = follower.motions, follower.arm.free
     if len(motions) < 2:
         return None
     r2 = leave_one_out(motions.angles[0][:, :, free], motions.valid)
-    return Row("mean of the others", (*(f"{v:.4f}" for v in np.median(r2, axis=0)), f"{r2.min():.4f}"))
+    return TableRow("mean of the others", (*(f"{v:.4f}" for v in np.median(r2, axis=0)), f"{r2.min():.4f}"))
 
 
 def _spread(values: Floats) -> tuple[Floats, Floats]:
@@ -177,10 +171,8 @@ def write(
     Raises:
         ResultError: the file cannot be written; nothing is left behind then.
     """
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:
-        result = with_less(_result(follower, fitted, published, attributes, throws), quantities, single)
-        put(file, result, THROW_FORMAT)
+
+    def add(file: Any) -> None:
         _put_recorded(file, follower, training)
         if fitted is not None:
             _put_fit(file.create_group("fit", track_order=True), follower, fitted)
@@ -188,10 +180,9 @@ def write(
             _put_published(file.create_group("published", track_order=True), follower, published)
         if throws:
             put_throws(file.create_group("throws", track_order=True), throws, follower.arm.joints)
-    try:
-        replace_file(Path(path), memory.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+
+    result = _result(follower, fitted, published, attributes, throws)
+    write_extended(path, result, add, kind=THROW_FORMAT, quantities=quantities, single=single)
 
 
 def _result(

@@ -17,7 +17,7 @@ from scipy.optimize import nnls
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.motion import RATE, Motions
+from warpmuscle.throw.motion import RATE, ArmMotions
 from warpmuscle.throw.signals import Knots, Synergies, time_constants
 
 STRIDE = 3  # samples
@@ -45,7 +45,7 @@ class SharedSynergies:
 
 def share(
     arm: Arm,
-    motions: Motions,
+    motions: ArmMotions,
     activation: Floats,
     weights: Floats,
     knots: Knots,
@@ -70,7 +70,7 @@ def share(
 class _Problem:
     """Torques of motions by unit activation of each muscle, and how knots become activations."""
 
-    def __init__(self, arm: Arm, motions: Motions, activation: Floats, knots: Knots, unknowns: Floats) -> None:
+    def __init__(self, arm: Arm, motions: ArmMotions, activation: Floats, knots: Knots, unknowns: Floats) -> None:
         count, samples = motions.pitch[0].shape
         table = arm.muscle_table(unknowns[None])
         angle, speed = (motions.angles[order].reshape(count * samples, -1) for order in (0, 1))

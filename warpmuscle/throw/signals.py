@@ -13,7 +13,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.synergy.static_optimization import StaticOptimization, static_optimization
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.motion import RATE, Motions
+from warpmuscle.throw.motion import RATE, ArmMotions
 
 KNOT_SPACING = 0.05  # s
 RIDGE = 1e-3  # so that a knot that few samples tell of stays near 0
@@ -23,7 +23,7 @@ RIDGE = 1e-3  # so that a knot that few samples tell of stays near 0
 class Synergies:
     """M muscles by N synergies, and their signals along n motions.
 
-    What muscles were told before a recording began is not in it, but their activations still have it in them; so these
+    What excited muscles before a recording began is not in it, but their activations still have it in them; so these
     start by signals of their own rather than at the first excitation.
     """
 
@@ -65,7 +65,7 @@ class Knots:
         return np.asarray(self.hats @ values.transpose(0, 2, 1))
 
 
-def computed_activation(arm: Arm, motions: Motions, unknowns: Floats) -> tuple[Floats, StaticOptimization]:
+def computed_activation(arm: Arm, motions: ArmMotions, unknowns: Floats) -> tuple[Floats, StaticOptimization]:
     """Activations (n, T, M) of least sum of squares that make a motion, and what the muscles lack for it.
 
     Muscles of prescribed joints stay at 0; samples beyond a motion's end need nothing.

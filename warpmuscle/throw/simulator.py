@@ -11,7 +11,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Failure, Scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import Arm, states
-from warpmuscle.throw.motion import MARGIN, RATE, Motions, resample
+from warpmuscle.throw.motion import MARGIN, RATE, ArmMotions, resample
 
 KEPT = 4  # batches of different sizes that are kept ready
 FASTEST = 1e3  # rad/s and m/s, beyond which a copy has diverged
@@ -27,7 +27,7 @@ class Simulator:
     def __init__(
         self,
         arm: Arm,
-        motions: Motions,
+        motions: ArmMotions,
         *,
         device: str | None = None,
         threads: int | None = None,

@@ -5,7 +5,7 @@ CMA-ES searches for: every generation is one batch of simulations. The ball may 
 of time; of each candidate the frame that suits the goal best counts, so that the time of release is found with the
 signals. It flies freely from there.
 
-How they are searched for is told in `signal_search`.
+How they are searched for is described in `signal_search`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, st
 from warpmuscle.throw.follow import Follower, Replay
 from warpmuscle.throw.goals import LIMITS, PAST_LIMITS, Flight, Goal, fly
 from warpmuscle.throw.metrics import determination
-from warpmuscle.throw.motion import Motions
+from warpmuscle.throw.motion import ArmMotions
 from warpmuscle.throw.signal_search import SignalSearch
 
 MOMENT = 1e-4  # s, of the difference quotient of the hand's velocity
@@ -80,7 +80,7 @@ class Throw:
         return not self.missed
 
 
-def check_release(release: float, motions: Motions) -> None:
+def check_release(release: float, motions: ArmMotions) -> None:
     """Error unless a time of release, s, is within the first motion."""
     end = float(motions.time[motions.valid[0] > 0.0][-1])
     if not 0.0 < release <= end:

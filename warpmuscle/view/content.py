@@ -1,4 +1,4 @@
-"""What a page is told of a track and of a doll: numbers for its JSON, and arrays for its packer."""
+"""What a page is sent about a track and of a doll: numbers for its JSON, and arrays for its packer."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, int]]:
 def track_content(
     track: Track, scene: Scene, packer: Packer, every_curve: bool = True, live: bool = False
 ) -> dict[str, Any]:
-    """What the page is told of a track; its arrays go to the packer."""
+    """What the page is sent about a track; its arrays go to the packer."""
     panels = [p for p in panels_of(track.recording, scene, live) if every_curve or p.group not in SPARED]
     arrays = track_arrays(track) | curve_arrays(panels)
     numbers = {name: packer.add(values, bits if every_curve else 8 if name == "curves" else bits)
@@ -96,7 +96,7 @@ def track_content(
 
 
 def panel_contents(panels: Sequence[Panel], norms: Sequence[LegNorm]) -> list[dict[str, Any]]:
-    """What the page is told of panels; curves that are stored nowhere else are columns of the array `curves`."""
+    """What the page is sent about panels; curves that are stored nowhere else are columns of the array `curves`."""
     columns, found = iter(range(10**9)), _norms_of(panels, norms)
     return [
         {
@@ -139,7 +139,7 @@ def leg_norms(recording: Recording, scene: Scene, cycles: dict[str, Any]) -> lis
 
 
 def _norms_of(panels: Sequence[Panel], norms: Sequence[LegNorm]) -> dict[int, dict[str, Any]]:
-    """What the page is told of norms, by number of the panel.
+    """What the page is sent about norms, by number of the panel.
 
     The panel of an angle of the legs is the one whose curve is nearest to it, perhaps with the other sign: a motion of
     next to no movement has others that are near, too.
@@ -171,7 +171,7 @@ def continuous(orientation: Any) -> Any:
 
 
 def doll_content(doll: Doll, scene: Scene, pieces: list[dict[str, Any]]) -> dict[str, Any]:
-    """What the page is told of a doll that looks like these pieces."""
+    """What the page is sent about a doll that looks like these pieces."""
     content = moving_content(doll, scene)
     fixed = {
         "names": doll.muscles.names,
@@ -216,7 +216,7 @@ def moving_content(doll: Doll, scene: Scene) -> dict[str, Any]:
 
 
 def piece_contents(pieces: Sequence[Piece], packer: Packer) -> list[dict[str, Any]]:
-    """What the page is told of pieces; meshes of hulls go to the packer."""
+    """What the page is sent about pieces; meshes of hulls go to the packer."""
     return [{"kind": _kind(one), "body": one.body, "side": one.side, "layer": one.layer,
              **_form(one, packer)} for one in pieces]  # fmt: skip
 

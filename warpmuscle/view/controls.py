@@ -49,8 +49,8 @@ class Slider:
             return None
         return min(max(float(value), self.min), self.max)
 
-    def told(self) -> dict[str, Any]:
-        """What the page is told of it besides its name."""
+    def for_page(self) -> dict[str, Any]:
+        """What the page is sent about it besides its name."""
         step = self.step or (self.max - self.min) / STEPS
         return {"min": self.min, "max": self.max, "step": step, "unit": whole(self.unit), "group": whole(self.group)}
 
@@ -69,8 +69,8 @@ class Toggle:
         """The value if it is one."""
         return value if isinstance(value, bool) else None
 
-    def told(self) -> dict[str, Any]:
-        """What the page is told of it besides its name."""
+    def for_page(self) -> dict[str, Any]:
+        """What the page is sent about it besides its name."""
         return {}
 
 
@@ -89,8 +89,8 @@ class Choice:
         """The value if it is one of the options."""
         return value if isinstance(value, str) and value in self.options else None
 
-    def told(self) -> dict[str, Any]:
-        """What the page is told of it besides its name."""
+    def for_page(self) -> dict[str, Any]:
+        """What the page is sent about it besides its name."""
         return {"options": [whole(option) for option in self.options]}
 
 
@@ -108,8 +108,8 @@ class Button:
         """True if it was pressed."""
         return True if value is True else None
 
-    def told(self) -> dict[str, Any]:
-        """What the page is told of it besides its name."""
+    def for_page(self) -> dict[str, Any]:
+        """What the page is sent about it besides its name."""
         return {}
 
 
@@ -128,10 +128,10 @@ def use(control: Control, value: object) -> Value | None:
     return taken
 
 
-def told(controls: Sequence[Control]) -> list[dict[str, Any]]:
-    """What the page is told of controls, by their number."""
+def for_page(controls: Sequence[Control]) -> list[dict[str, Any]]:
+    """What the page is sent about controls, by their number."""
     return [
         {"kind": type(one).__name__.lower(), "name": whole(one.name), "value": one.value, "hint": whole(one.hint),
-         "section": whole(one.section), **one.told()}
+         "section": whole(one.section), **one.for_page()}
         for one in controls
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""A session of changes to the numbers and curves of a scene by hand: what pages are told, undo, and what is saved."""
+"""A session of changes to the numbers and curves of a scene by hand: what pages are sent, undo, and what is saved."""
 
 from __future__ import annotations
 
@@ -165,8 +165,8 @@ class Editor:
             for key, leaf in leaves(self._first)
         )
 
-    def told(self) -> dict[str, Any]:
-        """What the page is told of all numbers and curves as the scene has them."""
+    def for_page(self) -> dict[str, Any]:
+        """What the page is sent about all numbers and curves as the scene has them."""
         groups = list(dict.fromkeys(one.group for one in (*self.curves, *self.numbers)))
         places = {one.key: place for place, one in enumerate(self.numbers)}
         follows = {key: leaf.same_as for key, leaf in leaves(self._first) if isinstance(leaf, Free)}
@@ -231,7 +231,7 @@ class Editor:
         return knots
 
     def answer(self, edit: Edit) -> dict[str, Any]:
-        """What pages are told where one of them asks for the scene as it is."""
+        """What pages are sent where one of them asks for the scene as it is."""
         if edit.edit == "save":
             name, text = self.file()
             return {"saved": {"name": name, "text": text}}

@@ -14,7 +14,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.view.content import curve_arrays, moving_content, track_arrays
-from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, told, use
+from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, for_page, use
 from warpmuscle.view.curves import panels_of
 from warpmuscle.view.editor import ASKS, Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
@@ -25,7 +25,7 @@ from warpmuscle.view.server import PROTOCOL, Message, PageServer
 from warpmuscle.view.track import Track
 from warpmuscle.view.viewer import Viewer
 
-PICTURES = 30.0  # a second, that pages are told of new frames
+PICTURES = 30.0  # a second, that pages are sent new frames
 SEEN = 10.0  # s of the motion that a page keeps
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
 REFRESH = 0.4  # s of wall time between two words about how it goes
@@ -41,7 +41,7 @@ class Live(Viewer):
     Attributes:
         controls: all of them, which pages know by their places here.
         editor: what was changed of the scene's numbers and curves; None where a policy moves the body.
-        pushes: impulses given so far, N s. pictures: how often pages were told of new frames.
+        pushes: impulses given so far, N s. pictures: how often pages were sent new frames.
     """
 
     def __init__(
@@ -86,9 +86,9 @@ class Live(Viewer):
             "protocol": PROTOCOL,
             "order": [[name, int(values[0].size)] for name, values in self._arrays(first).items()],
             "window": SEEN,
-            "controls": told(self.controls),
+            "controls": for_page(self.controls),
             "bar": {name: self.controls.index(control) for name, control in self.bar.items()},
-            "edits": None if self.editor is None else self.editor.told(),
+            "edits": None if self.editor is None else self.editor.for_page(),
         }
         return page_of([first], [self.run.numeric], f"{self.run.scene.name}, live", True, True, live=known)
 
@@ -317,7 +317,7 @@ class Live(Viewer):
         return np.concatenate([np.reshape(each, (track.frames, -1)) for each in values], axis=1)
 
     def _arrays(self, track: Track) -> dict[str, Floats]:
-        """What the page is told of each frame, by name; `moment` is the controller's state and its phase."""
+        """What the page is sent about each frame, by name; `moment` is the controller's state and its phase."""
         recording = track.recording
         panels = panels_of(recording, self.run.numeric, everything=True)
         arrays = {name: values for name, (values, _) in (track_arrays(track) | curve_arrays(panels)).items()}
@@ -330,7 +330,7 @@ class Live(Viewer):
         return f"{self._fate}; {speed}" if self._fate else speed
 
     def _opening(self) -> list[Message]:
-        """What a page is told when it opens: all values, and the last seconds."""
+        """What a page is sent when it opens: all values, and the last seconds."""
         with self.lock:
             values = {number: control.value for number, control in enumerate(self.controls)}
             track = self.run.track(SEEN)

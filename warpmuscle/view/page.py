@@ -109,7 +109,7 @@ def page_of(
     """The page of tracks and of their scenes without free parameters.
 
     Args:
-        live, waiting: what `assets/live.js` and `assets/waiting.js` are told.
+        live, waiting: what `assets/live.js` and `assets/waiting.js` receive.
     """
     packer, title = Packer(), whole(title)
     dolls = _Dolls(packer, coarse=len(tracks) > FEW)
@@ -148,7 +148,7 @@ def page_of(
 
 
 def ground_content(ground: Ground) -> dict[str, Any]:
-    """What the page is told of a ground without free parameters."""
+    """What the page is sent about a ground without free parameters."""
     normal, height = plane(ground)
     return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
 

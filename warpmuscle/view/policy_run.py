@@ -1,4 +1,4 @@
-"""A simulation that a learnt policy moves in real time, while it is pushed and told where to go; numbers only."""
+"""A simulation that a learnt policy moves in real time, while it is pushed and steered; numbers only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class PolicyRun(LiveRun):
     """One instance of a scene that a policy moves, recorded as it goes; its free parameters stay as they are.
 
     Attributes:
-        asked: what the policy is told, by name, within what it has learnt, which counts from the next decision; and
+        asked: commands of the policy, by name, within what it has learnt, which count from the next decision; and
             what the scene's other commands are to be, such as a slope, which get there as ramps.
     """
 

@@ -30,7 +30,7 @@ class PageServer:
 
     Attributes:
         on_message: is called with what a page sent, by the server's thread.
-        on_open: gives what a page is told at first.
+        on_open: gives what a page is sent at first.
     """
 
     def __init__(self, host: str, port: int, page: bytes) -> None:
@@ -143,7 +143,7 @@ class PageServer:
                 later.append(message)
 
     def show(self, page: bytes, on_open: Callable[[], Sequence[Message]] = lambda: ["{}"]) -> None:
-        """Serve another page from now on; those that show the one before are told something, and load it."""
+        """Serve another page from now on; those that show the one before are notified, and load it."""
         self.page, self.on_open = page, on_open
         self.tell("{}")
 

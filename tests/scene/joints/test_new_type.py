@@ -11,7 +11,7 @@ from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.joint_motion import JointMotion
 from warpmuscle.kernels.structs import ModelRef, at
 from warpmuscle.scene import Actuation, Body, Character, Failure, Ground, InitialState, Joint, JointState, Scene
-from warpmuscle.scene.joints import TYPES, Motion, joint_type, register
+from warpmuscle.scene.joints import TYPES, JointKinematics, joint_type, register
 from warpmuscle.scene.joints.coordinate import Coordinate
 from warpmuscle.scene.topology import coordinate_names, topology
 from warpmuscle.simulation.rollout import Rollout
@@ -37,10 +37,10 @@ def screw_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMo
 class Screw(Coordinate):
     """The same on the host."""
 
-    def motion(self, joint, q, v) -> Motion:
+    def motion(self, joint, q, v) -> JointKinematics:
         a, zero = self.frame(joint)[0], np.zeros((len(q), 3))
         along = np.broadcast_to(a, zero.shape)
-        return Motion(about(a, q[:, 0]), a * LEAD * q, [along], [along * LEAD], zero, zero)
+        return JointKinematics(about(a, q[:, 0]), a * LEAD * q, [along], [along * LEAD], zero, zero)
 
     def shown(self, joint, orientation, place):
         return np.sum(place * self.frame(joint)[0], axis=1, keepdims=True) / LEAD

@@ -7,7 +7,7 @@ import pytest
 
 from warpmuscle.core.errors import Error
 from warpmuscle.synergy.columns import plain_name
-from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.motion import ArmMotion
 from warpmuscle.throw.recordings.motion_files import read
 
 JOINTS = ("shoulder", "elbow")
@@ -21,7 +21,7 @@ def written(header: str, *columns: np.ndarray, form: str = "%.6f") -> str:
     return "\n".join([header, *rows]) + "\n"
 
 
-def motion(tmp_path: Path, text: str | bytes, suffix: str = ".csv") -> Motion:
+def motion(tmp_path: Path, text: str | bytes, suffix: str = ".csv") -> ArmMotion:
     path = tmp_path / f"throw{suffix}"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return read(path, JOINTS)[0]

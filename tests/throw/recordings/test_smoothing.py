@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import SignalError
-from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.motion import ArmMotion
 from warpmuscle.throw.recordings.smoothing import (
     NOISY,
     check_noise,
@@ -22,11 +22,11 @@ TIME = np.arange(0.0, 1.501, 0.01)
 JOINTS = ("shoulder", "elbow")
 
 
-def motion(size: float = 0.0, time: np.ndarray = TIME) -> Motion:
+def motion(size: float = 0.0, time: np.ndarray = TIME) -> ArmMotion:
     """Angles that move by 1 rad within half a second, with white noise, deg."""
     angles = np.stack([0.5 * np.sin(6.0 * time), 0.5 * np.cos(7.0 * time)], axis=1)
     angles += np.radians(size) * np.random.default_rng(0).normal(size=angles.shape)
-    return Motion("m", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
+    return ArmMotion("m", 0.0, time, angles, 0.1 * time, np.zeros((len(time), 2)))
 
 
 def test_noise_of_two_degrees_is_refused_with_its_size_and_what_helps():

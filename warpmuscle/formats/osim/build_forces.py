@@ -52,7 +52,7 @@ class ForceBuilder:
         """Remember that a key of the scene was read from a line."""
         self._notes.places[key] = (self._model.file, line)
 
-    def joint(self, force: records.Force) -> str:
+    def joint(self, force: records.OsimForce) -> str:
         """The joint whose coordinate a force acts on; empty, with a note, if it cannot act on it."""
         name = force.words["coordinate"]
         if name not in self._coordinates.by_name:
@@ -65,14 +65,14 @@ class ForceBuilder:
             return ""
         return name
 
-    def actuator(self, force: records.Force) -> None:
+    def actuator(self, force: records.OsimForce) -> None:
         """A joint that an actuator drives takes torques, besides those of its muscles."""
         name = self.joint(force)
         if name and name not in self._scene.actuation:
             crossed = usual_drive(name, self._scene.character) == "muscle"
             self._scene.actuation[name] = Actuation("assisted" if crossed else "torque")
 
-    def limit(self, force: records.Force) -> None:
+    def limit(self, force: records.OsimForce) -> None:
         """Springs beyond the ends of a range, given in degrees where the coordinate is an angle."""
         name = self.joint(force)
         if not name:
@@ -89,7 +89,7 @@ class ForceBuilder:
         }  # fmt: skip
         self.add(force, Force("coordinate_limit", joint=name, parameters=dict(values)))
 
-    def spring(self, force: records.Force) -> None:
+    def spring(self, force: records.OsimForce) -> None:
         """A spring and damper along a coordinate."""
         name = self.joint(force)
         if name:
@@ -97,7 +97,7 @@ class ForceBuilder:
             values = {"rest": n["rest_length"], "stiffness": n["stiffness"], "damping": n["viscosity"]}
             self.add(force, Force("coordinate_spring", joint=name, parameters=dict(values)))
 
-    def bushing(self, force: records.Force) -> None:
+    def bushing(self, force: records.OsimForce) -> None:
         """Springs and dampers between two frames."""
         (first, place), (second, other_place) = (
             self._skeleton.placement.point(frame, (0.0, 0.0, 0.0)) for frame in force.frames
@@ -128,7 +128,7 @@ class ForceBuilder:
         plain: dict[str, Number] = {name: float(value) for name, value in values.items()}
         self.add(force, Force("bushing", body=first, other_body=second, parameters=plain))
 
-    def add(self, force: records.Force, made: Force) -> None:
+    def add(self, force: records.OsimForce, made: Force) -> None:
         """Put a force into the scene under its own name."""
         name = force.name or f"{force.kind}_{force.line}"
         while name in self._scene.forces:
@@ -170,7 +170,7 @@ def build_forces(model: Model, scene: Scene, skeleton: Skeleton, coordinates: Co
 
 
 def _contact(
-    force: records.Force, names: list[str], builder: ForceBuilder, model: Model, scene: Scene, skeleton: Skeleton,
+    force: records.OsimForce, names: list[str], builder: ForceBuilder, model: Model, scene: Scene, skeleton: Skeleton,
     notes: Notes,
 ) -> None:  # fmt: skip
     """Spheres on bodies that touch the ground, which a half-space of the model gives its place."""
@@ -223,7 +223,7 @@ def _ground(model: Model, half_space: Contact) -> Ground:
     return Ground(normal=rounded, height=0.0 if abs(height) < 1e-15 else height)
 
 
-def lose(model: Model, force: records.Force, frames: Iterable[str], others: frozenset[str] = frozenset()) -> None:
+def lose(model: Model, force: records.OsimForce, frames: Iterable[str], others: frozenset[str] = frozenset()) -> None:
     """Remember that a force is left out, with the names of the bodies that it holds, see `tree.tell_loose`."""
     bodies = {on_body(model, frame)[0].rpartition("/")[2] for frame in frames}
     model.lost.append(records.Lost(force.kind, others | bodies))

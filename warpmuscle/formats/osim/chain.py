@@ -20,7 +20,7 @@ NOTHING = Body(0.0, (0.0, 0.0, 0.0))
 
 
 @dataclass
-class Row:
+class JointRow:
     """Joints from one body on to the next, with the bodies between."""
 
     joints: dict[str, Joint] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class _Here:
 def row_of(
     name: str, parent: Placed, start: tuple[Floats, Floats], child: str, end: tuple[Floats, Floats],
     groups: list[list[Move]], masters: set[str],
-) -> Row:  # fmt: skip
+) -> JointRow:  # fmt: skip
     """The joints between two bodies.
 
     Args:
@@ -59,7 +59,7 @@ def row_of(
         groups: what moves, see `moves.grouped`.
         masters: coordinates of other joints, which moves of this one follow.
     """
-    row = Row()
+    row = JointRow()
     here = _Here(parent, *start)
     last: Joint | None = None
     for group in groups:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
 from warpmuscle.formats.osim.properties import Properties, last_name
-from warpmuscle.formats.osim.records import Contact, Force, Lost, Marker, Model
+from warpmuscle.formats.osim.records import Contact, Lost, Marker, Model, OsimForce
 
 Defaults = dict[str, tuple[float, ...]]
 NONE = (0.0, 0.0, 0.0)
@@ -42,7 +42,7 @@ ABOUT_DRAWING = ("moment_visual_scale", "force_visual_scale", "visual_aspect_rat
     "force_visualization_scale_factor", "compute_dissipation_energy")  # fmt: skip
 
 
-def read_force(element: Element, frames: Frames, own: Properties) -> list[Force]:
+def read_force(element: Element, frames: Frames, own: Properties) -> list[OsimForce]:
     """The forces of an element of a class in `NUMBERS`; Hunt and Crossley's has one for each pair of its shapes."""
     numbers = {tag: _numbers(element, tag, default, own) for tag, default in NUMBERS[element.tag].items()}
     words = {tag: last_name(own.word(element, tag)) for tag in WORDS.get(element.tag, ())}
@@ -64,7 +64,7 @@ def read_force(element: Element, frames: Frames, own: Properties) -> list[Force]
     if element.tag.endswith("BushingForce"):
         path = f"/forceset/{element.name}"
         pair = tuple(frames.socket(element, path, f"frame{number}") for number in (1, 2))
-    return [Force(element.tag, element.name, element.line, numbers, words, pair)]
+    return [OsimForce(element.tag, element.name, element.line, numbers, words, pair)]
 
 
 def _numbers(element: Element, tag: str, default: tuple[float, ...], own: Properties) -> tuple[float, ...]:
@@ -74,7 +74,7 @@ def _numbers(element: Element, tag: str, default: tuple[float, ...], own: Proper
     return tuple(found.numbers(len(default), infinite=True))
 
 
-def _hunt_crossley(element: Element, numbers: Defaults, own: Properties) -> list[Force]:
+def _hunt_crossley(element: Element, numbers: Defaults, own: Properties) -> list[OsimForce]:
     """One force for each set of shapes that share their parameters."""
     holder = element.child("HuntCrossleyForce::ContactParametersSet", "contact_parameters")
     found = []
@@ -85,7 +85,7 @@ def _hunt_crossley(element: Element, numbers: Defaults, own: Properties) -> list
         }  # fmt: skip
         shapes = own.word(parameters, "geometry")
         names = " ".join(last_name(word) for word in shapes.split())
-        found.append(Force(element.tag, element.name, parameters.line, {**values, **numbers}, {"geometry": names}))
+        found.append(OsimForce(element.tag, element.name, parameters.line, {**values, **numbers}, {"geometry": names}))
     return found
 
 

@@ -10,7 +10,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element
-from warpmuscle.formats.osim.records import Force, Frame, Joint, Model, Muscle, Vec3
+from warpmuscle.formats.osim.records import Frame, Joint, Model, Muscle, OsimForce, Vec3
 
 GROUND = "/ground"
 OFFSETS = "PhysicalOffsetFrame"
@@ -205,6 +205,6 @@ def refused(model: Model, line: int, message: str) -> SceneError:
     return SceneError(message, file=model.file, line=line)
 
 
-def note(notes: Notes, model: Model, record: Joint | Muscle | Force, reason: str) -> None:
+def note(notes: Notes, model: Model, record: Joint | Muscle | OsimForce, reason: str) -> None:
     """Note that something of a model is left out, or otherwise than in OpenSim, and why."""
     notes.ignore(model.file, record.line, f"{record.kind} {record.name}", reason)

@@ -159,7 +159,7 @@ class Muscle:
 
 
 @dataclass(frozen=True, slots=True)
-class Force:
+class OsimForce:
     """Another force: its numbers, words and the frames it acts between."""
 
     kind: str
@@ -219,7 +219,7 @@ class Model:
     couplers: list[Coupler] = field(default_factory=list)
     surfaces: dict[str, Surface] = field(default_factory=dict)
     muscles: list[Muscle] = field(default_factory=list)
-    forces: list[Force] = field(default_factory=list)
+    forces: list[OsimForce] = field(default_factory=list)
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)

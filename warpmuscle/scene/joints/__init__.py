@@ -28,8 +28,8 @@ from warpmuscle.core.errors import Error
 from warpmuscle.scene import Character, Joint
 from warpmuscle.scene.joints.coordinate import SLIDE
 from warpmuscle.scene.joints.coupled import COUPLED, FOLLOWER
+from warpmuscle.scene.joints.joint_type import JointKinematics as JointKinematics
 from warpmuscle.scene.joints.joint_type import JointType as JointType
-from warpmuscle.scene.joints.joint_type import Motion as Motion
 from warpmuscle.scene.joints.roots import FIXED_ROOT, FREE, PLANAR
 from warpmuscle.scene.joints.roots import RootType as RootType
 from warpmuscle.scene.joints.turning import BALL, FIXED, HINGE, UNIVERSAL
@@ -57,3 +57,10 @@ def joint_type(joint: Joint) -> JointType:
 def root_type(character: Character) -> RootType:
     """The entry of the root of a character."""
     return ROOT_TYPES[character.root_joint]
+
+
+def __getattr__(name: str) -> None:
+    """Say what a name of before is called now; an AttributeError would be swallowed by `from ... import`."""
+    if name == "Motion":
+        raise ImportError("warpmuscle.scene.joints.Motion is called JointKinematics now")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

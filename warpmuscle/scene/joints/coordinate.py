@@ -9,7 +9,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Joint, JointState
-from warpmuscle.scene.joints.joint_type import JointType, Motion, MujocoJoint
+from warpmuscle.scene.joints.joint_type import JointKinematics, JointType, MujocoJoint
 from warpmuscle.scene.validation.checks import Checks
 
 
@@ -39,10 +39,10 @@ class Slide(Coordinate):
     def unit(self, joint: Joint) -> str:
         return "m"
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         a, zero = self.frame(joint)[0], np.zeros((len(q), 3))
         upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
-        return Motion(upright, a * q, [zero], [np.broadcast_to(a, zero.shape)], zero, zero)
+        return JointKinematics(upright, a * q, [zero], [np.broadcast_to(a, zero.shape)], zero, zero)
 
     def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
         return np.asarray(np.sum(place * self.frame(joint)[0], axis=-1, keepdims=True))

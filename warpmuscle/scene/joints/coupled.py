@@ -14,7 +14,7 @@ from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
 from warpmuscle.scene import Displacement, Joint, JointState
 from warpmuscle.scene.joints.coordinate import Coordinate
 from warpmuscle.scene.joints.displacement import TURN, Span, depends, rates
-from warpmuscle.scene.joints.joint_type import OTHER_AXIS, Motion
+from warpmuscle.scene.joints.joint_type import OTHER_AXIS, JointKinematics
 from warpmuscle.scene.validation.checks import Checks
 
 FAR = 100.0  # rad or m: knots from there on only hold what is at the ends
@@ -50,7 +50,7 @@ class Coupled(Coordinate):
         axis = next(d.axis for d in (*joint.rotations, *joint.translations) if depends(d))
         return normalized(rows(axis)), rows(OTHER_AXIS)
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         zero = np.zeros((len(q), 3))
         orientation = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
         turning, bending, place, moving, curving = zero, zero, zero, zero, zero
@@ -65,7 +65,7 @@ class Coupled(Coordinate):
             axis = normalized(rows(translation.axis))
             value, first, second = (rate[:, None] for rate in rates(translation, q[:, 0]))
             place, moving, curving = place + axis * value, moving + axis * first, curving + axis * second
-        return Motion(orientation, place, [turning], [moving], bending * v**2, curving * v**2)
+        return JointKinematics(orientation, place, [turning], [moving], bending * v**2, curving * v**2)
 
     def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
         """The coordinate whose pose comes nearest."""

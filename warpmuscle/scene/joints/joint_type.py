@@ -19,7 +19,7 @@ NO_AXIS = (1.0, 0.0, 0.0)
 OTHER_AXIS = (0.0, 1.0, 0.0)
 
 
-class Motion(NamedTuple):
+class JointKinematics(NamedTuple):
     """How a joint of S speeds holds and moves its child in n states, in the parent's axes."""
 
     orientation: Floats  # (n, 4) of the child in its parent
@@ -135,7 +135,7 @@ class JointType:
         """
         raise NotImplementedError
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         """How the joint holds and moves its child at coordinates (n, C) and speeds (n, S)."""
         raise NotImplementedError
 
@@ -143,7 +143,7 @@ class JointType:
         """The angles (n, A), rad or m, that files and figures show.
 
         Args:
-            orientation: of the child in its parent, (n, 4). place: as in `Motion`, (n, 3).
+            orientation: of the child in its parent, (n, 4). place: as in `JointKinematics`, (n, 3).
         """
         still = np.zeros((len(orientation), 3))
         return self.nearest(joint, orientation, still)[0]

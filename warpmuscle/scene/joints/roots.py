@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import about, normalized, twist_angle
-from warpmuscle.scene.joints.joint_type import Motion, MujocoJoint
+from warpmuscle.scene.joints.joint_type import JointKinematics, MujocoJoint
 
 X_AXIS = np.array([1.0, 0.0, 0.0])
 _ORIENTATION = ("qx", "qy", "qz", "qw")
@@ -52,7 +52,7 @@ class RootType:
         found[:, list(self.moving)] = speeds[:, : len(self.moving)]
         return found
 
-    def motion(self, q: Floats) -> Motion:
+    def motion(self, q: Floats) -> JointKinematics:
         """Its pose and motion subspace at coordinates (n, C)."""
         zero = np.zeros((len(q), 3))
         position = q[:, :3]
@@ -63,7 +63,7 @@ class RootType:
         unit: list[Floats] = [np.broadcast_to(axis, zero.shape) for axis in np.eye(3)]
         turning: list[Floats] = [zero] * len(self.moving) + [unit[k] for k in self.turning]
         moving: list[Floats] = [unit[k] for k in self.moving] + [zero] * len(self.turning)
-        return Motion(orientation, position, turning, moving, zero, zero)
+        return JointKinematics(orientation, position, turning, moving, zero, zero)
 
 
 FREE = RootType(

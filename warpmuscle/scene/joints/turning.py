@@ -17,7 +17,7 @@ from warpmuscle.core.pose import (
     universal_coordinates,
 )
 from warpmuscle.scene import Joint
-from warpmuscle.scene.joints.joint_type import JointType, Motion, MujocoJoint
+from warpmuscle.scene.joints.joint_type import JointKinematics, JointType, MujocoJoint
 from warpmuscle.scene.validation.checks import Checks
 
 
@@ -40,10 +40,10 @@ class Ball(JointType):
     def nearest(self, joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
         return orientation, rotate(conjugate(orientation), angular_velocity)
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         orientation, zero = normalized(q), np.zeros((len(q), 3))
         turning = [rotate(orientation, np.broadcast_to(unit, (len(q), 3))) for unit in np.eye(3)]
-        return Motion(orientation, zero, turning, [zero] * 3, zero, zero)
+        return JointKinematics(orientation, zero, turning, [zero] * 3, zero, zero)
 
     def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
         return euler_xyz(orientation)
@@ -85,13 +85,13 @@ class Universal(JointType):
     def nearest(self, joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
         return universal_coordinates(orientation, angular_velocity, *self.frame(joint))
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         a, b = self.frame(joint)
         zero = np.zeros((len(q), 3))
         orientation = multiply(about(b, q[:, 1]), about(a, q[:, 0]))
         turning = [rotate(orientation, a), np.broadcast_to(b, zero.shape)]
         drift = np.cross(turning[1] * v[:, 1:], turning[0] * v[:, :1])  # axis a rides on what b turns
-        return Motion(orientation, zero, turning, [zero] * 2, drift, zero)
+        return JointKinematics(orientation, zero, turning, [zero] * 2, drift, zero)
 
 
 class Hinge(JointType):
@@ -100,9 +100,9 @@ class Hinge(JointType):
     def nearest(self, joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
         return hinge_coordinates(orientation, angular_velocity, self.frame(joint)[0])
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         a, zero = self.frame(joint)[0], np.zeros((len(q), 3))
-        return Motion(about(a, q[:, 0]), zero, [np.broadcast_to(a, zero.shape)], [zero], zero, zero)
+        return JointKinematics(about(a, q[:, 0]), zero, [np.broadcast_to(a, zero.shape)], [zero], zero, zero)
 
 
 class Fixed(JointType):
@@ -111,9 +111,9 @@ class Fixed(JointType):
     def nearest(self, joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
         return np.zeros((len(orientation), 0)), np.zeros((len(orientation), 0))
 
-    def motion(self, joint: Joint, q: Floats, v: Floats) -> Motion:
+    def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
         zero = np.zeros((len(q), 3))
-        return Motion(np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1)), zero, [], [], zero, zero)
+        return JointKinematics(np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1)), zero, [], [], zero, zero)
 
 
 BALL = Ball(

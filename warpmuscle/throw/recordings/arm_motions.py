@@ -16,7 +16,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions
-from warpmuscle.throw.motion import PITCH, PLACE, RATE, Motion, without_stillness
+from warpmuscle.throw.motion import PITCH, PLACE, RATE, ArmMotion, without_stillness
 from warpmuscle.throw.recordings.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.recordings.smoothing import NOISY, noise, removed
 
@@ -28,7 +28,7 @@ CONVENTIONS = (
 )  # fmt: skip
 
 
-def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[Motion]:
+def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[ArmMotion]:
     """The motions in files, checked against the limits of the arm's joints.
 
     Raises:
@@ -44,7 +44,7 @@ def read_motions(paths: Sequence[str | Path], arm: Arm) -> list[Motion]:
     return motions
 
 
-def motion_of(scene: Scene, arm: Arm) -> Motion:
+def motion_of(scene: Scene, arm: Arm) -> ArmMotion:
     """The motion of a scene whose joints are all kinematic.
 
     Raises:
@@ -64,7 +64,7 @@ def motion_of(scene: Scene, arm: Arm) -> Motion:
     root = root_type(scene.character)
     pitch = np.unwrap(twist_angle(root.motion(coordinates).orientation, X_AXIS)) if root.speeds else np.zeros(len(time))
     place = joint_positions(arm, coordinates)[0][:, [2, 1]]
-    return Motion(scene.name, 0.0, time, coordinates[:, arm.coordinate_places], pitch, place - place[0])
+    return ArmMotion(scene.name, 0.0, time, coordinates[:, arm.coordinate_places], pitch, place - place[0])
 
 
 def _whole(scene: Scene, name: str) -> bool:
@@ -74,7 +74,7 @@ def _whole(scene: Scene, name: str) -> bool:
 
 
 def notes(
-    read: Sequence[Motion], passed: Sequence[Motion], arm: Arm, low_pass: float | None, chosen: bool = False
+    read: Sequence[ArmMotion], passed: Sequence[ArmMotion], arm: Arm, low_pass: float | None, chosen: bool = False
 ) -> list[str]:
     """What is worth knowing of motions: what a filter took from them, noise, and what their files do not say.
 
@@ -122,7 +122,7 @@ def notes(
     return found
 
 
-def _of(names: Sequence[str], motions: Sequence[Motion]) -> str:
+def _of(names: Sequence[str], motions: Sequence[ArmMotion]) -> str:
     """Which of some motions are meant."""
     if len(names) == 1 or len(names) < len(motions):
         return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
@@ -133,7 +133,7 @@ def _rms(values: Floats) -> Floats:
     return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
-def check_limits(arm: Arm, motion: Motion) -> None:
+def check_limits(arm: Arm, motion: ArmMotion) -> None:
     """SignalError if a recorded angle is beyond the limits of its joint."""
     plain = arm.plain
     for column, name in enumerate(arm.joints):
@@ -160,7 +160,7 @@ def _other_conventions(angle: Floats, low: float, high: float) -> str:
     return f"; is 0 deg a straight arm that hangs down? Within them would be {' or '.join(found)}" if found else ""
 
 
-def check_range(arm: Arm, motion: Motion) -> None:
+def check_range(arm: Arm, motion: ArmMotion) -> None:
     """SignalError if a joint that muscles are to move stands still: there is nothing to tell its muscles by."""
     for column, name in zip(arm.free, arm.driven, strict=True):
         extent = float(np.ptp(motion.angles[:, column]))
@@ -171,7 +171,7 @@ def check_range(arm: Arm, motion: Motion) -> None:
             )
 
 
-def mean_motion(motions: Sequence[Motion]) -> Motion:
+def mean_motion(motions: Sequence[ArmMotion]) -> ArmMotion:
     """The mean of motions, sampled as the first one, over the time that all of them have."""
     first = motions[0]
     time = first.time[first.time <= min(motion.time[-1] for motion in motions) + 1e-9]
@@ -184,4 +184,4 @@ def mean_motion(motions: Sequence[Motion]) -> Motion:
             parts.append(np.stack(columns, axis=1))
         return np.asarray(np.mean(parts, axis=0))
 
-    return Motion("mean", first.start, time, mean("angles"), mean("pitch")[:, 0], mean("place"))
+    return ArmMotion("mean", first.start, time, mean("angles"), mean("pitch")[:, 0], mean("place"))

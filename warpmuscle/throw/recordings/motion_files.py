@@ -27,7 +27,7 @@ from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.columns import LENGTHS, TIMES, Columns, with_units
 from warpmuscle.synergy.tables import read_table
-from warpmuscle.throw.motion import PITCH, PLACE, Motion
+from warpmuscle.throw.motion import PITCH, PLACE, ArmMotion
 
 LEAST_SAMPLES = 12
 LONGEST = 60.0  # s
@@ -41,7 +41,7 @@ MOST_PITCH, SAME_PITCH = 100.0, 5.0  # deg
 FASTEST_SHOULDER = 20.0  # m/s, faster than anybody runs
 
 
-def read(path: str | Path, joints: Sequence[str]) -> list[Motion]:
+def read(path: str | Path, joints: Sequence[str]) -> list[ArmMotion]:
     """The motions in a table of text or a `.npz` file, angles in the order of `joints`.
 
     Raises:
@@ -53,7 +53,7 @@ def read(path: str | Path, joints: Sequence[str]) -> list[Motion]:
     return [_motion(Columns.of_table(read_table(path)), joints)]
 
 
-def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
+def _read_npz(path: Path, joints: Sequence[str]) -> list[ArmMotion]:
     try:
         check_regular(path)
         with open(path, "rb") as file:
@@ -90,7 +90,7 @@ def _read_npz(path: Path, joints: Sequence[str]) -> list[Motion]:
     return motions
 
 
-def _motion(columns: Columns, joints: Sequence[str]) -> Motion:
+def _motion(columns: Columns, joints: Sequence[str]) -> ArmMotion:
     time = columns.time()
     _check_time(columns, time)
     chosen = {}
@@ -117,7 +117,7 @@ def _motion(columns: Columns, joints: Sequence[str]) -> Motion:
             place[:, axis] = values
             _check_place(columns, name, time, values)
     angles = np.stack([angle[joint] for joint in joints], axis=1)
-    return Motion(columns.motion, float(time[0]), time - time[0], angles, pitch, place, absent, columns.bridged)
+    return ArmMotion(columns.motion, float(time[0]), time - time[0], angles, pitch, place, absent, columns.bridged)
 
 
 def _pitch(columns: Columns, chosen: Mapping[str, str], angle: Mapping[str, Floats]) -> Floats | None:

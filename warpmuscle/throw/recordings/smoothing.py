@@ -19,7 +19,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
-from warpmuscle.throw.motion import Motion
+from warpmuscle.throw.motion import ArmMotion
 
 ORDER = 2  # of one pass
 FASTEST = 20.0  # Hz, of limbs
@@ -33,7 +33,7 @@ UNEVEN = 1e-3  # part of a step
 LOST = 0.25  # of the acceleration that passes a filter, at most, may be noise (root mean squares)
 
 
-def low_passed(motion: Motion, frequency: float) -> Motion:
+def low_passed(motion: ArmMotion, frequency: float) -> ArmMotion:
     """A motion without what is faster, by Butterworth's filter of second order, forwards and backwards: without lag.
 
     Args:
@@ -61,7 +61,7 @@ def low_passed(motion: Motion, frequency: float) -> Motion:
     return replace(motion, time=time, angles=angles, pitch=pitch[:, 0], place=place)
 
 
-def suitable(motions: Sequence[Motion]) -> float | None:
+def suitable(motions: Sequence[ArmMotion]) -> float | None:
     """A cut-off, Hz, for motions of which some are noisy, see `low_passed`; None if none is.
 
     It is the median of those that suit the noisy ones, each the highest of its angles, no higher than limbs are fast,
@@ -92,8 +92,8 @@ def noise_and_cutoff(angles: Floats, rate: float) -> tuple[Floats, Floats]:
 
 
 def usable(
-    motions: Sequence[Motion], joints: Sequence[str], low_pass: float | None, chosen: bool = False
-) -> list[Motion]:
+    motions: Sequence[ArmMotion], joints: Sequence[str], low_pass: float | None, chosen: bool = False
+) -> list[ArmMotion]:
     """Motions that have passed a filter, if there is one, and hold no more noise than a fit can bear.
 
     Args:
@@ -112,7 +112,7 @@ def usable(
     return passed
 
 
-def check_passed(before: Motion, after: Motion, frequency: float, joints: Sequence[str]) -> None:
+def check_passed(before: ArmMotion, after: ArmMotion, frequency: float, joints: Sequence[str]) -> None:
     """SignalError if so much noise passed a filter that an angle's accelerations are lost in it.
 
     Args:
@@ -132,13 +132,13 @@ def check_passed(before: Motion, after: Motion, frequency: float, joints: Sequen
             )
 
 
-def removed(before: Motion, after: Motion) -> Floats:
+def removed(before: ArmMotion, after: ArmMotion) -> Floats:
     """Root mean square (J,), rad, of what a filter took from each angle."""
     parts = [np.interp(before.time, after.time, column) for column in after.angles.T]
     return np.asarray(np.sqrt(np.mean((before.angles - np.stack(parts, axis=1)) ** 2, axis=0)))
 
 
-def noise(motion: Motion) -> list[float]:
+def noise(motion: ArmMotion) -> list[float]:
     """How much faster acceleration there is beyond what limbs do than below, of each angle.
 
     Empty of recordings below 60 samples a second, which hold too little beyond it.
@@ -146,7 +146,7 @@ def noise(motion: Motion) -> list[float]:
     return [fast / max(slow, 1e-12) for fast, slow, _ in _shares(motion)]
 
 
-def check_noise(motion: Motion, joints: Sequence[str]) -> None:
+def check_noise(motion: ArmMotion, joints: Sequence[str]) -> None:
     """SignalError if noise hides the accelerations of an angle.
 
     Args:
@@ -160,7 +160,7 @@ def check_noise(motion: Motion, joints: Sequence[str]) -> None:
             )
 
 
-def _shares(motion: Motion) -> list[tuple[float, float, float]]:
+def _shares(motion: ArmMotion) -> list[tuple[float, float, float]]:
     """Of each angle: second differences beyond and below `FASTEST`, root mean square, and how great white noise is."""
     rate = _rate(motion)
     if rate < LEAST_RATE:
@@ -172,18 +172,18 @@ def _shares(motion: Motion) -> list[tuple[float, float, float]]:
     return list(zip(*(part.tolist() for part in (*bends, size)), strict=True))
 
 
-def _rate(motion: Motion) -> float:
+def _rate(motion: ArmMotion) -> float:
     """Samples a second."""
     return float((len(motion.time) - 1) / motion.time[-1])
 
 
-def _even(motion: Motion) -> Floats:
+def _even(motion: ArmMotion) -> Floats:
     """Angles (T, J) at even times."""
     time = np.linspace(0.0, motion.time[-1], round(motion.time[-1] * _rate(motion)) + 1)
     return _evenly(time, motion, motion.angles)
 
 
-def _evenly(time: Floats, motion: Motion, values: Floats) -> Floats:
+def _evenly(time: Floats, motion: ArmMotion, values: Floats) -> Floats:
     """Values (S, k) at other times (T,), by a cubic spline where samples are uneven: corners would pass for noise."""
     if np.ptp(np.diff(motion.time)) > UNEVEN * float(np.mean(np.diff(motion.time))):
         return np.asarray(CubicSpline(motion.time, values)(time))

@@ -151,14 +151,15 @@ def release_velocity(goals: Floats, place: Floats, gravity: float) -> Floats:
 def learned(goals: Floats, changes: Floats, place: Floats, gravity: float) -> Any:
     """The rule: a function of goals (B, 3) to changes (B, U).
 
-    It is told the goals and with which velocity a ball would have to leave the middle throw's place of release.
+    Its inputs are the goals, and the velocity with which a ball would have to leave the middle throw's place of
+    release.
     """
 
-    def told(asked: Floats) -> Floats:
+    def inputs(asked: Floats) -> Floats:
         return np.hstack([TOLD * (asked - LOW) / (HIGH - LOW), release_velocity(asked, place, gravity)])
 
-    rule = RBFInterpolator(told(goals), changes, kernel="thin_plate_spline", smoothing=SMOOTHING)
-    return lambda asked: rule(told(asked))
+    rule = RBFInterpolator(inputs(goals), changes, kernel="thin_plate_spline", smoothing=SMOOTHING)
+    return lambda asked: rule(inputs(asked))
 
 
 @dataclass
@@ -224,12 +225,12 @@ class Rule:
             self.met[number], self.tried_from[number] = False, tried_from
             raise
 
-    def told(self, asked: Floats) -> Floats:
+    def predicted(self, asked: Floats) -> Floats:
         """Changes (B, U) of the signals for goals (B, 3)."""
         return np.asarray(learned(self.goals, self.changes, self.place, self.walk.thrower.gravity)(asked))
 
     def copied(self, asked: Floats) -> Floats:
-        """As `told`, of the nearest goal that was met: what a rule is to be better than."""
+        """As `predicted`, of the nearest goal that was met: what a rule is to be better than."""
         far = np.linalg.norm((self.goals[None] - asked[:, None]) / (HIGH - LOW), axis=2)
         return np.asarray(self.changes[np.argmin(far, axis=1)])
 

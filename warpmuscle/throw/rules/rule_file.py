@@ -78,7 +78,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     with hdf5.opened(path, says) as file:
         hdf5.check_contents(file)
         if "format" not in file.attrs or file.attrs["format"] != FORMAT or "origin" not in file.attrs:
-            raise says("no rule that can be gone on with; name a file that throw-rule wrote")
+            raise says("no rule that can be gone on with; name a file that `throw predict` wrote")
         yield file
 
 

@@ -1,0 +1,64 @@
+"""Groups of commands: what was one command says what to type now, and completion goes into them."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from warpmuscle.cli import GROUPS, app
+from warpmuscle.core.errors import Error
+
+
+@pytest.mark.parametrize(
+    ("typed", "now"),
+    [
+        ("throw a.csv b.csv -o throw.h5", "type `warpmuscle throw fit a.csv b.csv -o throw.h5`"),
+        ("throw lift.csv --emg syn.h5 --prescribe wrist", "throw fit lift.csv --emg syn.h5 --prescribe wrist`"),
+        ("throw --target 2 --target 4", "`warpmuscle throw goal --target 2 --target 4`"),
+        ("throw a.csv --speed=7", "`warpmuscle throw goal a.csv --speed=7`"),
+        ("throw a.csv --numbers 4 6", "`warpmuscle throw compare a.csv --numbers 4 6`"),
+        ("throw a.csv --target 2 --curve", "`warpmuscle throw goal` for goals, `warpmuscle throw compare` for --curve"),
+        ("throw-rule a.csv --goals 50 -o rule.h5", "`warpmuscle throw predict a.csv --goals 50 -o rule.h5`"),
+        ("synergies emg.csv -n 4", "`warpmuscle synergies extract emg.csv -n 4`"),
+        ("cluster-synergies a.h5 b.h5 --help", "`warpmuscle synergies cluster a.h5 b.h5 --help`"),
+        (
+            f"throw {' '.join(f'throw{k}.csv' for k in range(40))}",
+            "type `warpmuscle throw fit` with the same arguments",
+        ),
+    ],
+)
+def test_a_command_of_before_says_in_a_line_what_to_type_now(typed: str, now: str):
+    done = CliRunner().invoke(app, typed.split())
+    assert isinstance(done.exception, Error), done.output
+    assert now in str(done.exception)
+    assert "\n" not in str(done.exception)
+
+
+def test_a_mistyped_command_of_a_group_is_no_command_of_before():
+    done = CliRunner().invoke(app, ["throw", "gaol"])
+    assert done.exit_code == 2
+    assert "No such command 'gaol'" in done.output
+    assert "goal" in done.output
+
+
+def test_an_option_of_before_says_what_it_is_called_now():
+    done = CliRunner().invoke(app, ["apply", "a.h5", "-o", "a.toml", "--hardiest", "20"])
+    assert str(done.exception) == "--hardiest is called --most-robust now: write --most-robust 20"
+    assert "hardiest" not in CliRunner().invoke(app, ["apply", "--help"]).output
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_a_group_alone_tells_of_its_commands_and_completion_names_them(group: str, tmp_path: Path):
+    names = {command.name for command in GROUPS[group].registered_commands}
+    assert len(names) > 1
+    shown = CliRunner().invoke(app, [group]).output
+    assert all(name in shown for name in names)
+    variables = {"_WARPMUSCLE_COMPLETE": "complete_bash", "COMP_WORDS": f"warpmuscle {group} ", "COMP_CWORD": "2"}
+    code = "from warpmuscle.cli import app; app(prog_name='warpmuscle')"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=os.environ | variables, capture_output=True, text=True
+    )
+    assert set(done.stdout.split()) == names

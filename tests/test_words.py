@@ -1,0 +1,51 @@
+"""One word, one meaning: names of classes."""
+
+import ast
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1] / "warpmuscle"
+DOCS = ROOT.parent / "docs"
+ONCE = {"Motion", "Force", "Row", "Run", "Term", "State", "Controller", "Progress", "Options"}
+
+
+def test_names_that_could_mean_anything_name_one_class_of_the_host_at_most():
+    places = defaultdict(list)
+    for file in sorted(ROOT.rglob("*.py")):
+        if ROOT / "kernels" in file.parents:
+            continue  # where a structure of the device has the name of what it is made from
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ClassDef) and node.name in ONCE:
+                places[node.name].append(f"{file.relative_to(ROOT)}:{node.lineno}")
+    assert {name: found for name, found in places.items() if len(found) > 1} == {}
+
+
+PRIVATE = re.compile(
+    r"\b(crowded|roomy|at_hand|afresh|hardiest|half-bands?|hangs? up|each with its line"
+    r"|(come|comes|came) to (its|their) end)\b"
+)
+
+
+def test_no_word_of_our_own_making_is_in_the_manual_or_in_what_commands_say():
+    texts = [*DOCS.rglob("*.md"), *DOCS.rglob("*.in"), *(ROOT / "cli").rglob("*.py")]
+    found = [
+        f"{path.relative_to(ROOT.parent)}:{number}: {line.strip()}"
+        for path in texts
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if PRIVATE.search(line) and "--hardiest is called" not in line and "hardiest: Annotated" not in line
+    ]
+    assert found == []
+
+
+def test_the_glossary_has_sixty_words_at_most():
+    lines = (DOCS / "glossary.md").read_text().splitlines()
+    words = [line for line in lines if line.startswith("| ") and not line.startswith("| term of")]
+    assert 30 < len(words) <= 60
+
+
+def test_a_name_of_before_says_what_it_is_called_now():
+    with pytest.raises(ImportError, match="is called JointKinematics now"):
+        from warpmuscle.scene.joints import Motion  # noqa: F401
