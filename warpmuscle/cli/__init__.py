@@ -15,6 +15,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from warpmuscle.cli.arm_angles import arm_angles
+from warpmuscle.cli.asked_for import asked_for
 from warpmuscle.cli.clusters import cluster_synergies
 from warpmuscle.cli.console import log, marked, out
 from warpmuscle.cli.gaits import gait, robustness
@@ -117,7 +118,7 @@ def main() -> None:
     steady_streams()
     try:
         end_as_by_ctrl_c()
-        code = app(prog_name="warpmuscle", standalone_mode=False) or 0
+        code = asked_for(app)(prog_name="warpmuscle", standalone_mode=False) or 0
     except KeyboardInterrupt:  # before a command has begun
         code = INTERRUPTED
     except Error as error:

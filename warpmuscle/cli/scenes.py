@@ -29,10 +29,11 @@ if TYPE_CHECKING:
 
 def scenes() -> None:
     """List the shipped scenes."""
-    from warpmuscle.formats import load, scene_names
+    from warpmuscle.core.scene_headings import description, shipped_scenes
 
-    for name in scene_names():
-        out.print(marked(name, "bold", f"  {load(name).description}"))
+    found = shipped_scenes()
+    for name, path in found.items():
+        out.print(marked(name, "bold", f"  {description(path, found)}"))
 
 
 def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:

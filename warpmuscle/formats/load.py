@@ -13,6 +13,7 @@ import msgspec
 
 from warpmuscle.core.arguments import as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.scene_headings import is_scene, shipped_scenes
 from warpmuscle.core.shipped import scenes_folder
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
@@ -131,7 +132,7 @@ def scene_of(given: SceneLike, name: str = "scene", trust: bool = False) -> Scen
 
 def scene_names() -> list[str]:
     """Names of the shipped scenes; characters that scenes share are not among them."""
-    return sorted(path.stem for path in scenes_folder().glob("*.toml") if toml.is_scene(path))
+    return sorted(shipped_scenes())
 
 
 def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:") -> str:
@@ -159,7 +160,7 @@ def _shipped(name: str) -> Path:
     if "/" in name or Path(name).exists():
         raise SceneError(f"a scene is read from {', '.join(READ)}", file=name)
     path = scenes_folder() / f"{name}.toml"
-    if path.is_file() and toml.is_scene(path):
+    if path.is_file() and is_scene(path):
         return path
     names = scene_names()  # of which each is read, so only where one has to be said
     near = difflib.get_close_matches(name, names, n=1)
