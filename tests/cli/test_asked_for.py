@@ -5,8 +5,7 @@ import typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from warpmuscle.cli import app
-from warpmuscle.cli.asked_for import asked_for
+from warpmuscle.cli import app, asked_for
 
 ALL = {command.name for command in app.registered_commands}
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.core.scene_headings import description, heading, is_scene, shipped_scenes
+from warpmuscle.core.shipped import description, heading, is_scene, shipped_scenes
 from warpmuscle.formats import toml
 
 

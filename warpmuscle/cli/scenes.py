@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 def scenes() -> None:
     """List the shipped scenes."""
-    from warpmuscle.core.scene_headings import description, shipped_scenes
+    from warpmuscle.core.shipped import description, shipped_scenes
 
     found = shipped_scenes()
     for name, path in found.items():

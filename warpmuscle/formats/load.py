@@ -13,8 +13,7 @@ import msgspec
 
 from warpmuscle.core.arguments import as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.scene_headings import is_scene, shipped_scenes
-from warpmuscle.core.shipped import scenes_folder
+from warpmuscle.core.shipped import is_scene, scenes_folder, shipped_scenes
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
 from warpmuscle.formats.overrides import with_values
