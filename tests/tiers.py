@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 # Packages whose functions launch kernels, `warpmuscle` itself as `wm` among them, and what takes as long.
 SLOW = (
-    *("warpmuscle", "warp", "mujoco", "opensim", "playwright", "subprocess", "multiprocessing"),
+    *("warpmuscle", "warp", "mujoco", "opensim", "playwright", "runpy", "subprocess", "multiprocessing"),
     *(
         f"warpmuscle.{package}"
         for package in (
