@@ -3,28 +3,91 @@
 import importlib
 import os
 import shutil
+import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
-from shared_kernels import compile_all, settings
+import kernel_tests
+import tiers
 from warpmuscle.scene import trusted_code
 
 
+def is_fast(path: Path, config: pytest.Config) -> bool:
+    """Whether a file of tests is of the tier `fast`, see `tiers`."""
+    return tiers.is_fast(path, tuple(map(str, config.getini("pythonpath"))))
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Do not even import files of other tiers for `-m fast`."""
+    if config.option.markexpr == "fast" and collection_path.is_file() and not is_fast(collection_path, config):
+        return True
+    return None
+
+
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> None:
+    """Start Warp with the settings of tests before a file of them that uses it is imported."""
+    if not is_fast(module_path, parent.config):
+        kernel_tests.start()
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile what many test files use before parallel workers start; a process by itself compiles what it uses."""
-    settings()
-    if session.config.pluginmanager.hasplugin("dsession"):  # what makes a process the controller of xdist's workers
-        compile_all()
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what is fast, and put it last, where short files even out what parallel workers have left to do."""
+    for item in items:
+        if is_fast(item.path, config) and item.get_closest_marker("long") is None:
+            item.add_marker("fast")
+    tests_of = Counter(item.path for item in items)
+    items.sort(key=lambda item: (is_fast(item.path, config), not starts_processes(item.path), -tests_of[item.path]))
+
+
+def starts_processes(path: Path) -> bool:
+    """Whether a file of tests says that it starts processes, each of which takes seconds."""
+    return any(module == "subprocess" for module, _ in tiers.imports(path))
+
+
+@pytest.fixture(autouse=True)
+def no_kernels_in_fast_tests(request: pytest.FixtureRequest) -> Iterator[None]:
+    """A test of the tier `fast` launches no kernel, and starts Warp only where another test has."""
+    if request.node.get_closest_marker("fast") is None:
+        yield
+        return
+    before, started = kernel_tests.loads(), has_started()
+    yield
+    if kernel_tests.loads() > before or has_started() > started:
+        pytest.fail("a fast test launches no kernel; `import warp` in its file puts it into the tier of those that do")
+
+
+def has_started() -> bool:
+    """Whether Warp runs in this process."""
+    return getattr(sys.modules.get("warp._src.context"), "runtime", None) is not None
 
 
 @pytest.fixture(autouse=True)
 def distrustful(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each test begins without trust in all code: a command with `--trust` lasts as long as its process."""
     monkeypatch.setattr(trusted_code, "_everything", False)
+
+
+@pytest.fixture(scope="module")
+def unoptimized_steps() -> Iterator[None]:
+    """Have steps of a file of tests compiled without optimisation, in a third of the time; they run ten times as long.
+
+    For files whose scenes are like no others', of few bodies and few steps. What a scene's step does is shown as well.
+    """
+    from warpmuscle.kernels.step import module_options, step_kernel
+
+    def options(block_dim: int) -> dict[str, Any]:
+        return module_options(block_dim) | {"optimization_level": 0}
+
+    step_kernel.cache_clear()  # neither takes what other files compile, nor leaves them any
+    with patch.dict(step_kernel.__wrapped__.__globals__, module_options=options):
+        yield
+    step_kernel.cache_clear()
 
 
 @pytest.fixture(scope="session")

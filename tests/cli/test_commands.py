@@ -1,4 +1,4 @@
-"""The command line as a user meets it: in a process of its own."""
+"""The command line as a user meets it."""
 
 import signal
 import subprocess
@@ -11,16 +11,10 @@ import numpy as np
 import pytest
 
 from child_signals import hear_signals
+from command_line import run
 from warpmuscle.formats import load, toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
-
-
-def run(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run `warpmuscle` with these arguments in a folder."""
-    code = "from warpmuscle.cli import main; main()"
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
 
 
 def changed(scene: Scene, old: str, new: str, folder: Path) -> Path:

@@ -1,13 +1,13 @@
 """The command from recordings to muscles, as a user meets it."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
+import command_line
 from opensim_table import table
 from small_leg import loads, motion, small_leg
 from warpmuscle.formats.sto import storage_text
@@ -15,9 +15,7 @@ from warpmuscle.inverse.static_optimization import static_optimization
 
 
 def run(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    code = "from warpmuscle.cli import main; main()"
-    words = [sys.executable, "-c", code, "inverse", *map(str, arguments), "--device", "cpu"]
-    return subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=300)
+    return command_line.run("inverse", *arguments, "--device", "cpu", folder=folder)
 
 
 @pytest.fixture(scope="module")

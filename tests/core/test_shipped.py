@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.shipped import CHARACTERS, STUDIES, scenes_folder, shipped_file
+from warpmuscle.core.shipped import CHARACTERS, STUDIES, scene_groups, scenes_folder, shipped_file
 from warpmuscle.formats import load, scene_names, toml
-from warpmuscle.formats.load import scene_groups
 
 FILES = sorted(scenes_folder().rglob("*.toml"))
 

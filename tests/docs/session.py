@@ -34,7 +34,7 @@ def work_through(page: Path, marked: bool) -> None:
             for words in block.commands:
                 run(block, words)
         elif block.language == "python":
-            file = Path(f"block{block.line}.py")
+            file = Path(f"block{block.line}.py").absolute()
             text = block.text
             for large, small in SMALL_CODE.items():
                 text = text.replace(large, small)

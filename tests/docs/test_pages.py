@@ -12,6 +12,8 @@ import pytest
 from pages import PAGES, ROOT, SHELL, Block, blocks, is_ours
 from typer.main import get_command
 
+from command_line import as_in_a_process
+from session import work_through
 from warpmuscle.cli import app
 from warpmuscle.formats.schema import scene_schema
 from warpmuscle.scene import trusted_code
@@ -37,11 +39,10 @@ def named(block: Block) -> str:
 
 
 @pytest.mark.parametrize("page", TO_WORK_THROUGH, ids=lambda page: str(page.relative_to(ROOT)))
-def test_what_a_page_shows_runs(page: Path, tmp_path: Path):
-    words = [sys.executable, str(Path(__file__).parent / "session.py"), str(page.relative_to(ROOT))]
-    variables = os.environ | {"MPLBACKEND": "agg"}
-    done = subprocess.run(words, cwd=tmp_path, env=variables, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    with as_in_a_process(["warpmuscle"], tmp_path):
+        work_through(page, marked=False)
 
 
 def test_there_are_pages_to_work_through():

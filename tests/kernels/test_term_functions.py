@@ -41,9 +41,14 @@ def held(**changes) -> Scene:
 
 
 def values(scene: Scene, instances: int = 1, **options) -> dict[str, np.ndarray]:
-    rollout = Rollout(scene, instances, "cpu", **options)
+    rollout = recorded(scene, instances, **options)
     rollout.run()
     return rollout.terms()
+
+
+def recorded(scene: Scene, instances: int = 1, **options) -> Rollout:
+    """A batch whose first instance is recorded, also where no test looks at it: so all share one kernel."""
+    return Rollout(scene, instances, "cpu", record=[0], **options)
 
 
 def test_no_term_weighs_anything_by_default_and_each_has_a_unit():
@@ -133,6 +138,12 @@ def walked(name: str, duration: float, weights: dict[str, float], gait: str = ""
     return rollout
 
 
+@pytest.fixture(scope="module")
+def walk() -> Rollout:
+    """Some steps of a walk on torques, with all terms of these."""
+    return walked("fwalk", 3.0, OF_TORQUES)
+
+
 def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
     """Where a leg is in its gait cycle, to a hundredth of it.
 
@@ -148,23 +159,22 @@ def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
     return np.clip((part * 100.0).astype(int), 0, 99) + 0.5
 
 
-def test_norms_are_squared_half_widths_between_legs_and_human_ones():
-    rollout = walked("fwalk", 3.0, OF_TORQUES)
-    recording = rollout.recording()
-    angles = leg_angles(recording, rollout.numeric)
+def test_norms_are_squared_half_widths_between_legs_and_human_ones(walk: Rollout):
+    recording = walk.recording()
+    angles = leg_angles(recording, walk.numeric)
     total = np.zeros(len(recording.time))
     for title, sides in angles.items():
         for number, side in enumerate(SIDES):
-            human = NORMS[title].mean(percent_of_cycle(recording, number, body_weight(rollout.numeric)))
+            human = NORMS[title].mean(percent_of_cycle(recording, number, body_weight(walk.numeric)))
             total += ((sides[side] - human) / NORMS[title].half_width) ** 2
-    expected = total[:-1].mean() * rollout.end_time()[0]
+    expected = total[:-1].mean() * walk.end_time()[0]
     assert expected > 5.0
-    np.testing.assert_allclose(rollout.terms()["norms"], expected, rtol=0.01)
+    np.testing.assert_allclose(walk.terms()["norms"], expected, rtol=0.01)
 
 
-def test_norm_force_is_the_same_of_vertical_forces_in_body_weights():
+def test_norm_force_is_the_same_of_vertical_forces_in_body_weights(walk: Rollout):
     norm = NORMS["Vertical ground force"]
-    check_force(walked("fwalk", 3.0, OF_TORQUES), norm.mean, norm.half_width)
+    check_force(walk, norm.mean, norm.half_width)
 
 
 def test_norm_force_of_a_run_is_half_a_sine_that_carries_the_body():
@@ -194,12 +204,11 @@ def test_passive_force_is_that_of_fibres_stretched_beyond_their_optimum():
     np.testing.assert_allclose(rollout.terms()["passive_force"], total * rollout.end_time()[0], rtol=0.01)
 
 
-def test_step_width_is_how_far_the_other_foot_stands_from_the_line_of_a_foot_s_placements():
-    rollout = walked("fwalk", 3.0, OF_TORQUES)
-    recording = rollout.recording()
+def test_step_width_is_how_far_the_other_foot_stands_from_the_line_of_a_foot_s_placements(walk: Rollout):
+    recording = walk.recording()
     downs = sorted((time, side) for side in (0, 1) for time in touch_downs(recording, SIDES[side]))
     expected, width, last = 0.0, {}, {0: [], 1: []}
-    ends = [*(time for time, _ in downs[1:]), rollout.end_time()[0]]
+    ends = [*(time for time, _ in downs[1:]), walk.end_time()[0]]
     for (time, side), end in zip(downs, ends, strict=True):
         foot = recording.position_of("lr"[side] + "Foot")
         last[side].append(np.array([np.interp(time, recording.time, foot[:, axis]) for axis in (0, 2)]))
@@ -208,7 +217,7 @@ def test_step_width_is_how_far_the_other_foot_stands_from_the_line_of_a_foot_s_p
             width[side] = (1.0 if side else -1.0) * (ox * z - oz * x) / np.hypot(x, z)  # the left of z is x
         expected += sum((one - 0.08) ** 2 for one in width.values()) * (end - time)
     assert len(width) == 2
-    np.testing.assert_allclose(rollout.terms()["step_width"], expected, rtol=0.1)
+    np.testing.assert_allclose(walk.terms()["step_width"], expected, rtol=0.1)
 
 
 @pytest.mark.parametrize("way", [0.0, 0.7, 3.0])
@@ -243,7 +252,7 @@ def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     scene = load("fwalk")
     weights = {name: 0.5 + number for number, name in enumerate(OF_TORQUES)}
     scene = msgspec.structs.replace(scene, duration=2.5, objective=Objective(**weights))  # steps have a width by then
-    rollout = Rollout(scene, 1, "cpu")
+    rollout = recorded(scene)
     rollout.run()
     terms = rollout.terms()
     expected = sum(weight * terms[name] for name, weight in weights.items())
@@ -268,7 +277,7 @@ def test_without_muscles_applied_torque_is_the_feedback_torque():
 def test_terms_do_not_depend_on_batch_threads_or_chunks():
     scene = msgspec.structs.replace(load("walk56"), duration=0.3, objective=Objective(**ONES))
     alone, among = values(scene), values(scene, 5, threads=2)
-    rollout = Rollout(scene, 1, "cpu")
+    rollout = recorded(scene)
     for _ in range(6):
         rollout.run(0.05)
     for name, value in rollout.terms().items():
@@ -282,7 +291,7 @@ def test_legs_that_cross_fail_where_the_scene_says_so():
     outcome = []
     for largest in (0.0, 0.05):
         scene.failure.leg_crossing = largest
-        rollout = Rollout(scene, 1, "cpu")
+        rollout = recorded(scene)
         rollout.run()
         outcome.append(Status(rollout.status()[0]))
     assert outcome[1] == Status.CROSSED
@@ -297,7 +306,7 @@ def test_a_head_that_is_no_body_is_named():
 
 
 def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
-    rollout = Rollout(held(), 2, "cpu")
+    rollout = recorded(held(), 2)
     rollout.run()
     terms, parts = rollout.terms(), rollout.parts(1)
     assert set(parts["effort_squared"]) == {"flexor", "extensor"}
@@ -310,7 +319,7 @@ def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
 
 def test_gait_cycles_begin_anew_after_a_reset_and_do_not_depend_on_the_batch():
     scene = msgspec.structs.replace(load("fwalk"), duration=2.5, objective=Objective(**OF_TORQUES))
-    alone, batch = Rollout(scene, 1, "cpu"), Rollout(scene, 3, "cpu")
+    alone, batch = recorded(scene), recorded(scene, 3)
     for rollout in (alone, batch):
         rollout.run()
     first = batch.terms()
@@ -326,7 +335,7 @@ def test_umbergers_power_counts_each_muscles_own_mass():
     """Two mirror images at rest, one of twice the strength and so of twice the mass: twice the least heat, 1 W/kg."""
     scene = arm(flexor={"f_max": 800.0}, gravity=0.0, duration=0.02)
     scene.objective = Objective(metabolic=1.0, metabolic_model="umberger", basal_rate=0.0)
-    rollout = Rollout(scene, 1, "cpu")
+    rollout = recorded(scene)
     rollout.run()
     spent = rollout.parts(0)["metabolic"]
     assert spent["extensor"] > 0.0

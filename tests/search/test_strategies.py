@@ -17,7 +17,7 @@ NAMES = ("random", "cma", "cma:ipop", "cma:bipop", "nlopt:LN_BOBYQA", "nlopt:GN_
 @pytest.mark.parametrize("dimensions", [8, 60])
 def test_a_fresh_search_told_the_same_costs_asks_the_same(name, dimensions):
     first = make_search(name, dimensions, start_of(dimensions), 11)
-    asked = run(first, rastrigin, 3000 if dimensions == 8 else 1500)
+    asked = run(first, rastrigin, 3000 if dimensions == 8 else 600)
     costs = [rastrigin(batch) for batch in asked]
     again = make_search(name, dimensions, start_of(dimensions), 11)
     bystander = make_search(name, dimensions, None, 12)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 def scene_names_like(incomplete: str) -> list[str]:
     """Shipped scenes whose names begin so, for completion; where none does, shells go on with files."""
-    from warpmuscle.formats import scene_names
+    from warpmuscle.core.shipped import shipped_scenes
 
-    return [name for name in scene_names() if name.startswith(incomplete)]
+    return [name for name in shipped_scenes() if name.startswith(incomplete)]
 
 
 Sources = Annotated[

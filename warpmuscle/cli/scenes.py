@@ -29,14 +29,13 @@ if TYPE_CHECKING:
 
 def scenes() -> None:
     """List the shipped scenes by what they are good for."""
-    from warpmuscle.core.shipped import STUDIES
-    from warpmuscle.formats import load
-    from warpmuscle.formats.load import scene_groups
+    from warpmuscle.core.shipped import STUDIES, description, scene_groups, shipped_scenes
 
+    found = shipped_scenes()
     for study, names in scene_groups().items():
         out.print(marked(f"{study}:", "bold cyan", f" {STUDIES[study]}"))
         for name in names:
-            out.print(marked(f"  {name}", "bold", f"  {load(name).description}"))
+            out.print(marked(f"  {name}", "bold", f"  {description(found[name], found)}"))
 
 
 def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:

@@ -13,7 +13,7 @@ import msgspec
 
 from warpmuscle.core.arguments import as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.shipped import STUDIES, moved_scene, scenes_folder, shipped_file
+from warpmuscle.core.shipped import is_scene, moved_scene, shipped_file, shipped_scenes
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
 from warpmuscle.formats.overrides import with_values
@@ -133,15 +133,7 @@ def scene_of(given: SceneLike, name: str = "scene", trust: bool = False) -> Scen
 
 def scene_names() -> list[str]:
     """Names of the shipped scenes; characters that scenes share are not among them."""
-    return sorted(name for names in scene_groups().values() for name in names)
-
-
-def scene_groups() -> dict[str, list[str]]:
-    """Names of the shipped scenes by the study that they belong to, see `core.shipped.STUDIES`."""
-    root = scenes_folder()
-    return {
-        study: sorted(path.stem for path in (root / study).glob("*.toml") if toml.is_scene(path)) for study in STUDIES
-    }
+    return sorted(shipped_scenes())
 
 
 def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:") -> str:
@@ -169,7 +161,7 @@ def _shipped(name: str) -> Path:
     if "/" in name or Path(name).exists():
         raise SceneError(f"a scene is read from {', '.join(READ)}", file=name)
     path = shipped_file(f"{name}.toml")
-    if path is not None and toml.is_scene(path):
+    if path is not None and is_scene(path):
         return path
     names = scene_names()  # of which each is read, so only where one has to be said
     near = difflib.get_close_matches(name, names, n=1)

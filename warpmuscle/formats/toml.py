@@ -49,14 +49,6 @@ def loads(text: str) -> Scene:
     return _scene(Source(Path("<text>"), text), Path())
 
 
-def is_scene(path: Path) -> bool:
-    """Whether a TOML file claims to be a scene and not, say, a character that scenes share."""
-    try:
-        return "name" in Source.read(path).data
-    except SceneError:
-        return False
-
-
 def write(scene: Scene, path: str | Path) -> None:
     """Write a scene, whole or not at all; `read` gives an equal one.
 

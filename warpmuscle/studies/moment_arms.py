@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import without_code
-from warpmuscle.simulation.stages import MusclePaths, Stages
+from warpmuscle.simulation.stages import Stages
 
 USELESS = 1.0e-3  # m: a muscle whose moment arm stays below cannot act on a joint
 DEFAULT_RANGE = (-0.6, 0.6)  # rad, of a joint without limits
@@ -39,25 +40,27 @@ def moment_arms(scene: Scene, joint: str, axis: int, angles: Floats) -> MomentAr
         joint: its name. axis: which of its degrees of freedom; of a ball joint x, y or z of the child.
         angles: (n,) rad; of a ball joint about that axis from the reference pose.
     """
+    return _moment_arms(scene, [(joint, axis, np.asarray(angles, dtype=float))])[0]
+
+
+def _moment_arms(scene: Scene, wanted: Sequence[tuple[str, int, Floats]]) -> list[MomentArms]:
+    """Moment arms about several joints' degrees of freedom, each at its angles, computed as one batch."""
     scene = without_code(substitute(scene, start_values(scene)))
-    stages = Stages(scene, len(angles), "cpu")
-    stages.state.coordinates.assign(_poses(scene, stages, joint, axis, angles))
-    body = stages.names.body_of_joint(joint)
-    kinematics, paths = stages.forward_kinematics(), stages.muscle_paths()
-    own = [k for k, crossed in enumerate(paths.joint) if stages.names.joints[crossed] == joint]
-    parent = kinematics["orientation"].astype(float)[:, stages.names.parents[body]]
-    first, end = stages.names.coordinate_start[body : body + 2]
-    kind = joint_type(scene.character.joints[joint])
-    q = stages.state.coordinates.numpy()[:, first:end].astype(float)
-    about = rotate(parent, kind.pulled_about(scene.character.joints[joint], q)[axis])
-    names = list(scene.character.muscles)
-    return MomentArms(
-        joint,
-        axis,
-        np.asarray(angles, dtype=float),
-        tuple(names[paths.muscle[k]] for k in own),
-        _along(paths, own, about),
-    )
+    ends = np.cumsum([len(angles) for _, _, angles in wanted])
+    stages = Stages(scene, int(ends[-1]), "cpu")
+    stages.state.coordinates.assign(np.concatenate([_poses(scene, stages, *one) for one in wanted]))
+    orientation, paths = stages.forward_kinematics()["orientation"].astype(float), stages.muscle_paths()
+    coordinates, names, muscles = stages.state.coordinates.numpy(), stages.names, list(scene.character.muscles)
+    found = []
+    for (joint, axis, angles), end in zip(wanted, ends, strict=True):
+        here, body = slice(end - len(angles), end), names.body_of_joint(joint)
+        own = [k for k, crossed in enumerate(paths.joint) if names.joints[crossed] == joint]
+        q = coordinates[here, slice(*names.coordinate_start[body : body + 2])].astype(float)
+        along = joint_type(scene.character.joints[joint]).pulled_about(scene.character.joints[joint], q)[axis]
+        about = rotate(orientation[here, names.parents[body]], along)
+        arm = _along(paths.moment_arm[here][:, own], about)
+        found.append(MomentArms(joint, axis, angles, tuple(muscles[paths.muscle[k]] for k in own), arm))
+    return found
 
 
 def muscle_geometry(scene: Scene, coordinates: Floats) -> tuple[Floats, Floats]:
@@ -81,27 +84,29 @@ def muscle_geometry(scene: Scene, coordinates: Floats) -> tuple[Floats, Floats]:
         q = np.asarray(coordinates, float)[:, names.coordinate_start[number] : names.coordinate_start[number + 1]]
         for axis, along in enumerate(joint_type(joint).pulled_about(joint, q)):
             arm[:, [paths.muscle[k] for k in own], names.speed_start[number] + axis] = _along(
-                paths, own, rotate(parent, along)
+                paths.moment_arm[:, own], rotate(parent, along)
             )
     return paths.length.astype(float), arm
 
 
 def useless_muscles(scene: Scene) -> list[tuple[str, str, float]]:
     """Muscles that cross a joint but cannot act on it, with the joint and the largest moment arm over its range, m."""
-    found: list[tuple[str, str, float]] = []
-    for name, joint in scene.character.joints.items():
-        greatest: dict[str, float] = {}
-        for axis in range(len(joint_type(joint).speeds)):
-            arms = moment_arms(scene, name, axis, np.linspace(*joint_range(joint, axis), SAMPLES))
-            for muscle, arm in zip(arms.muscles, np.abs(arms.arm).max(axis=0), strict=True):
-                greatest[muscle] = max(greatest.get(muscle, 0.0), float(arm))
-        found.extend((muscle, name, arm) for muscle, arm in greatest.items() if arm < USELESS)
-    return found
+    wanted = [
+        (name, axis, np.linspace(*joint_range(joint, axis), SAMPLES))
+        for name, joint in scene.character.joints.items()
+        for axis in range(len(joint_type(joint).speeds))
+    ]
+    greatest: dict[tuple[str, str], float] = {}
+    for arms in _moment_arms(scene, wanted) if wanted else []:
+        for muscle, arm in zip(arms.muscles, np.abs(arms.arm).max(axis=0), strict=True):
+            key = muscle, arms.joint
+            greatest[key] = max(greatest.get(key, 0.0), float(arm))
+    return [(muscle, joint, arm) for (muscle, joint), arm in greatest.items() if arm < USELESS]
 
 
-def _along(paths: MusclePaths, crossings: list[int], about: Floats) -> Floats:
-    """Moment arms of some crossings about axes (n, 3): a tension F turns the child by -F r."""
-    return np.asarray(-np.einsum("nci,ni->nc", paths.moment_arm[:, crossings].astype(float), about))
+def _along(moment_arm: Floats, about: Floats) -> Floats:
+    """Moment arms (n, crossings, 3) along axes (n, 3): a tension F turns the child by -F r."""
+    return np.asarray(-np.einsum("nci,ni->nc", moment_arm.astype(float), about))
 
 
 def joint_range(joint: Joint, axis: int) -> tuple[float, float]:

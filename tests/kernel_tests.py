@@ -1,0 +1,49 @@
+"""Warp as tests of kernels have it: quiet, without derivatives that nothing takes, each module compiled once.
+
+Workers share Warp's folder of compiled kernels. The first that needs a module compiles it, and others wait for it.
+"""
+
+import fcntl
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+_loads = [0]  # how often a launch has asked for a module
+
+
+def start() -> None:
+    """Start Warp for tests; the next calls do nothing."""
+    import warp as wp
+
+    if hasattr(wp.Module, "of_tests"):
+        return
+    wp.Module.of_tests = True
+    wp.config.log_level, wp.config.enable_backward = wp.LOG_WARNING, False
+    wp.init()
+    load, compile_ = wp.Module.load, wp.Module._compile
+
+    def counted(module: Any, *arguments: Any, **options: Any) -> Any:
+        _loads[0] += 1
+        return load(module, *arguments, **options)
+
+    def once(module: Any, device: Any, output_dir: str | None = None, *arguments: Any, **options: Any) -> Any:
+        name = Path(output_dir or module.get_module_identifier()).name
+        with alone(Path(wp.config.kernel_cache_dir) / "compiling" / name):
+            return compile_(module, device, output_dir, *arguments, **options)
+
+    wp.Module.load, wp.Module._compile = counted, once
+
+
+def loads() -> int:
+    """How often this process has launched kernels, or loaded modules of them."""
+    return _loads[0]
+
+
+@contextmanager
+def alone(file: Path) -> Iterator[None]:
+    """Wait until no other process, or thread, is within for this file, which is made."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("w") as opened:
+        fcntl.flock(opened, fcntl.LOCK_EX)  # until it is closed
+        yield
