@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import accumulate
 from typing import Any
 
@@ -67,10 +68,21 @@ def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.
 
 def arrays_of(struct: Any) -> Iterator[wp.array]:
     """All arrays of a device structure, and of the structures within it, that hold anything."""
+    yield from (array for _, array in places_of(struct))
+
+
+def places_of(struct: Any) -> Iterator[tuple[str, wp.array]]:
+    """The same with their places, such as `muscles.activation`."""
     for name in struct._cls.vars:
         member = getattr(struct, name)
         if isinstance(member, wp.array):
             if member.size:
-                yield member
+                yield name, member
         elif hasattr(member, "_cls"):
-            yield from arrays_of(member)
+            yield from ((f"{name}.{place}", array) for place, array in places_of(member))
+
+
+def put(struct: Any, place: str, value: Any) -> None:
+    """Give a field of a device structure, such as `contacts.normal`, another value."""
+    *outer, field = place.split(".")
+    setattr(reduce(getattr, outer, struct), field, value)

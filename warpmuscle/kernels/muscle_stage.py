@@ -18,7 +18,7 @@ from warpmuscle.kernels.contraction import EITHER as EITHER
 from warpmuscle.kernels.contraction import RIGID as RIGID
 from warpmuscle.kernels.contraction import SWITCH as SWITCH
 from warpmuscle.kernels.contraction import Contraction, contraction_of, legacy_contraction
-from warpmuscle.kernels.control import SIMBICON, Controller, force_of
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller, force_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.custom_curves import OwnCurves
 from warpmuscle.kernels.muscle_control import (
@@ -85,7 +85,7 @@ def muscle_stage_of(
     kind: MuscleKind,
     terms: tuple[Any, ...] = (),
     recorded: bool = True,
-    controller: Controller = SIMBICON,
+    controller: Controller = NO_CONTROLLER,
     together: int = 0,
 ) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.

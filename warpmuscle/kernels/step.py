@@ -8,8 +8,7 @@ import warp as wp
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.compiler_hints import known_rows_of
 from warpmuscle.kernels.conditions import failing_stage_of
-from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
-from warpmuscle.kernels.coordinate_control import coordinate_control_stage
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller, control_stage_of, record_controller_of
 from warpmuscle.kernels.extensions import extension_list
 from warpmuscle.kernels.failure import (
     begin_step,
@@ -112,7 +111,7 @@ def one_step_of(
     collisions: bool,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    controller: Controller = SIMBICON,
+    controller: Controller = NO_CONTROLLER,
     skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
     lap: Any = no_lap,
@@ -135,9 +134,11 @@ def one_step_of(
     """
     record_desired, record_stage = recorders_of(recorded)
     record_given_way = record_given_way_of(bool(skeleton.joints))
-    control_stage, advance = control_stage_of(controller), controller.advance
-    muscle_stage, muscular = control_stage, muscles is not None
-    by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
+    control_stage, muscular = control_stage_of(controller), muscles is not None
+    muscle_stage, coordinate_control_stage, advance = control_stage, controller.coordinates, controller.advance
+    by_coordinate = coordinate_control_stage is not None and bool(skeleton.joints) and controller.custom.effort is None
+    advances, recalled = advance is not None, recorded.whole and controller.recorded
+    record_controller = record_controller_of(controller)
     of_joints = joint_stages_of(skeleton, across)
     kinematics_stage, inertia_stage, integrate_stage = of_joints.kinematics, of_joints.inertia, of_joints.integrate
     acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
@@ -219,6 +220,9 @@ def one_step_of(
         if wp.static(recorded.whole):
             synchronize()  # a term may put other torques into the working set for a while
         record_stage(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(recalled):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if lane == 0:
+                record_controller(instance, frame, state, record, extensions.first)
         synchronize()
         lap(instance, lane, RECORDING, wp.uint64(0))
         if wp.static(motion):
@@ -248,7 +252,8 @@ def one_step_of(
             foot_force_stage(instance, lane, lanes, model, state, work)
         synchronize()
         if status == RUNNING and lane == 0:
-            advance(instance, model, state)
+            if wp.static(advances):
+                advance(instance, model, state)
             if wp.static(objective.follows_cycles):
                 advance_cycles(instance, step, model, state, work)
             state.step[instance] = step + 1
@@ -315,7 +320,7 @@ def step_kernel(
     collisions: bool = False,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    controller: Controller = SIMBICON,
+    controller: Controller = NO_CONTROLLER,
     skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
     slots: int | None = None,

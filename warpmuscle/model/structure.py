@@ -9,7 +9,7 @@ from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
-from warpmuscle.model.controller import compiled_controller
+from warpmuscle.model.controllers.table import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscles import ActuationMap, driven

@@ -24,7 +24,7 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.muscle_stage import MuscleKind
@@ -67,7 +67,7 @@ class KernelConfig(NamedTuple):
     collisions: bool
     motion: bool
     recorded: RecordKind
-    controller: Controller = SIMBICON
+    controller: Controller = NO_CONTROLLER
     skeleton: SkeletonKind = SkeletonKind()
     forces: tuple[Force, ...] = ()
     slots: int | None = None  # of feet; None for those of the size class

@@ -56,7 +56,7 @@ from warpmuscle.simulation.stepper import Stepper
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
-OBSERVED = ("coordinates", "speeds", "phase", "stance", "machine_state", "foot_force", "step", "status")
+OBSERVED = ("coordinates", "speeds", "foot_force", "step", "status")
 
 
 class Rollout(Batch):
@@ -178,14 +178,15 @@ class Rollout(Batch):
 
     def change_controller(self, numeric: Scene) -> None:
         """Go on with other numbers of the controller, which are all that differs from the present ones."""
-        self.numeric = numeric
-        self._update("controller")
+        self.change_parts(numeric, ["controller"])
 
     def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
         """Go on with other numbers of these parts of the model, see `model.build.PARTS`; no others differ."""
         self.numeric = numeric
         for part in parts:
             self._update(part)
+        if "controller" in parts:
+            self._extensions.use(numeric)
 
     def _update(self, part: str) -> None:
         """Let a part of the model have what the batch is told now."""
@@ -372,13 +373,15 @@ class Rollout(Batch):
 
         Returns:
             coordinates, speeds: (instances, ...), as in `coordinate_names` and `speed_names`.
-            phase, stance, machine_state: (instances,) of the controller.
+            phase, stance, machine_state: (instances,) of a SIMBICON controller; not there where the scene has none.
             foot_force: (instances, 2, 3) N, left and right foot, of the step before.
             activation, muscle_force: (instances, simulated muscles), N.
             step, status: (instances,) steps since its start, and `Status`.
         """
         muscles = self.state.muscles
         arrays = {name: getattr(self.state, name) for name in OBSERVED}
+        if self.scene.simbicon is not None:
+            arrays |= {name: getattr(self.state.simbicon, name) for name in ("phase", "stance", "machine_state")}
         return arrays | {"activation": muscles.activation, "muscle_force": muscles.force}
 
     @property
@@ -416,5 +419,6 @@ class Rollout(Batch):
     @property
     def controller_state(self) -> Floats:
         """States that the scene's custom controller keeps, (instances, floats); none if it has none."""
-        memory = self._extensions.struct.first.memory if self.structure.controller.custom.state else None
+        floats = self.structure.controller.custom.memory(len(self.names.bodies))
+        memory = self._extensions.struct.first.memory if floats else None
         return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])

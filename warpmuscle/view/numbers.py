@@ -168,8 +168,8 @@ def _in_trajectory(rest: Path, scene: Scene) -> str:
     """Name of what stands within a trajectory: what it is, and which rotation it belongs to."""
     if rest[4] != "components":
         return " ".join(rest[4:])
-    assert scene.controller is not None
-    components = scene.controller.states[int(rest[1])].trajectories[rest[3]].components
+    assert scene.simbicon is not None
+    components = scene.simbicon.states[int(rest[1])].trajectories[rest[3]].components
     words = [_about(component) for component in components]
     about = words[int(rest[5])]
     if words.count(about) > 1:
