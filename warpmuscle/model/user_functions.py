@@ -140,6 +140,12 @@ def declared(entry: str, key: str, *kinds: type) -> Any:
     return checked_function(function, entry, key)
 
 
+def named_object(entry: str) -> Any:
+    """What a name such as `module:function` stands for, whose module has been imported."""
+    module, _, name = entry.partition(":")
+    return getattr(sys.modules.get(module), name, None)
+
+
 def checked_function(function: Any, entry: str, key: str) -> Any:
     """What is to be a Warp function; raises SceneError if it is none."""
     if not isinstance(function, wp.Function) or function.func is None:

@@ -30,6 +30,7 @@ from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.muscle_stage import MuscleKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
+from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
     REGISTERS,
@@ -50,6 +51,8 @@ STREAMS = 4
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
 
 PLACE = re.compile(r'Error while parsing function "([^"]+)" at (.+?):(\d+):')  # as Warp says it
+
+ABSENT = re.compile(r"`(\w+)` is not an attribute of '(\w+)' \([\w.]*?(\w+)\)")
 
 _making = Lock()  # Warp's own tables are not made for several threads
 _loading: dict[tuple[Any, str], Lock] = {}  # of kernels on devices: different ones may be compiled at the same time
@@ -123,7 +126,14 @@ def one_line_errors() -> Iterator[None]:
         if places:
             name, file, line = places[-1]
             where = f"{file}:{line}: function {name!r} does not compile"
-        raise RolloutError(f"{where}: {said}") from error
+        raise RolloutError(f"{where}: {said}{_moved(said)}") from error
+
+
+def _moved(said: str) -> str:
+    """Where a field is now that a function of a user's reads where it was, if that is what Warp says."""
+    found = ABSENT.search(said)
+    new = MOVED.get(f"{found[3]}.{found[1]}") if found else None
+    return f"; it is `{found[2]}.{new}` now, of a simbicon controller" if found and new else ""
 
 
 class FusedKernel:
