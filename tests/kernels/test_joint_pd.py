@@ -49,7 +49,7 @@ def test_efforts_are_those_of_a_spring_and_a_damper_along_every_speed():
 
 
 def test_a_hanging_body_comes_to_rest_where_the_spring_bears_its_weight():
-    gains = {"*": {"kp": 30.0, "kd": 4.0, "angle": 0.9}}
+    gains = {"others": {"kp": 30.0, "kd": 4.0, "angle": 0.9}}
     scene = arm(actuation={"elbow": Actuation("torque")}, controller=Controller(type="joint_pd", by_joint=gains))
     scene.duration = 3.0
     rollout = Rollout(scene, 1, "cpu")

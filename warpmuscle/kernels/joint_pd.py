@@ -4,6 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.angles import pd_error
 from warpmuscle.kernels.control import CustomController
+from warpmuscle.kernels.joint_values import joint_coordinate, joint_speed, joint_speeds
 from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef
 
 
@@ -27,25 +28,23 @@ def joint_pd_effort(
     instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, gains: JointGains
 ) -> wp.vec3:
     """Efforts along the speeds of the joint that carries a body."""
-    plan = model.skeleton.plan[body]
-    first = plan.coordinate_start
-    count = plan.speed_end - plan.speed_start
+    count = joint_speeds(body, model)
     error = wp.vec3(0.0)
-    if plan.joint_type == BALL:
+    if model.skeleton.plan[body].joint_type == BALL:
         q = wp.quat(
-            state.coordinates[instance, first],
-            state.coordinates[instance, first + 1],
-            state.coordinates[instance, first + 2],
-            state.coordinates[instance, first + 3],
+            joint_coordinate(instance, body, 0, model, state),
+            joint_coordinate(instance, body, 1, model, state),
+            joint_coordinate(instance, body, 2, model, state),
+            joint_coordinate(instance, body, 3, model, state),
         )
         error = pd_error(q, wp.quat(0.0, 0.0, 0.0, 1.0))
     elif count > 0:
-        error[0] = gains.angle - state.coordinates[instance, first]
+        error[0] = gains.angle - joint_coordinate(instance, body, 0, model, state)
         if count > 1:
-            error[1] = -state.coordinates[instance, first + 1]
+            error[1] = -joint_coordinate(instance, body, 1, model, state)
     effort = wp.vec3(0.0)
     for k in range(count):
-        effort[k] = pd_effort(error[k], state.speeds[instance, plan.speed_start + k], gains)
+        effort[k] = pd_effort(error[k], joint_speed(instance, body, k, model, state), gains)
     return effort
 
 

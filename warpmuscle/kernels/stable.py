@@ -14,6 +14,7 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
     ),
     "forces": ("Force", "Wrench"),
     "hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
+    "joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
     "metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),
     "muscle": (
         "along_tendon", "bounded_fibre_length", "compliant_force", "compliant_step", "equilibrium_speed",

@@ -10,7 +10,7 @@ from warpmuscle.scene.part import Part
 from warpmuscle.scene.simbicon.controller import Simbicon
 
 SIMBICON = "simbicon"
-EVERY_OTHER = "*"  # name of what has no values of its own
+EVERY_OTHER = "others"  # name of all that have no values of their own
 
 
 def own_value(table: Mapping[str, Mapping[str, Number]], name: str, parameter: str) -> Number | None:
@@ -23,7 +23,7 @@ class Controller(Simbicon):
 
     `type`: `simbicon`, which takes the keys of a SIMBICON controller; or another one of `kernels/controllers.py`, or
     `module:name` of a `kernels.control.CustomController` of one's own. These take parameters, numbers that may be free:
-    `parameters` of the whole, and of each joint, body or muscle what stands under its name, or else under `*`.
+    `parameters` of the whole, and of each joint, body or muscle what stands under its name, or else under `others`.
     """
 
     type: str = SIMBICON

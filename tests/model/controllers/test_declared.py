@@ -114,7 +114,7 @@ def with_controller(kind: str, **tables: object) -> Scene:
 def pushed(**changes: object) -> Scene:
     tables = {
         "parameters": {"rate": 1.0},
-        "by_joint": {"*": {"torque": 0.5, "grows": 0.0}, "knee": {"torque": Free(1.0, 0.0, 3.0), "grows": 4.0}},
+        "by_joint": {"others": {"torque": 0.5, "grows": 0.0}, "knee": {"torque": Free(1.0, 0.0, 3.0), "grows": 4.0}},
     }
     return with_controller(f"{NAME}:pusher", **tables | changes)
 
@@ -163,11 +163,11 @@ def test_what_is_recorded_of_a_memory_is_in_files_and_tables_with_its_units(tmp_
 
 
 def test_muscles_and_bodies_may_have_numbers_of_their_own():
-    controller = Controller(type=f"{NAME}:tensing", by_muscle={"flexor": {"level": 0.7}, "*": {"level": 0.1}})
+    controller = Controller(type=f"{NAME}:tensing", by_muscle={"flexor": {"level": 0.7}, "others": {"level": 0.1}})
     rollout = Rollout(arm(duration=0.05, controller=controller), 1, "cpu", record=[0], trust=True)
     rollout.run()
     np.testing.assert_allclose(rollout.recording().muscle_excitation, [[0.7, 0.1]] * 5, atol=1e-6)
-    by_body = {"*": {"level": 1.0}, "shank": {"level": 3.0}}
+    by_body = {"others": {"level": 1.0}, "shank": {"level": 3.0}}
     scene = with_controller(f"{NAME}:bodily", parameters={"rate": 2.0}, by_body=by_body)
     rollout = Rollout(scene, 1, "cpu", record=[0], trust=True)
     rollout.step(1)
@@ -209,7 +209,7 @@ def test_what_has_no_simbicon_has_neither_room_nor_frames_for_it():
     assert structure_of(muscle_scene()).controller.advance is not None
 
 
-PD_GAINS = {"*": {"kp": 40.0, "kd": 4.0, "angle": 0.2}}
+PD_GAINS = {"others": {"kp": 40.0, "kd": 4.0, "angle": 0.2}}
 
 
 @pytest.mark.parametrize(
@@ -229,15 +229,15 @@ PD_GAINS = {"*": {"kp": 40.0, "kd": 4.0, "angle": 0.2}}
             "controller.by_joint.kne: no joint is called 'kne'; did you mean 'knee'",
         ),
         (
-            Controller(type="joint_pd", by_joint={"*": {"kp": 1.0, "kd": 1.0, "angel": 0.0}}),
-            r"controller.by_joint.\*.angel: no parameter is called 'angel'; did you mean 'angle'",
+            Controller(type="joint_pd", by_joint={"others": {"kp": 1.0, "kd": 1.0, "angel": 0.0}}),
+            r"controller.by_joint.others.angel: no parameter is called 'angel'; did you mean 'angle'",
         ),
         (
             Controller(type="joint_pd", by_joint=PD_GAINS, parameters={"kp": 1.0}),
             "controller.parameters.kp: no parameter is called 'kp'; it takes none",
         ),
         (
-            Controller(type="joint_pd", by_joint=PD_GAINS, by_muscle={"*": {"kp": 1.0}}),
+            Controller(type="joint_pd", by_joint=PD_GAINS, by_muscle={"others": {"kp": 1.0}}),
             "controller.by_muscle: 'joint_pd' takes no values by muscle",
         ),
         (
@@ -276,7 +276,7 @@ def test_what_a_type_lacks_or_does_not_take_is_said_in_one_line(controller: Cont
     ],
 )
 def test_what_a_declaration_lacks_is_said_in_one_line(entry: str, message: str):
-    tables = {} if entry == "still" else {"by_joint": {"*": {"torque": 1.0, "grows": 0.0}}}
+    tables = {} if entry == "still" else {"by_joint": {"others": {"torque": 1.0, "grows": 0.0}}}
     scene = with_controller(f"{NAME}:{entry}", **tables)
     with pytest.raises(SceneError, match=message) as caught:
         Rollout(scene, 1, "cpu", trust=True)
