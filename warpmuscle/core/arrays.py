@@ -66,20 +66,19 @@ def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.
     return structs_to_device(struct, filled, device)
 
 
-def arrays_of(struct: Any) -> Iterator[wp.array]:
-    """All arrays of a device structure, and of the structures within it, that hold anything."""
-    yield from (array for _, array in places_of(struct))
-
-
-def places_of(struct: Any) -> Iterator[tuple[str, wp.array]]:
-    """The same with their places, such as `muscles.activation`."""
+def named_arrays(struct: Any) -> Iterator[tuple[str, wp.array]]:
+    """All arrays of a device structure, and of the structures within it, each by the name of its own field."""
     for name in struct._cls.vars:
         member = getattr(struct, name)
         if isinstance(member, wp.array):
-            if member.size:
-                yield name, member
+            yield name, member
         elif hasattr(member, "_cls"):
-            yield from ((f"{name}.{place}", array) for place, array in places_of(member))
+            yield from named_arrays(member)
+
+
+def arrays_of(struct: Any) -> Iterator[wp.array]:
+    """Those of them that hold anything."""
+    return (array for _, array in named_arrays(struct) if array.size)
 
 
 def put(struct: Any, place: str, value: Any) -> None:

@@ -142,8 +142,8 @@ def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
     """Put another table into a table: what both have is merged if it is a table, else replaced.
 
     So is a number that is free in one of them and follows another number in the other; one that is to follow commands
-    keeps its value unless it gets another one. A controller of another type takes the place of the one that was. A table
-    whose keys are numbers changes the items of a list: `[controller.states.0]` the first state.
+    keeps its value unless it gets another one. A controller of another type takes the place of the one that was. A
+    table whose keys are numbers changes the items of a list: `[controller.states.0]` the first state.
     """
     for key, value in other.items():
         mine = table.get(key)

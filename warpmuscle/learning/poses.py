@@ -28,7 +28,7 @@ from warpmuscle.simulation.stepper import Stepper
 SEED = 2  # of what is drawn: the same starts for every batch and training
 MOST = 65536  # states of a file, which lie in the memory of the device
 QUATERNION_ERROR = 1e-3
-OF_THE_GAIT = "simbicon."  # places in the state that stay as the start has them
+OF_THE_GAIT = ("phase", "stance", "machine_state")  # of the scene's controller, which stay as the start has them
 NAMES = ("coordinates", "speeds", "activation")
 
 State = dict[str, Rows]
@@ -71,7 +71,7 @@ def elsewhere(
     _shake(coordinates, variation.joint_noise, rollout, generator)
     activation = None if given.activation is None else given.activation[chosen]
     found = _started(rollout, stepper, States(coordinates, given.speeds[chosen], activation))
-    kept = [{name: row for name, row in bases[k].items() if name.startswith(OF_THE_GAIT)} for k in chosen]
+    kept = [{name: bases[k][name] for name in OF_THE_GAIT if name in bases[k]} for k in chosen]
     return [state | of_gait for state, of_gait in zip(found, kept, strict=True)], [times[k] for k in chosen]
 
 

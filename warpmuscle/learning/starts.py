@@ -10,8 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from warpmuscle.core.arrays import arrays_of, instance_zeros
-from warpmuscle.kernels import structs
+from warpmuscle.core.arrays import arrays_of, instance_zeros, named_arrays
 from warpmuscle.kernels.episodes import RestoredArray, restore_rows
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import root_type
@@ -28,12 +27,7 @@ Rows = NDArray[np.int32]
 def state_arrays(stepper: Stepper) -> Iterator[tuple[str, wp.array]]:
     """All arrays that have a row for each instance and that steps change, by name."""
     state, instances = stepper.state, len(stepper.state.step)
-    parts = (state, structs.State.vars), (state.muscles, structs.MuscleState.vars)
-    for part, names in parts:
-        for name in names:
-            array = getattr(part, name)
-            if isinstance(array, wp.array) and array.size and len(array) == instances:
-                yield name, array
+    yield from ((name, array) for name, array in named_arrays(state) if array.size and len(array) == instances)
     memories = (array for array in arrays_of(stepper.extensions) if array.ndim == 3)
     for number, memory in enumerate(memories):
         yield f"memory {number}", memory

@@ -11,7 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.arrays import arrays_of, places_of
+from warpmuscle.core.arrays import arrays_of, named_arrays
 from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.restart import put_rows
@@ -102,21 +102,22 @@ class BatchState:
         activation = np.broadcast_to(initial.activation, (len(initial.activation), width))
         floats = {
             "coordinates": initial.coordinates, "speeds": initial.speeds, "accelerations": initial.accelerations,
-            "muscles.activation": activation, "muscles.neural": activation,
+            "activation": activation, "neural": activation,
         }  # fmt: skip
+        numbers = {place.rpartition(".")[2]: number for place, number in initial.controller.items()}
         rows = {name: np.ascontiguousarray(values, dtype=np.float32).view(np.int32) for name, values in floats.items()}
-        rows |= {name: np.full((1, 1), number, dtype=np.int32) for name, number in initial.controller.items()}
+        rows |= {name: np.full((1, 1), number, dtype=np.int32) for name, number in numbers.items()}
         widest = max(target.shape[1] * target.shape[2] for _, target in self._targets())
         rows[""] = np.zeros((1, widest), dtype=np.int32)
         return {name: wp.array(values, dtype=int, device=self._device) for name, values in rows.items()}
 
     def _targets(self) -> list[tuple[str, wp.array]]:
-        """The arrays of the state that a restart changes, by place, see `extensions.words`."""
+        """The arrays of the state that a restart changes, by name, see `extensions.words`."""
         return [(name, words(array)) for name, array in self._changed_by_restart() if len(array) == self.instances]
 
     def _changed_by_restart(self) -> list[tuple[str, wp.array]]:
         """The same as they are: all but those that are kept."""
-        return [(name, array) for name, array in places_of(self.state) if name not in KEPT]
+        return [(name, array) for name, array in named_arrays(self.state) if name not in KEPT]
 
     def push(self, disturbances: Perturbations, time_step: float) -> None:
         """From now on push the roots' centres of mass, with a constant force over whole steps."""
