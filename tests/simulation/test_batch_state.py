@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from small_scene import muscle_scene
+from warpmuscle.core.arrays import named_arrays
 from warpmuscle.core.status import Status
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
@@ -34,24 +35,19 @@ def initial(state: BatchState, seed: int = 0, rows: int = N) -> InitialValues:
     speeds = s.speeds.shape[1]
     return InitialValues(
         some(N, s.coordinates.shape[1]), some(N, speeds), some(rows, speeds), some(rows, s.muscles.activation.shape[1]),
-        1, 2,
+        {"simbicon.stance": 1, "simbicon.machine_state": 2},
     )  # fmt: skip
 
 
 def arrays(batch: BatchState) -> dict[str, np.ndarray]:
-    s = batch.state
-    every = {name: getattr(s, name).numpy() for name in s._cls.vars if name != "muscles"}
-    return every | {f"muscles.{name}": getattr(s.muscles, name).numpy() for name in s.muscles._cls.vars}
+    return {name: array.numpy() for name, array in named_arrays(batch.state)}
 
 
 def spoil(batch: BatchState) -> None:
     """Other values in all arrays."""
-    s = batch.state
-    for part in (s, s.muscles):
-        for name in part._cls.vars:
-            if name not in KEPT:
-                array = getattr(part, name)
-                array.assign(np.ones(array.shape + array.numpy().shape[array.ndim :], dtype=array.numpy().dtype))
+    for name, array in named_arrays(batch.state):
+        if name not in KEPT:
+            array.assign(np.ones(array.shape + array.numpy().shape[array.ndim :], dtype=array.numpy().dtype))
 
 
 @LAYOUTS

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import reduce
 from operator import attrgetter
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import put, rows, structs_to_device, to_device
+from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
@@ -130,7 +131,8 @@ def _copied(value: Any) -> Any:
 
 def _put(model: structs.Model, fields: Fields) -> None:
     for place, value in fields.items():
-        put(model, place, value)
+        *outer, field = place.split(".")
+        setattr(reduce(getattr, outer, model), field, value)
 
 
 def _settings(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
