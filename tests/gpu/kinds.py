@@ -9,7 +9,18 @@ from typing import Any
 from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.scene import Actuation, Body, BodyContact, Controller, Displacement, Force, Joint, Motion, Scene, ViaPoint
+from warpmuscle.scene import (
+    Actuation,
+    Body,
+    BodyContact,
+    Controller,
+    Displacement,
+    Force,
+    Joint,
+    Motion,
+    Scene,
+    ViaPoint,
+)
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
