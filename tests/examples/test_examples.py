@@ -54,6 +54,23 @@ def test_scenes_without_code_walk(name: str, file: str, tmp_path: Path, monkeypa
     assert rollout.recording().com[-1, 2] > 5.0  # m forward
 
 
+def test_each_joint_is_held_by_gains_of_its_own(tmp_path: Path):
+    write("gains", tmp_path)
+    scene = load(tmp_path / "steady.toml")
+    trust(scene, tmp_path)
+    with importable_from(tmp_path):
+        rollout = Rollout(scene, 1, "cpu", record=[0])
+        rollout.run()
+    shoulder, elbow = rollout.state.coordinates.numpy()[0, 7:]
+    at_elbow = 1.0 * 9.8 * 0.2 * np.sin(shoulder + elbow)  # weight times lever
+    at_shoulder = at_elbow + (2.0 + 2.0 * 1.0) * 9.8 * 0.2 * np.sin(shoulder)
+    assert 40.0 * (0.5 - elbow) == pytest.approx(at_elbow, abs=0.01)
+    assert -30.0 * shoulder == pytest.approx(at_shoulder, abs=0.01)
+    motion = rollout.recording()
+    assert (motion.controller_value_names, motion.controller_value_units) == (("squared_error",), ("rad^2 s",))
+    assert np.all(np.diff(motion.controller_value[:, 0]) > 0.0)
+
+
 def test_the_pendulum_is_held_where_its_controller_wants_it(tmp_path: Path):
     write("controller", tmp_path)
     scene = load(tmp_path / "hold.toml")

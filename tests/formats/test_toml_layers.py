@@ -59,6 +59,17 @@ def test_a_scene_takes_from_its_base_what_it_does_not_say(folder):
     assert read.character.root == "pelvis"
 
 
+def test_a_controller_of_another_type_replaces_that_of_the_base_and_one_of_no_type_changes_it(folder):
+    low = 'name = "low"\ncharacter = "leg.toml"\n[controller]\ntype = "theirs:made"\nparameters = { rate = 1 }\n'
+    scene(folder, low, "low")
+    high = 'name = "high"\nbase = "low.toml"\n[controller]\n'
+    changed = toml.read(scene(folder, high + "parameters = { rate = 2 }\n")).controller
+    assert (changed.type, changed.parameters) == ("theirs:made", {"rate": 2.0})
+    other = 'type = "joint_pd"\n[controller.by_joint]\nothers = { kp = 1, kd = 2, angle = 0 }\n'
+    replaced = toml.read(scene(folder, high + other)).controller
+    assert (replaced.type, replaced.parameters) == ("joint_pd", {})
+
+
 def test_a_character_of_its_own_replaces_that_of_the_base(folder):
     scene(folder, 'name = "low"\ncharacter = "leg.toml"\n', "low")
     read = toml.read(scene(folder, 'name = "high"\nbase = "low.toml"\ncharacter = ["leg.toml", "muscle.toml"]\n'))

@@ -9,7 +9,18 @@ from typing import Any
 from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.scene import Actuation, Body, BodyContact, Displacement, Force, Joint, Motion, Scene, ViaPoint
+from warpmuscle.scene import (
+    Actuation,
+    Body,
+    BodyContact,
+    Controller,
+    Displacement,
+    Force,
+    Joint,
+    Motion,
+    Scene,
+    ViaPoint,
+)
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -133,6 +144,15 @@ def user_controlled(folder: Path) -> Scene:
     return scene
 
 
+def by_joint() -> Scene:
+    """A leg whose joints are held by gains of their own."""
+    scene = leg()
+    scene.actuation = {"hip": Actuation("torque"), "knee": Actuation("torque")}
+    gains = {"others": {"kp": 40.0, "kd": 4.0, "angle": 0.2}, "knee": {"angle": 0.5}}
+    scene.controller = Controller(type="joint_pd", by_joint=gains)
+    return scene
+
+
 def worn(folder: Path) -> Scene:
     """A walk on muscles in air, with devices at its ankles and a user's at its elbows, which has a state."""
     (folder / f"{USER_MODULE}.py").write_text(USER_CODE)
@@ -238,6 +258,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "implicit PD": lambda _: implicit_pd(),
     "user functions": of_users,
     "user controller": user_controlled,
+    "controller by joint": lambda _: by_joint(),
     "user forces": worn,
 }
 SMALL = ("torques", "motion", "user functions")  # those that a CPU tries besides

@@ -5,7 +5,7 @@ import warp as wp
 from probes import filled, matrix, units
 
 from warpmuscle.kernels.causes import ENTRY, GIVEN_TORQUE
-from warpmuscle.kernels.control import SIMBICON, control_stage_of, driven_from_outside
+from warpmuscle.kernels.control import NO_CONTROLLER, control_stage_of
 from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.structs import (
     BALL,
@@ -19,8 +19,9 @@ from warpmuscle.kernels.structs import (
     Skeleton,
     State,
 )
+from warpmuscle.model.controllers.outside import driven_from_outside
 
-CONTROLLER = driven_from_outside(SIMBICON)
+CONTROLLER = driven_from_outside(NO_CONTROLLER)
 stage = control_stage_of(CONTROLLER)
 Extension = CONTROLLER.extension
 KINDS = [ROOT_FREE, HINGE, UNIVERSAL, FIXED, BALL]  # a chain

@@ -6,7 +6,7 @@ import warp as wp
 from probes import filled, turn_about, units
 
 from warpmuscle.kernels import coordinate_control
-from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Contacts, Control, Model, Scratch, Simbicon, Skeleton
+from warpmuscle.kernels.structs import FIRST_COORDINATE_JOINT, Contacts, Model, Scratch, Simbicon, Skeleton
 
 TIME_STEP, N = 0.004, 8
 KP, KD, BOUND = 300.0, 12.0, 400.0
@@ -28,8 +28,7 @@ def efforts(implicit: bool, height: float = 1.0, bound: float = BOUND) -> tuple[
     plan = {"joint_type": np.full(N, FIRST_COORDINATE_JOINT + 2)}
     model = filled(
         Model, body_count=N, time_step=TIME_STEP, implicit_pd=int(implicit),
-        skeleton=filled(Skeleton, plan=plan, row=row), control=filled(Control, simbicon=1),
-        simbicon=filled(Simbicon, gains=gains),
+        skeleton=filled(Skeleton, plan=plan, row=row), simbicon=filled(Simbicon, gains=gains),
         contacts=filled(Contacts, normal=[[(0.0, 1.0, 0.0)]], height=[[0.1]]),
     )  # fmt: skip
     place = np.zeros((N, 3))

@@ -23,7 +23,6 @@ from warpmuscle.kernels.structs import (
     Feet,
     Model,
     Scratch,
-    Simbicon,
     State,
 )
 
@@ -61,7 +60,7 @@ def standing(
     model = filled(
         Model, fastest=9.0, failure={name: [[limits.get(name, 0.0)]] for name in names},
         feet=filled(Feet, left=1, right=2),
-        simbicon=filled(Simbicon, heading_control=controlled, hip={"desired_heading": [[wanted]]}),
+        turns_from_start=1 - controlled, heading=[[wanted]],
         contacts=filled(Contacts, normal=[[[0.0, 1.0, 0.0]]], height=[[0.0]]),
     )  # fmt: skip
     state = filled(State, start_height=np.ones(count), start_heading=np.full(count, 0.2))

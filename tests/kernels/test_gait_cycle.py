@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import warp as wp
-from probes import evaluate
+from probes import evaluate, filled
 
 from warpmuscle.gait.foot_contact import HELD, LIFTED, LOADED, contacts
-from warpmuscle.kernels.gait_cycle import cycle_after, part_of_cycle, part_of_step
-from warpmuscle.kernels.structs import FootCycle
+from warpmuscle.kernels.gait_cycle import cycle_after, part_of_cycle, part_of_step, step_part
+from warpmuscle.kernels.structs import FootCycle, SimbiconState, State
 
 STEP = 0.0005  # s
 WEIGHT = 700.0  # N
@@ -87,3 +87,18 @@ def test_a_stance_leg_is_in_the_first_half_of_its_cycle_and_a_swing_leg_in_the_s
 
 def test_the_rule_is_what_the_documentation_says():
     assert (LOADED, HELD, LIFTED) == (0.03, 0.02, 0.2)
+
+
+@wp.kernel(enable_backward=False)
+def parts_of_steps(state: State, part: wp.array2d[float]):
+    i, side = wp.tid()
+    part[i, side] = step_part(i, side, state)
+
+
+def test_a_part_of_a_step_is_that_of_the_phase_and_of_its_start_where_no_controller_has_one():
+    phase, stance = np.array([0.4, 1.3], np.float32), np.array([0, 1], np.int32)
+    walking = filled(State, simbicon=filled(SimbiconState, phase=phase, stance=stance))
+    for state, expected in ((walking, [[0.2, 0.7], [1.0, 0.5]]), (State(), [[0.0, 0.5]] * 2)):
+        part = wp.zeros((2, 2), dtype=float, device="cpu")
+        wp.launch(parts_of_steps, part.shape, [state, part], device="cpu")
+        np.testing.assert_allclose(part.numpy(), expected, atol=1e-6)

@@ -42,8 +42,8 @@ def written(instance: int, frame: int, model: Model, state: State, record: Recor
 def test_every_number_stands_in_its_own_place(instance: int, frame: int):
     random = np.random.default_rng(6)
     state = {
-        "coordinates": random.normal(size=(3, 5)), "speeds": random.normal(size=(3, 4)), "phase": random.random(3),
-        "stance": [0, 1, 1], "machine_state": [3, 4, 5], "foot_force": random.normal(size=(3, 2, 3)),
+        "coordinates": random.normal(size=(3, 5)), "speeds": random.normal(size=(3, 4)),
+        "foot_force": random.normal(size=(3, 2, 3)),
     }  # fmt: skip
     vectors = ("position", "angular_velocity", "torque", "bias", "angular_acceleration")
     of_bodies = {name: random.normal(size=(BODIES, 3)) for name in vectors}
@@ -57,7 +57,7 @@ def test_every_number_stands_in_its_own_place(instance: int, frame: int):
     plan = {"parent": (-1, 0, 1), "joint_type": (0, HINGE, HINGE)}
     model = filled(Model, body_count=BODIES, skeleton=filled(Skeleton, plan=plan))
     shapes = {
-        "coordinates": (5,), "speeds": (4,), "phase": (), "stance": (), "machine_state": (), "foot_force": (2, 3),
+        "coordinates": (5,), "speeds": (4,), "foot_force": (2, 3),
         "com": (2, 3), "orientation": (BODIES, 4), "target": (BODIES, 4), "position": (BODIES, 3),
         "angular_velocity": (BODIES, 3), "torque": (BODIES, 3), "desired_torque": (BODIES, 3),
     }  # fmt: skip

@@ -12,7 +12,7 @@ from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.formats import load
 from warpmuscle.kernels import reflex
 from warpmuscle.kernels.reflex_structs import Reflexes, ReflexPlan, ReflexRow
-from warpmuscle.kernels.structs import Model, MuscleState, Skeleton, State
+from warpmuscle.kernels.structs import Model, MuscleState, SimbiconState, Skeleton, State
 from warpmuscle.model.reflexes import DURING, MOVING, PART, TIMES
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Reflex, Scene
@@ -72,7 +72,7 @@ def felt(
     )
     force = np.zeros((len(loads), 2, 3), np.float32)
     force[:, :, 1], force[:, :, 0] = 500.0 * np.array(loads), 400.0
-    state = filled(State, stance=np.int32(stance), foot_force=force, muscles=muscles)
+    state = filled(State, simbicon=filled(SimbiconState, stance=np.int32(stance)), foot_force=force, muscles=muscles)
     wp.launch(feel, len(loads), [model, state, 0.3], device="cpu")
     return state
 

@@ -46,6 +46,7 @@ from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LEGACY
 from warpmuscle.kernels.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.scratch import LIVES, PHASES, Life
 from warpmuscle.kernels.structs import Scratch
+from warpmuscle.model.controllers.simbicon import SIMBICON
 
 BODIES, SLOTS, FOLLOWED = 15, 5, 2
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
@@ -72,7 +73,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "failure": (failure.begin_step, touching.begin_looking, failure.posture_status),
     "collision": (collision.collision_stage_of(True),),
     "control": (
-        control.control_stage_of(control.SIMBICON), simbicon.torques_stage, coordinate_control.coordinate_control_stage,
+        control.control_stage_of(control.NO_CONTROLLER), control.control_stage_of(SIMBICON), simbicon.torques_stage,
+        coordinate_control.coordinate_control_stage,
     ),
     "effort": (term_functions.effort_stage, record.record_desired),
     "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),

@@ -19,6 +19,7 @@ from warpmuscle.kernels.structs import (
     ROOT_PLANAR,
     UNIVERSAL,
     MuscleState,
+    SimbiconState,
     Skeleton,
     State,
 )
@@ -65,7 +66,8 @@ def observed(d: dict[str, Any], features: list[tuple[int, int]], scale: float = 
     }  # fmt: skip
     row = {name: d[name][None] for name in ("axis_a", "axis_b")}
     state = filled(
-        State, coordinates=d["q"], speeds=d["v"], phase=d["phase"], stance=d["stance"], push=d["push"],
+        State, coordinates=d["q"], speeds=d["v"],
+        simbicon=filled(SimbiconState, phase=d["phase"], stance=d["stance"]), push=d["push"],
         push_steps=d["push_steps"], step=d["step"], foot_force=d["foot_force"],
         muscles=filled(MuscleState, activation=d["activation"], sensed=d["sensed"]),
     )  # fmt: skip

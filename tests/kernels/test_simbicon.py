@@ -13,7 +13,7 @@ from random_states import States, random_states
 from warpmuscle.formats import load
 from warpmuscle.kernels import simbicon
 from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME, Model, Scratch, Simbicon, Skeleton
-from warpmuscle.model.controller import controller_struct
+from warpmuscle.model.controllers.simbicon import model_fields
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Ground, Scene, State, Trajectory
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
@@ -173,10 +173,10 @@ def machine(phase: float, states: list[State], stance: int = 0) -> tuple[float, 
     scene.controller.states, scene.ground = states, Ground(stiffness=0.0)
     stages = Stages(scene, 1, "cpu")
     s = stages.state
-    s.phase.fill_(phase)
-    s.stance.fill_(stance)
+    s.simbicon.phase.fill_(phase)
+    s.simbicon.stance.fill_(stance)
     stages.run(scene.time_step)
-    return s.phase.numpy()[0], s.machine_state.numpy()[0], s.stance.numpy()[0]
+    return tuple(getattr(s.simbicon, name).numpy()[0] for name in ("phase", "machine_state", "stance"))
 
 
 def test_phase_advances_by_the_nominal_duration_of_the_state():
@@ -206,10 +206,10 @@ def test_each_instance_waits_for_its_own_longest_phase():
     scene.controller.states, scene.ground = [free, State(0.7)], Ground(stiffness=0.0)
     stages = Stages(scene, 2, "cpu")
     values = substitute(scene, np.array([[1.2], [1.6]]))
-    stages.model.simbicon = controller_struct(values, stages.names, "cpu")
-    stages.state.phase.fill_(1.4)
+    stages.model.simbicon = model_fields(values, stages.names, "cpu")["simbicon"]
+    stages.state.simbicon.phase.fill_(1.4)
     stages.run(scene.time_step)
-    assert stages.state.machine_state.numpy().tolist() == [1, 0]
+    assert stages.state.simbicon.machine_state.numpy().tolist() == [1, 0]
 
 
 def test_targets_beyond_phase_one_are_those_at_phase_one():

@@ -19,7 +19,7 @@ from warpmuscle.kernels.structs import (
     Model,
     Muscles,
     Scratch,
-    Simbicon,
+    SimbiconState,
     Skeleton,
     State,
 )
@@ -156,15 +156,14 @@ def model_of(d: SimpleNamespace, **more: Any) -> Model:
         Model, body_count=BODIES, gravity=[[GRAVITY]], head=2, reference_bins=BINS, reference=d.reference,
         tracked=TRACKED, norm_bins=BINS, norm=d.norm, norm_scale=SCALE, norm_side=SIDE, norm_force=d.force,
         norm_force_band=BAND, skeleton=filled(Skeleton, plan=plan, total_mass=[[MASS]]),
-        simbicon=filled(Simbicon, hip={"desired_heading": [[DESIRED]]}),
-        objective={"target_speed": [[TARGET_SPEED]], "ground_force_bound": [[BOUND]]}, **more,
+        heading=[[DESIRED]], objective={"target_speed": [[TARGET_SPEED]], "ground_force_bound": [[BOUND]]}, **more,
     )  # fmt: skip
 
 
 def given_to(d: SimpleNamespace) -> tuple[State, wp.array, list[Scratch]]:
     state = filled(
-        State, phase=d.phase, stance=d.stance, accelerations=d.accelerations, foot_force=d.foot_force,
-        foot_cycle=d.cycle,
+        State, simbicon=filled(SimbiconState, phase=d.phase, stance=d.stance),
+        accelerations=d.accelerations, foot_force=d.foot_force, foot_cycle=d.cycle,
     )  # fmt: skip
     work = [
         filled(

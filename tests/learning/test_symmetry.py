@@ -56,10 +56,10 @@ def test_the_image_of_a_body_that_acts_as_the_image_of_another_moves_as_its_imag
     v[0] += random.normal(0.0, 0.3, v.shape[1])
     state.speeds.assign(v)
     put_image(batch.rollout)
-    heading, stance = batch.episodes.heading.numpy(), state.stance.numpy()
+    heading, stance = batch.episodes.heading.numpy(), state.simbicon.stance.numpy()
     batch.episodes.command.assign(np.array([[1.1, 0.3], [1.1, -0.3]], dtype=np.float32))
     batch.episodes.heading.assign(heading * [1.0, -1.0])
-    state.stance.assign(np.array([stance[0], 1 - stance[0]]))
+    state.simbicon.stance.assign(np.array([stance[0], 1 - stance[0]]))
     for _ in range(4):
         action = random.normal(0.0, 0.4, (1, len(batch.actions.names)))
         batch.actions.told.assign(np.concatenate([action, images.action.of(action)]).astype(np.float32))

@@ -4,6 +4,7 @@ import pytest
 
 from muscle_arm import leg
 from warpmuscle.formats import load
+from warpmuscle.kernels import structs
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene.number import Free
@@ -25,12 +26,13 @@ def test_every_instance_has_room_for_coordinates_speeds_and_sums():
     scene = leg()
     scene.objective.torque = 1.0
     state = state_struct(scene, structure_of(scene), N, "cpu")
-    for name in ("phase", "stance", "machine_state", "step", "status", "start_height", "start_heading", "push"):
+    for name in ("step", "status", "start_height", "start_heading", "push"):
         assert getattr(state, name).shape == (N,), name
     assert (state.coordinates.shape, state.speeds.shape) == ((N, 7 + 4 + 1), (N, 3 + 1))
     assert (state.accelerations.shape, state.torque_integral.shape) == ((N, 4), (N, 3))
     assert (state.foot_force.shape, state.push_steps.shape) == ((N, 2), (N, 2))
-    assert (state.foot_cycle.shape, state.target.shape, state.target_plan.shape) == ((0, 2), (0, 3), (0, 3))
+    assert state.foot_cycle.shape == (0, 2)
+    assert [getattr(state.simbicon, name) for name in structs.SimbiconState.vars] == [None] * 5
     assert (state.muscles.activation.shape, state.muscles.sensed.shape) == ((N, 3), (0, 3))
 
 
@@ -39,5 +41,6 @@ def test_cycles_of_feet_and_held_targets_have_room_where_they_are_needed():
     scene.objective.norms, scene.control_rate = 1.0, 500.0
     state = state_struct(scene, structure_of(scene), N, "cpu")
     bodies = len(scene.character.bodies)
-    assert (state.foot_cycle.shape, state.target.shape) == ((N, 2), (N, bodies))
-    assert (state.target_plan.shape, state.body_terms.shape[0]) == ((N, bodies), N)
+    assert (state.foot_cycle.shape, state.simbicon.target.shape) == ((N, 2), (N, bodies))
+    assert (state.simbicon.target_plan.shape, state.body_terms.shape[0]) == ((N, bodies), N)
+    assert [getattr(state.simbicon, name).shape for name in ("phase", "stance", "machine_state")] == [(N,)] * 3

@@ -35,7 +35,7 @@ def initial(state: BatchState, seed: int = 0, rows: int = N) -> InitialValues:
     speeds = s.speeds.shape[1]
     return InitialValues(
         some(N, s.coordinates.shape[1]), some(N, speeds), some(rows, speeds), some(rows, s.muscles.activation.shape[1]),
-        1, 2,
+        {"simbicon.stance": 1, "simbicon.machine_state": 2},
     )  # fmt: skip
 
 

@@ -9,13 +9,14 @@ import warp as wp
 from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
-from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
 from warpmuscle.kernels.route_bends import RouteKind
 from warpmuscle.kernels.scratch import CONTROL, SECOND, SLOT_FLOATS
 from warpmuscle.kernels.step import block_registers, blocks_of
 from warpmuscle.kernels.stretch import PathKind
 from warpmuscle.kernels.term_functions import ObjectiveKind
+from warpmuscle.model.controllers.outside import driven_from_outside
+from warpmuscle.model.controllers.simbicon import HELD
 from warpmuscle.model.muscles import muscle_kind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import MuscleModel

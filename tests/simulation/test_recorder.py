@@ -1,5 +1,7 @@
 """What is recorded: by itself, from arrays that stand for those of a step."""
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 import warp as wp
@@ -25,9 +27,21 @@ def recorder(kind: RecordKind = RecordKind()) -> Recorder:  # noqa: B008
 def test_frames_have_room_for_what_is_recorded_and_for_nothing_else():
     whole, some = recorder(), recorder(record_kind(["speeds"]))
     assert whole.record.slot.numpy().tolist() == [-1, 1, -1, -1, 0]
-    sizes = {name: getattr(whole.record, name).capacity for name in SIZES}
+    sizes = {name: attrgetter(name)(whole.record).capacity for name in SIZES}
     assert sum(sizes.values()) == 2 * 10 * frame_bytes(STRUCTURE)
-    assert {name for name in SIZES if getattr(some.record, name).size} == {"coordinates", "speeds"}
+    assert {name for name in SIZES if attrgetter(name)(some.record).size} == {"coordinates", "speeds"}
+
+
+def test_frames_hold_phases_of_a_machine_only_where_there_is_one():
+    scene = muscle_scene()
+    frames = recorder()
+    assert frames.record.simbicon.phase.shape == (2, 10)
+    scene.controller, scene.control_rate = None, 0.0
+    without = Recorder(structure_of(scene), 5, [4, 1], 10, 95, "cpu")
+    without.record.orientation.fill_(wp.quat_identity())
+    motion = without.recording(scene, 4, 95)
+    assert (without.record.simbicon.phase.size, motion.phase.shape, motion.frames) == (0, (0,), 10)
+    assert motion.missing == ("phase", "stance", "state")
 
 
 def test_values_are_those_of_the_chosen_in_their_order_until_their_end():
@@ -51,7 +65,7 @@ def test_values_are_those_of_the_chosen_in_their_order_until_their_end():
 
 def test_a_recording_begins_where_it_is_asked_to_and_ends_with_the_instance():
     frames, scene = recorder(), muscle_scene()
-    frames.record.phase.assign(np.arange(20.0).reshape(2, 10).astype(np.float32))
+    frames.record.simbicon.phase.assign(np.arange(20.0).reshape(2, 10).astype(np.float32))
     step = scene.time_step
     assert frames.recording(scene, 1, 35).phase.tolist() == [10.0, 11.0, 12.0, 13.0]
     late = frames.recording(scene, 4, 95, start=25.0 * step)

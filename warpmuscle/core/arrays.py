@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import accumulate
 from typing import Any
 
@@ -78,3 +79,9 @@ def named_arrays(struct: Any) -> Iterator[tuple[str, wp.array]]:
 def arrays_of(struct: Any) -> Iterator[wp.array]:
     """Those of them that hold anything."""
     return (array for _, array in named_arrays(struct) if array.size)
+
+
+def put(struct: Any, place: str, value: Any) -> None:
+    """Give a field of a device structure, such as `contacts.normal`, another value."""
+    *outer, field = place.split(".")
+    setattr(reduce(getattr, outer, struct), field, value)

@@ -92,6 +92,9 @@ EXAMPLES = {
     "curve": Example("a muscle curve as a Warp function, and a walk that uses it", shipped("bell.py", "bell.toml")),
     "term": Example("a term of the objective as a Warp function", shipped("sway.py", "sway.toml")),
     "controller": Example("a controller as Warp functions, which holds a pendulum", shipped("hold.py", "hold.toml")),
+    "gains": Example(
+        "a controller with gains of each joint, and a record of its own", shipped("steady.py", "steady.toml")
+    ),
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),

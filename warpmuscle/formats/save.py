@@ -70,8 +70,8 @@ def _write_three(scene: Scene, path: Path) -> list[Ignored]:
     lines = [Ignored(path, 0, key, ON_LINE) for key in _settle_on_lines(plain)]
     character, controller, state = (path.with_suffix(suffix) for suffix in (".rbs", ".sbc", ".rs"))
     texts = {character: simbicon.rbs_text(plain), state: simbicon.rs_text(plain.initial_state, plain.character)}
-    if plain.controller is not None:
-        texts[controller] = simbicon.sbc_text(plain.controller, state.name)
+    if plain.simbicon is not None:
+        texts[controller] = simbicon.sbc_text(plain.simbicon, state.name)
     replace_files(texts)
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
     with warnings.catch_warnings():

@@ -16,6 +16,7 @@ from warpmuscle.core.shipped import moved_scene, shipped_file
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.scene import Character, Scene
+from warpmuscle.scene.controller import SIMBICON
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
@@ -138,8 +139,8 @@ def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
     """Put another table into a table: what both have is merged if it is a table, else replaced.
 
     So is a number that is free in one of them and follows another number in the other; one that is to follow commands
-    keeps its value unless it gets another one. A table whose keys are numbers
-    changes the items of a list: `[controller.states.0]` the first state.
+    keeps its value unless it gets another one. A controller of another type takes the place of the one that was. A
+    table whose keys are numbers changes the items of a list: `[controller.states.0]` the first state.
     """
     for key, value in other.items():
         mine = table.get(key)
@@ -147,7 +148,11 @@ def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
             items = {str(index): item for index, item in enumerate(mine)}
             merge(items, value)
             table[key] = list(items.values())
-        elif isinstance(value, dict) and isinstance(mine, dict) and not _turns(mine, value):
+        elif (
+            isinstance(value, dict)
+            and isinstance(mine, dict)
+            and not (_turns(mine, value) or (key == "controller" and _other_type(mine, value)))
+        ):
             table[key] = dict(mine)
             merge(table[key], value)
         elif isinstance(value, dict) and "per" in value and isinstance(mine, int | float):
@@ -159,6 +164,11 @@ def merge(table: dict[str, Any], other: dict[str, Any]) -> None:
 def _turns(mine: dict[str, Any], value: dict[str, Any]) -> bool:
     """Whether a free number is to follow another one now, or one that follows to be free."""
     return ("same_as" in value and "value" in mine) or ("value" in value and "same_as" in mine)
+
+
+def _other_type(mine: dict[str, Any], value: dict[str, Any]) -> bool:
+    """Whether a controller is to be of another type, which takes nothing of what this one does."""
+    return "type" in value and value["type"] != mine.get("type", SIMBICON)
 
 
 class Source:

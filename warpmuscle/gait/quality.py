@@ -241,8 +241,7 @@ def _of_timing(recording: Recording, cycles: dict[str, Strides], normal: bool) -
 
 def _of_headings(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Measures:
     """Headings in the mean of a gait cycle, in which the pelvis turns to and fro."""
-    turned, controller = np.degrees(heading(recording)), scene.controller
-    desired = 0.0 if controller is None else float(np.degrees(first_number(controller.desired_heading)))
+    turned, desired = np.degrees(heading(recording)), float(np.degrees(first_number(scene.heading)))
     means = [[over_strides(recording.time, turned, [cycle]).mean() for cycle in cycles[side]] for side in SIDES]
     drift = float(np.mean([side[-1] - side[0] for side in means]))
     return {"drift of the heading": drift, "maximum error of the heading": _greatest_error(means, desired)}

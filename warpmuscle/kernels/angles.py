@@ -1,4 +1,4 @@
-"""Sine, cosine and arcsine as short polynomials.
+"""Sine, cosine and arcsine as short polynomials, and the rotation between two orientations.
 
 On the CPU they save calls into the mathematics library, on the GPU its slow paths. Errors are those of single
 precision: 1.5e-7 absolute for sine and cosine within +-1000 rad, 5e-7 relative for the arcsine ratio.
@@ -37,3 +37,14 @@ def arcsine_ratio_small(z: float) -> float:
     """asin(x)/x for z = x^2 up to 1/4."""
     p = 0.03188414 + z * (0.01419883 + z * 0.03780636)
     return 1.0 + z * (0.16666657 + z * (0.07500592 + z * (0.04450524 + z * p)))
+
+
+@wp.func
+def pd_error(orientation: wp.quat, target: wp.quat) -> wp.vec3:
+    """Rotation from the orientation to the target along the child's axes, as axis times angle (up to pi), rad."""
+    e = wp.quat_inverse(orientation) * target
+    v = wp.vec3(e[0], e[1], e[2])
+    factor = 2.0 * arcsine_ratio(wp.dot(v, v))
+    if e[3] < 0.0:
+        factor = -factor
+    return v * factor

@@ -1,7 +1,7 @@
-"""What controls joints and muscles: SIMBICON, reflexes, torques from outside, or a controller of one's own.
+"""What controls joints and muscles: what a controller has compiled into a step, and the stages that call it.
 
-Each is a `Controller`, what it has compiled into a step, which `model.controller` chooses. One of one's own is a
-`CustomController` in any module; a scene names it.
+`model.controllers` makes the `Controller` of a scene, from a table of all there are. One of one's own is a
+`CustomController` in any module, which a scene names; those of `kernels.controllers` are made in the same way.
 An effort of a joint is a generalised force: its power is that of effort times speed, for each of the joint's speeds.
 A positive one turns the child, and the parent backwards, in the sense in which the speed is positive, N m.
 """
@@ -12,38 +12,72 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.causes import EFFORT, ENTRY, EXCITATION, GIVEN_TORQUE, cause_of, checked, checked_vector
-from warpmuscle.kernels.extensions import extension_type, of_body, of_instance
+from warpmuscle.kernels.extensions import controller_extension, of_body, of_instance, takes_parameters, takes_table
 from warpmuscle.kernels.muscle_control import within
-from warpmuscle.kernels.reflex import reflex_force, reflex_stage
 from warpmuscle.kernels.scratch import synchronize
-from warpmuscle.kernels.simbicon import advance_stage, control_stage, targets_stage, torques_stage
 from warpmuscle.kernels.spatial import symmetric
-from warpmuscle.kernels.structs import BALL, FIXED, UNIVERSAL, ModelRef, MuscleRow, ScratchRef, StateRef, at, rolled
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    UNIVERSAL,
+    ModelRef,
+    MuscleRow,
+    RecordRef,
+    ScratchRef,
+    StateRef,
+    at,
+    rolled,
+)
 
 
 class CustomController(NamedTuple):
     """A controller of one's own: Warp functions, those that it has, its parameters and its state.
 
     All functions take what is in brackets if it is declared: `parameters`, a `@wp.struct` of floats, whose values
-    stand in the scene's `custom_controller_parameters`, and `state`, so many floats, zero at the start of an instance.
-    `effort` and `excitation` may read the state, `update` alone may write it.
+    stand in the scene's `controller.parameters`; `own`, the same of the joint, body or muscle that they are asked for;
+    and `state`, so many floats, zero at the start of an instance. `effort` and `excitation` may read the state,
+    `update` alone may write it; that may also take an array of what all joints, bodies or muscles have.
     """
 
-    effort: Any = None  # (instance, body, model, state, work [, parameters] [, state]) -> wp.vec3: of body's joint, N m
+    effort: Any = None  # (instance, body, model, state, work [, parameters] [, own] [, state]) -> wp.vec3: joint, N m
     excitation: Any = None  # (instance, muscle, model, state, work [...]) -> float, 0..1; negative: as torques ask for
     update: Any = None  # (instance, model, state, work [...]): first in every step
     parameters: Any = None
     state: int = 0
     shipped: bool = False  # of warpmuscle itself, whose values need not be looked at
+    by_joint: Any = None  # `@wp.struct` of floats of each joint, from `controller.by_joint`; for `effort`
+    by_body: Any = None  # of each body; for `effort`
+    by_muscle: Any = None  # of each muscle; for `excitation`
+    state_a_body: int = 0  # further floats of its state, body by body, behind the others; the root's first
+    recorded: tuple[tuple[str, str], ...] = ()  # names and units of the first floats of its state that frames hold
+    description: str = ""
+
+    def own(self, function: Any) -> tuple[str, Any]:
+        """Which of `by_joint`, `by_body` and `by_muscle` a function takes, and the structure; ("", None) if none."""
+        for place in PLACES:
+            struct = getattr(self, place)
+            if takes_parameters(function, struct) or takes_table(function, struct):
+                return place, struct
+        return "", None
+
+    def memory(self, bodies: int) -> int:
+        """Floats of the state of an instance with so many bodies."""
+        return self.state + self.state_a_body * bodies
+
+
+PLACES = ("by_joint", "by_body", "by_muscle")  # that may have parameters of their own
 
 
 class Controller(NamedTuple):
     """What a controller has compiled into a step: Warp functions, None where it does nothing."""
 
     torques: Any  # stage (instance, lane, lanes, model, state, work): targets and torques; it ends with a barrier
+    coordinates: Any = None  # stage (instance, lane, lanes, model, work): of joints of one coordinate, in their place
     advance: Any = None  # (instance, model, state): after the step, one lane calls it
+    record: Any = None  # (instance, row, frame, state, record): what is recorded of its state, one lane calls it
     sense: Any = None  # stage of the same arguments as the first, before muscles; it ends with a barrier
     force: Any = None  # (instance, muscle, force that torques ask for, its row, model, state) -> force wanted of it, N
+    renews: bool = False  # whether there are steps in which it has more to do than in others
     custom: CustomController = CustomController()  # what a scene names, in the place of the others
 
     @property
@@ -54,7 +88,14 @@ class Controller(NamedTuple):
     @property
     def extension(self) -> Any:
         """Structure of its own parameters and state."""
-        return extension_type(self.custom.parameters, self.custom.state)
+        own = self.custom
+        memory = own.state + own.state_a_body
+        return controller_extension(own.parameters, memory, own.by_joint, own.by_body, own.by_muscle)
+
+    @property
+    def recorded(self) -> bool:
+        """Whether frames hold anything of its state."""
+        return self.record is not None or bool(self.custom.recorded)
 
 
 @wp.func
@@ -91,37 +132,17 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
 
 
 @wp.func
-def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Torques of SIMBICON towards the targets of the last step in which it renewed them. Ends with a barrier."""
-    renewed = state.step[instance] % model.control.every == 0
-    if renewed:
-        targets_stage(instance, lane, lanes, model, state, work)
+def no_torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Neither targets nor torques. Ends with a barrier."""
     for i in range(lane, model.body_count, lanes):
         rolled()
-        if renewed:
-            state.target[instance, i] = work.target[i]
-            state.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))
-        else:
-            plan = state.target_plan[instance, i]
-            work.target[i] = state.target[instance, i]
-            work.strength[i] = plan[0]
-            work.frame[i] = int(plan[1])
+        work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
+        work.torque[i] = wp.vec3(0.0, 0.0, 0.0)
+        work.stiffness[i] = symmetric(0.0)
     synchronize()
-    torques_stage(instance, lane, lanes, model, state, work)
 
 
-SIMBICON = Controller(control_stage, advance_stage)
-HELD = SIMBICON._replace(torques=held_control_stage)
-
-
-def with_reflexes(controller: Controller) -> Controller:
-    """The controller with reflexes of muscles besides."""
-    return controller._replace(sense=reflex_stage, force=reflex_force)
-
-
-def driven_from_outside(controller: Controller) -> Controller:
-    """The controller with efforts that are given from outside in the place of its torques."""
-    return controller._replace(custom=controller.custom._replace(effort=given_effort))
+NO_CONTROLLER = Controller(no_torques_stage)
 
 
 @cache
@@ -132,13 +153,13 @@ def control_stage_of(controller: Controller) -> Any:
     """
     custom, extension_struct, torques = controller.custom, controller.extension, controller.torques
     has_effort, has_update = custom.effort is not None, custom.update is not None
-    effort, update = advance_stage, advance_stage
+    effort, update = torques, torques
     looked_at = not custom.shipped
     cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
-        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct)
+        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.own(custom.effort))
     if has_update:
-        update = of_instance(custom.update, custom.parameters, extension_struct)
+        update = of_instance(custom.update, custom.parameters, extension_struct, custom.own(custom.update))
 
     @wp.func
     def stage(
@@ -174,6 +195,30 @@ def control_stage_of(controller: Controller) -> Any:
 
 
 @cache
+def record_controller_of(controller: Controller) -> Any:
+    """The Warp function (instance, frame, state, record, extension) that records what changes of a controller.
+
+    It does so if a frame is due; one lane calls it.
+    """
+    record_own, extension_struct = controller.record, controller.extension
+    has_own, count = record_own is not None, len(controller.custom.recorded)
+
+    @wp.func
+    def record_controller(
+        instance: int, frame: int, state: StateRef, record: RecordRef, extension: wp.ref[extension_struct]
+    ):
+        if frame >= 0:
+            row = record.slot[instance]
+            if wp.static(has_own):
+                record_own(instance, row, frame, state, record)
+            if wp.static(count > 0):
+                for k in range(count):
+                    record.memory[row, frame, k] = extension.memory[instance, 0, k]
+
+    return record_controller
+
+
+@cache
 def force_of(controller: Controller) -> Any:
     """The Warp function (instance, muscle, asked, row, model, state, work, extension) -> force wanted of a muscle, N.
 
@@ -183,7 +228,8 @@ def force_of(controller: Controller) -> Any:
     has_force, has_excitation = force is not None, custom.excitation is not None
     excitation, cause = force, cause_of(EXCITATION)
     if has_excitation:
-        excitation = of_body(custom.excitation, float, custom.parameters, extension_struct)
+        own = custom.own(custom.excitation)
+        excitation = of_body(custom.excitation, float, custom.parameters, extension_struct, own)
 
     @wp.func
     def wanted_force(

@@ -1,4 +1,4 @@
-"""Device structures of the controller: gains, states, trajectories, and curves as knots."""
+"""Device structures of SIMBICON: gains, states, trajectories, curves as knots, what changes, and what is recorded."""
 
 import warp as wp
 
@@ -76,17 +76,10 @@ class HipControl:
 
 
 @wp.struct
-class Control:
-    """Which controller a model has that is not compiled in."""
-
-    simbicon: int  # 1: SIMBICON says what joints should do; 0: nothing does
-    every: int  # steps after which its targets are renewed; only kernels that hold them read it
-
-
-@wp.struct
 class Simbicon:
     """The controller: gains by body (0: the root), states, trajectories, their components, and curves as knots."""
 
+    every: int  # steps after which targets are renewed; only kernels that hold them read it
     left_hip: int
     right_hip: int
     heading_control: int
@@ -99,3 +92,23 @@ class Simbicon:
     components: wp.array[ComponentPlan]  # (components,)
     component_rows: wp.array2d[ComponentRow]  # (rows, components)
     knots: wp.array2d[Knot]  # (rows, knots)
+
+
+@wp.struct
+class SimbiconState:
+    """What changes of the controller; no instances where a scene has another one, or none."""
+
+    phase: wp.array[float]  # (instances,) of the state, 0 to 1 or more
+    stance: wp.array[int]  # (instances,) LEFT or RIGHT
+    machine_state: wp.array[int]  # (instances,)
+    target: wp.array2d[wp.quat]  # (instances, bodies) where it holds them; else no instances
+    target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Scratch`
+
+
+@wp.struct
+class SimbiconRecord:
+    """Frames of it, (recorded, frames)."""
+
+    phase: wp.array2d[float]
+    stance: wp.array2d[int]
+    machine_state: wp.array2d[int]

@@ -46,9 +46,8 @@ def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, 
 @wp.func
 def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Torques of joints of one coordinate in place of what `simbicon.torques_stage` gave. Ends with a barrier."""
-    if model.control.simbicon == 1:
-        factor = strength_by_height(above_ground(instance, work.position[0], model))
-        for body in range(1 + lane, model.body_count, lanes):
-            if has_motion(model.skeleton.plan[body].joint_type):
-                coordinate_torque(instance, body, wp.min(factor, 1.0), model, work)
+    factor = strength_by_height(above_ground(instance, work.position[0], model))
+    for body in range(1 + lane, model.body_count, lanes):
+        if has_motion(model.skeleton.plan[body].joint_type):
+            coordinate_torque(instance, body, wp.min(factor, 1.0), model, work)
     synchronize()

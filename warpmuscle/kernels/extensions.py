@@ -59,6 +59,29 @@ def extension_type(parameters: Any = None, memory: int = 0, of_bodies: bool = Fa
 
 
 @cache
+def controller_extension(parameters: Any, memory: int, by_joint: Any, by_body: Any, by_muscle: Any) -> Any:
+    """The structure of a controller, of which joints, bodies or muscles have parameters of their own, too.
+
+    All are structures of floats, or None. memory: floats of its state.
+    """
+    if by_joint is None and by_body is None and by_muscle is None:
+        return extension_type(parameters, memory)
+    of_all, of_joint, of_body, of_muscle = (
+        NoParameters if struct is None else struct for struct in (parameters, by_joint, by_body, by_muscle)
+    )
+
+    @wp.struct
+    class ControllerExtension:
+        parameters: wp.array2d[of_all]  # (rows, 1)
+        memory: wp.array3d[float]  # (instances, 1, floats)
+        by_joint: wp.array2d[of_joint]  # (rows, bodies) of the joint that carries each; the root's are zero
+        by_body: wp.array2d[of_body]  # (rows, bodies)
+        by_muscle: wp.array2d[of_muscle]  # (rows, simulated muscles)
+
+    return ControllerExtension
+
+
+@cache
 def touch_extension(struct: Any) -> Any:
     """The structure of pairs of bodies that may touch, whose parameters are of this structure of floats."""
 
@@ -92,21 +115,72 @@ def takes_parameters(function: Any, parameters: Any) -> bool:
     return parameters is not None and any(kind is parameters for kind in function.input_types.values())
 
 
+def takes_table(function: Any, parameters: Any) -> bool:
+    """Whether a Warp function takes an array of such structures, of all joints, bodies or muscles."""
+    kinds = function.input_types.values()
+    return parameters is not None and any(
+        hasattr(kind, "ndim") and getattr(kind, "dtype", None) is parameters for kind in kinds
+    )
+
+
 def takes_state(function: Any) -> bool:
     """Whether a Warp function takes the state of its own, an array of floats, which is its last argument then."""
-    return hasattr(list(function.input_types.values())[-1], "ndim")
+    last = list(function.input_types.values())[-1]
+    return hasattr(last, "ndim") and last.dtype in (float, wp.float32)
 
 
 @cache
-def of_body(function: Any, result: Any, parameters: Any, extension_struct: Any) -> Any:
+def row_of(place: str, struct: Any, extension_struct: Any, table: bool = False) -> Any:
+    """The Warp function (instance, number, extension) -> parameters of that joint, body or muscle, or of all of them.
+
+    Args:
+        place: field of the extension that has them. struct: theirs. table: whether it gives those of all, an array.
+    """
+
+    @wp.func
+    def joint_row(instance: int, number: int, extension: wp.ref[extension_struct]) -> struct:
+        return at(extension.by_joint, instance, number)
+
+    @wp.func
+    def body_row(instance: int, number: int, extension: wp.ref[extension_struct]) -> struct:
+        return at(extension.by_body, instance, number)
+
+    @wp.func
+    def muscle_row(instance: int, number: int, extension: wp.ref[extension_struct]) -> struct:
+        return at(extension.by_muscle, instance, number)
+
+    @wp.func
+    def joint_table(instance: int, number: int, extension: wp.ref[extension_struct]) -> wp.array[struct]:
+        return extension.by_joint[wp.min(instance, extension.by_joint.shape[0] - 1)]
+
+    @wp.func
+    def body_table(instance: int, number: int, extension: wp.ref[extension_struct]) -> wp.array[struct]:
+        return extension.by_body[wp.min(instance, extension.by_body.shape[0] - 1)]
+
+    @wp.func
+    def muscle_table(instance: int, number: int, extension: wp.ref[extension_struct]) -> wp.array[struct]:
+        return extension.by_muscle[wp.min(instance, extension.by_muscle.shape[0] - 1)]
+
+    rows = {"by_joint": joint_row, "by_body": body_row, "by_muscle": muscle_row}
+    tables = {"by_joint": joint_table, "by_body": body_table, "by_muscle": muscle_table}
+    return (tables if table else rows)[place]
+
+
+@cache
+def of_body(
+    function: Any, result: Any, parameters: Any, extension_struct: Any, own: tuple[str, Any] = ("", None)
+) -> Any:
     """The Warp function (instance, body, entry, model, state, work, extension) that calls one of a body or a muscle.
 
     Args:
-        function: (instance, body, model, state, work [, parameters] [, state of its own]).
+        function: (instance, body, model, state, work [, parameters] [, those of the body or muscle] [, state]).
         result: the type that it returns. parameters: of what is declared, see `takes_parameters`.
-        extension_struct: type of the extension.
+        extension_struct: type of the extension. own: field of it with those of each body or muscle, and their struct.
     """
     with_parameters, with_state = takes_parameters(function, parameters), takes_state(function)
+    place, struct = own
+    with_own = takes_parameters(function, struct)
+    row = row_of(place, struct, extension_struct) if with_own else function
 
     @wp.func
     def call(
@@ -118,7 +192,19 @@ def of_body(function: Any, result: Any, parameters: Any, extension_struct: Any) 
         work: ScratchRef,
         extension: wp.ref[extension_struct],
     ) -> result:
-        if wp.static(with_parameters and with_state):
+        if wp.static(with_parameters and with_own and with_state):
+            p = at(extension.parameters, instance, entry)
+            memory = extension.memory[instance, entry]
+            return function(instance, body, model, state, work, p, row(instance, body, extension), memory)
+        elif wp.static(with_parameters and with_own):
+            p = at(extension.parameters, instance, entry)
+            return function(instance, body, model, state, work, p, row(instance, body, extension))
+        elif wp.static(with_own and with_state):
+            memory = extension.memory[instance, entry]
+            return function(instance, body, model, state, work, row(instance, body, extension), memory)
+        elif wp.static(with_own):
+            return function(instance, body, model, state, work, row(instance, body, extension))
+        elif wp.static(with_parameters and with_state):
             p = at(extension.parameters, instance, entry)
             return function(instance, body, model, state, work, p, extension.memory[instance, entry])
         elif wp.static(with_parameters):
@@ -132,13 +218,29 @@ def of_body(function: Any, result: Any, parameters: Any, extension_struct: Any) 
 
 
 @cache
-def of_instance(function: Any, parameters: Any, extension_struct: Any) -> Any:
-    """The Warp function (instance, model, state, work, extension) that calls one without a body, as in `of_body`."""
+def of_instance(function: Any, parameters: Any, extension_struct: Any, own: tuple[str, Any] = ("", None)) -> Any:
+    """The Warp function (instance, model, state, work, extension) that calls one without a body, as in `of_body`.
+
+    It may take the array of what all bodies or muscles have of their own.
+    """
     with_parameters, with_state = takes_parameters(function, parameters), takes_state(function)
+    place, struct = own
+    with_own = takes_table(function, struct)
+    table = row_of(place, struct, extension_struct, True) if with_own else function
 
     @wp.func
     def call(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, extension: wp.ref[extension_struct]):
-        if wp.static(with_parameters and with_state):
+        if wp.static(with_parameters and with_own and with_state):
+            p = at(extension.parameters, instance, 0)
+            function(instance, model, state, work, p, table(instance, 0, extension), extension.memory[instance, 0])
+        elif wp.static(with_parameters and with_own):
+            p = at(extension.parameters, instance, 0)
+            function(instance, model, state, work, p, table(instance, 0, extension))
+        elif wp.static(with_own and with_state):
+            function(instance, model, state, work, table(instance, 0, extension), extension.memory[instance, 0])
+        elif wp.static(with_own):
+            function(instance, model, state, work, table(instance, 0, extension))
+        elif wp.static(with_parameters and with_state):
             p = at(extension.parameters, instance, 0)
             function(instance, model, state, work, p, extension.memory[instance, 0])
         elif wp.static(with_parameters):

@@ -87,8 +87,8 @@ def posture_status(instance: int, model: ModelRef, state: StateRef, work: Scratc
     if limits.com_height > 0.0:  # noqa: SIM102, `and` would compute both
         if has_fallen(above_ground(instance, place, model), state.start_height[instance], limits.com_height):
             return FELL
-    wanted = at(model.simbicon.hip, instance, 0).desired_heading
-    if model.simbicon.heading_control == 0:
+    wanted = at(model.heading, instance, 0)
+    if model.turns_from_start == 1:
         wanted = state.start_heading[instance]
     angle = heading_angle(work.orientation[0])
     if not (wp.abs(angle - wanted) <= limits.heading):  # the rest is for the few who seem to have turned

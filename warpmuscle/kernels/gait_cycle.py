@@ -69,10 +69,17 @@ def part_of_step(phase: float, stance: int, side: int) -> float:
 
 
 @wp.func
+def step_part(instance: int, side: int, state: StateRef) -> float:
+    """The same of an instance; where no controller has a phase, as at the start of a step in left stance."""
+    if instance >= state.simbicon.phase.shape[0]:
+        return part_of_step(0.0, LEFT, side)
+    return part_of_step(state.simbicon.phase[instance], state.simbicon.stance[instance], side)
+
+
+@wp.func
 def foot_part(instance: int, side: int, state: StateRef) -> float:
     """Part of its gait cycle that the left or right foot has behind it, 0 to 1; before its second landing by phase."""
-    by_phase = part_of_step(state.phase[instance], state.stance[instance], side)
-    return part_of_cycle(state.foot_cycle[instance, side], by_phase)
+    return part_of_cycle(state.foot_cycle[instance, side], step_part(instance, side, state))
 
 
 @wp.func

@@ -7,7 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.actuation import actuation_stage_of, implicit_damping_stage_of, muscle_torque, pulled_torque
 from warpmuscle.kernels.cables import terms_of_muscles
-from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle_pipeline import (
@@ -35,7 +35,7 @@ def muscle_stage_of(
     kind: MuscleKind,
     terms: tuple[Any, ...] = (),
     recorded: bool = True,
-    controller: Controller = SIMBICON,
+    controller: Controller = NO_CONTROLLER,
     together: int = 0,
 ) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.

@@ -72,9 +72,6 @@ def record_stage(
         return
     row = record.slot[instance]
     if lane == 0:
-        record.phase[row, frame] = state.phase[instance]
-        record.stance[row, frame] = state.stance[instance]
-        record.machine_state[row, frame] = state.machine_state[instance]
         for i in range(2):
             record.com[row, frame, i] = work.center[i]
             record.foot_force[row, frame, i] = state.foot_force[instance, i]

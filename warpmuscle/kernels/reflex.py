@@ -150,7 +150,7 @@ def trunk_lean(model: ModelRef, work: ScratchRef) -> wp.vec2:
 def feel_ground(instance: int, lean: wp.vec2, model: ModelRef, state: StateRef):
     """Which legs stand, which one landed last, and the lean at which each left the ground. One lane calls it."""
     threshold = at(model.reflexes.bounds, instance, 0)[0]
-    stance = state.stance[instance]
+    stance = state.simbicon.stance[instance]
     for k in range(2):
         side = wp.where(k == 0, 1 - stance, stance)  # of legs that land together, the controller's stance leg leads
         stands = leg_load(instance, side, model, state) > threshold

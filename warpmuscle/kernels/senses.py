@@ -140,9 +140,9 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     elif kind == COMMAND:
         value = episodes.command[instance, k]
     elif kind == PHASE:
-        value = state.phase[instance]
+        value = state.simbicon.phase[instance]
     elif kind == STANCE:
-        value = float(state.stance[instance])
+        value = float(state.simbicon.stance[instance])
     elif kind == PUSH_FORCE:
         step = state.step[instance]
         if step >= state.push_steps[instance, 0] and step < state.push_steps[instance, 1]:

@@ -6,13 +6,25 @@ Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 
 
 import warp as wp
 
-from warpmuscle.kernels.angles import arcsine_ratio
+from warpmuscle.kernels.angles import pd_error
 from warpmuscle.kernels.contact import above_ground
 from warpmuscle.kernels.joint import hinge_rotation
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.spline import curve_value
-from warpmuscle.kernels.structs import REVERSE, RIGHT, SAME, ModelRef, ScratchRef, Simbicon, StateRef, at, rolled, whole
+from warpmuscle.kernels.structs import (
+    REVERSE,
+    RIGHT,
+    SAME,
+    ModelRef,
+    RecordRef,
+    ScratchRef,
+    Simbicon,
+    StateRef,
+    at,
+    rolled,
+    whole,
+)
 
 LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
 
@@ -29,17 +41,6 @@ def balance_feedback(distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: 
     d = wp.clamp(wp.dot(distance, axis), limits[0], limits[1])
     v = wp.clamp(wp.dot(velocity, axis), limits[2], limits[3])
     return gain[0] * d + gain[1] * v
-
-
-@wp.func
-def pd_error(orientation: wp.quat, target: wp.quat) -> wp.vec3:
-    """Rotation from the orientation to the target along the child's axes, as axis times angle (up to pi), rad."""
-    e = wp.quat_inverse(orientation) * target
-    v = wp.vec3(e[0], e[1], e[2])
-    factor = 2.0 * arcsine_ratio(wp.dot(v, v))
-    if e[3] < 0.0:
-        factor = -factor
-    return v * factor
 
 
 @wp.func
@@ -145,9 +146,9 @@ def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
         work.strength[i] = 1.0
         work.frame[i] = 0
     synchronize()
-    stance = state.stance[instance]
-    row = state.machine_state[instance]
-    phase = wp.min(state.phase[instance], 1.0)
+    stance = state.simbicon.stance[instance]
+    row = state.simbicon.machine_state[instance]
+    phase = wp.min(state.simbicon.phase[instance], 1.0)
     foot = model.feet.left
     if stance == RIGHT:
         foot = model.feet.right
@@ -262,7 +263,7 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
     foot = model.feet.left
     stance_force = state.foot_force[instance, 0][1]
     swing_force = state.foot_force[instance, 1][1]
-    if state.stance[instance] == RIGHT:
+    if state.simbicon.stance[instance] == RIGHT:
         stance_hip = simbicon.right_hip
         swing_hip = simbicon.left_hip
         foot = model.feet.right
@@ -312,7 +313,7 @@ def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
     simbicon = model.simbicon
     frame = heading(work.orientation[0])
     swing_hip = simbicon.right_hip
-    if state.stance[instance] == RIGHT:
+    if state.simbicon.stance[instance] == RIGHT:
         swing_hip = simbicon.left_hip
     if lane == 0:
         work.torque[0] = wp.vec3(0.0, 0.0, 0.0)
@@ -331,38 +332,52 @@ def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 
 @wp.func
 def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Targets and torques of the controller, or none. Ends with a barrier."""
-    if model.control.simbicon == 1:
-        targets_stage(instance, lane, lanes, model, state, work)
-        torques_stage(instance, lane, lanes, model, state, work)
-    else:
-        for i in range(lane, model.body_count, lanes):
-            rolled()
-            work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
-            work.torque[i] = wp.vec3(0.0, 0.0, 0.0)
-            work.stiffness[i] = symmetric(0.0)
-        synchronize()
+    """Targets and torques. Ends with a barrier."""
+    targets_stage(instance, lane, lanes, model, state, work)
+    torques_stage(instance, lane, lanes, model, state, work)
 
 
 @wp.func
-def advance_phase(instance: int, model: ModelRef, state: StateRef):
+def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
+    held = state.simbicon
+    renewed = state.step[instance] % model.simbicon.every == 0
+    if renewed:
+        targets_stage(instance, lane, lanes, model, state, work)
+    for i in range(lane, model.body_count, lanes):
+        rolled()
+        if renewed:
+            held.target[instance, i] = work.target[i]
+            held.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))
+        else:
+            plan = held.target_plan[instance, i]
+            work.target[i] = held.target[instance, i]
+            work.strength[i] = plan[0]
+            work.frame[i] = int(plan[1])
+    synchronize()
+    torques_stage(instance, lane, lanes, model, state, work)
+
+
+@wp.func
+def advance_machine(instance: int, model: ModelRef, state: StateRef):
     """Phase, state and stance after a step, with the foot forces of that step. One lane calls it."""
     simbicon = model.simbicon
-    row = state.machine_state[instance]
-    stance = state.stance[instance]
+    row = state.simbicon.machine_state[instance]
+    stance = state.simbicon.stance[instance]
     time = at(simbicon.state_time, instance, row)
-    phase = state.phase[instance] + model.time_step / time[0]
+    phase = state.simbicon.phase[instance] + model.time_step / time[0]
     control = simbicon.states[row]
     if transition_due(phase, time[1], control.on_foot_down, state.foot_force[instance, 1 - stance][1]):
         row = control.next_state
-        state.machine_state[instance] = row
-        state.stance[instance] = stance_after(stance, simbicon.states[row].stance_rule)
+        state.simbicon.machine_state[instance] = row
+        state.simbicon.stance[instance] = stance_after(stance, simbicon.states[row].stance_rule)
         phase = 0.0
-    state.phase[instance] = phase
+    state.simbicon.phase[instance] = phase
 
 
 @wp.func
-def advance_stage(instance: int, model: ModelRef, state: StateRef):
-    """Let a step of the machine pass, if there is one. One lane calls it."""
-    if model.control.simbicon == 1:
-        advance_phase(instance, model, state)
+def record_machine(instance: int, row: int, frame: int, state: StateRef, record: RecordRef):
+    """Write phase, stance and state of the machine. One lane calls it."""
+    record.simbicon.phase[row, frame] = state.simbicon.phase[instance]
+    record.simbicon.stance[row, frame] = state.simbicon.stance[instance]
+    record.simbicon.machine_state[row, frame] = state.simbicon.machine_state[instance]

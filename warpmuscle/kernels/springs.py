@@ -3,9 +3,9 @@
 import warp as wp
 
 from warpmuscle.kernels.actuation import IMPLICIT_SHARE, JointDrive, PassiveForce
+from warpmuscle.kernels.angles import pd_error
 from warpmuscle.kernels.coordinate_control import target_coordinate
 from warpmuscle.kernels.joint_motion import has_motion
-from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 

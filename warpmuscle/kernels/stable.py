@@ -14,6 +14,7 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
     ),
     "forces": ("Force", "Wrench"),
     "hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
+    "joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
     "metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),
     "muscle": (
         "along_tendon", "bounded_fibre_length", "compliant_force", "compliant_step", "equilibrium_speed",
@@ -23,7 +24,7 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
     "muscles": ("activate", "muscle_force_compliant", "muscle_force_rigid", "settle_fibres"),
     "stages": ("forward_dynamics", "forward_kinematics", "mass_matrix"),
     "status": ("Status",),
-    "structs": ("Model", "ModelRef", "Scratch", "ScratchRef", "State", "StateRef"),
+    "structs": ("Model", "ModelRef", "Scratch", "ScratchRef", "SimbiconState", "State", "StateRef"),
     "term_functions": ("MuscleWork",),
 }  # fmt: skip
 
@@ -34,6 +35,11 @@ FIELDS: dict[str, tuple[str, ...]] = {  # of structures, that functions of other
         "angular_velocity", "center", "orientation", "position", "rotation", "stiffness", "target", "torque",
         "velocity",
     ),
-    "State": ("coordinates", "foot_force", "machine_state", "muscles", "phase", "speeds", "stance", "status", "step"),
+    "SimbiconState": ("machine_state", "phase", "stance"),
+    "State": ("coordinates", "foot_force", "muscles", "simbicon", "speeds", "status", "step"),
     "Wrench": ("force", "moment"),
+}  # fmt: skip
+
+MOVED = {  # fields of structures that functions of others may still read where they were
+    "State.phase": "simbicon.phase", "State.stance": "simbicon.stance", "State.machine_state": "simbicon.machine_state",
 }  # fmt: skip

@@ -12,7 +12,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.contact_laws import SPRING, body_contacts_of
-from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller, control_stage_of
 from warpmuscle.kernels.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.dynamics import leave_for_parent
 from warpmuscle.kernels.inertia import body_inertia_of
@@ -92,7 +92,7 @@ def forward_kinematics(
 
 
 @cache
-def controller_torques(controller: Controller = SIMBICON) -> Any:
+def controller_torques(controller: Controller = NO_CONTROLLER) -> Any:
     """The kernel (model, state, workspace, extension, target, torque) of a controller, see `control.control_stage_of`.
 
     It gives targets and torques (world, N m, + on the parent) for the joint of every body.
@@ -212,7 +212,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
 
 
 @cache
-def muscle_torques(kind: MuscleKind, controller: Controller = SIMBICON) -> Any:
+def muscle_torques(kind: MuscleKind, controller: Controller = NO_CONTROLLER) -> Any:
     """The kernel (model, state, workspace, extension, desired, record, torque) of the muscles of a kind.
 
     It lets the muscles answer to desired joint torques (instances, bodies; world, N m, + on the parent) for one step,

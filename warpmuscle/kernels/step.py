@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.compiler_hints import known_rows_of
-from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_kind import MuscleKind
@@ -83,7 +83,7 @@ def one_step_of(kind: StepKind, lap: Any = no_lap) -> Any:
             return status
         lap(instance, lane, FAILURE, wp.uint64(0))
         drive(instance, lane, lanes, frame, model, state, record, work, extensions)
-        account(instance, lane, lanes, step, frame, model, state, record, work)
+        account(instance, lane, lanes, step, frame, model, state, record, work, extensions)
         move(instance, lane, lanes, step, frame, model, state, record, work, extensions)
         return end(instance, lane, lanes, step, model, state, work)
 
@@ -133,7 +133,7 @@ def step_kernel(
     collisions: bool = False,
     motion: bool = False,
     recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    controller: Controller = SIMBICON,
+    controller: Controller = NO_CONTROLLER,
     skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
     forces: tuple[Force, ...] = (),
     slots: int | None = None,

@@ -10,8 +10,7 @@ import warp as wp
 
 from warpmuscle.kernels.collision import collision_stage_of
 from warpmuscle.kernels.conditions import failing_stage_of
-from warpmuscle.kernels.control import SIMBICON, Controller, control_stage_of
-from warpmuscle.kernels.coordinate_control import coordinate_control_stage
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller, control_stage_of, record_controller_of
 from warpmuscle.kernels.extensions import extension_list
 from warpmuscle.kernels.failure import (
     begin_step,
@@ -67,7 +66,7 @@ class StepKind(NamedTuple):
     collisions: bool = False  # whether bodies are tested for running into each other
     motion: bool = False  # whether the motion of some coordinates is prescribed
     recorded: RecordKind = RecordKind()
-    controller: Controller = SIMBICON  # what controls joints and muscles
+    controller: Controller = NO_CONTROLLER  # what controls joints and muscles
     skeleton: SkeletonKind = SkeletonKind()  # of the bodies and joints that the model has
     forces: tuple[Force, ...] = ()  # the kinds of others that act
     across: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
@@ -156,7 +155,8 @@ def drive_of(kind: StepKind, lap: Any) -> Any:
     """The Warp function of what drives the joints: the controller, muscles, and forces on joints."""
     controller, skeleton, objective = kind.controller, kind.skeleton, kind.objective
     control_stage, extensions_struct = control_stage_of(controller), kind.extensions
-    by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
+    coordinate_control_stage = controller.coordinates
+    by_coordinate = coordinate_control_stage is not None and bool(skeleton.joints) and controller.custom.effort is None
     record_desired, _ = recorders_of(kind.recorded)
     desired_stage, seen = desired_stage_of(objective), bool(objective.desired)
     muscle_stage, muscular = control_stage, kind.muscles is not None
@@ -197,11 +197,13 @@ def account_of(kind: StepKind, lap: Any) -> Any:
     objective_stage, progress = objective_stage_of(objective), objective.progress
     failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     _, record_stage = recorders_of(kind.recorded)
+    record_controller, recalled = record_controller_of(kind.controller), whole and kind.controller.recorded
+    extensions_struct = kind.extensions
 
     @wp.func(inline=True)
     def account(
         instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
-        record: RecordRef, work: ScratchRef,
+        record: RecordRef, work: ScratchRef, extensions: wp.ref[extensions_struct],
     ):  # fmt: skip
         objective_stage(instance, lane, lanes, model, state, work)
         if wp.static(progress) and lane == 0:  # all lanes have seen the place before
@@ -214,6 +216,9 @@ def account_of(kind: StepKind, lap: Any) -> Any:
         if wp.static(whole):
             synchronize()  # a term may put other torques into the working set for a while
         record_stage(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(recalled):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if lane == 0:
+                record_controller(instance, frame, state, record, extensions.first)
         synchronize()
         lap(instance, lane, RECORDING, wp.uint64(0))
 
@@ -265,7 +270,7 @@ def move_of(kind: StepKind, lap: Any) -> Any:
 def end_of(kind: StepKind, lap: Any) -> Any:
     """The Warp function that ends a step and returns the status: what the controller and gait cycles go on from."""
     conditional, follows_cycles = bool(kind.objective.conditions), kind.objective.follows_cycles
-    advance = kind.controller.advance
+    advance, advances = kind.controller.advance, kind.controller.advance is not None
 
     @wp.func(inline=True)
     def end(instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
@@ -276,7 +281,8 @@ def end_of(kind: StepKind, lap: Any) -> Any:
             foot_force_stage(instance, lane, lanes, model, state, work)
         synchronize()
         if status == RUNNING and lane == 0:
-            advance(instance, model, state)
+            if wp.static(advances):
+                advance(instance, model, state)
             if wp.static(follows_cycles):
                 advance_cycles(instance, step, model, state, work)
             state.step[instance] = step + 1

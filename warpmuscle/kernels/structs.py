@@ -28,12 +28,13 @@ from warpmuscle.kernels.body_structs import Skeleton as Skeleton
 from warpmuscle.kernels.body_structs import SoftConstraint as SoftConstraint
 from warpmuscle.kernels.control_structs import ComponentPlan as ComponentPlan
 from warpmuscle.kernels.control_structs import ComponentRow as ComponentRow
-from warpmuscle.kernels.control_structs import Control as Control
 from warpmuscle.kernels.control_structs import ControlState as ControlState
 from warpmuscle.kernels.control_structs import Gains as Gains
 from warpmuscle.kernels.control_structs import HipControl as HipControl
 from warpmuscle.kernels.control_structs import Knot as Knot
 from warpmuscle.kernels.control_structs import Simbicon as Simbicon
+from warpmuscle.kernels.control_structs import SimbiconRecord as SimbiconRecord
+from warpmuscle.kernels.control_structs import SimbiconState as SimbiconState
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
 from warpmuscle.kernels.muscle_structs import Crossing as Crossing
 from warpmuscle.kernels.muscle_structs import CurveRow as CurveRow
@@ -182,6 +183,8 @@ class Model:
     fastest: float  # m/s, of the COM; one for all, since fetching it in every step would cost a percent
     fail_on_body_contact: int
     head: int  # the body whose turning the objective may count
+    heading: wp.array2d[float]  # (rows, 1) rad, that the body is to keep
+    turns_from_start: int  # 1: failing by turning is from the heading at the start, not from that one
     objective: wp.array2d[Aim]  # (rows, 1)
     negative_share: float  # of the work that lengthening fibres take, how much metabolic powers give back, 0..1
     reference_bins: int  # of the phase, for each stance
@@ -200,7 +203,6 @@ class Model:
     contacts: Contacts
     collisions: Collisions
     touch_interval: int  # steps between two looks at which bodies may touch
-    control: Control
     feet: Feet
     simbicon: Simbicon
     actuation: Actuation
@@ -237,13 +239,8 @@ class State:
     accelerations: wp.array2d[
         float
     ]  # (instances, speeds) derivatives of the speeds in the step before; now if kinematic
-    phase: wp.array[float]  # (instances,)
-    stance: wp.array[int]  # (instances,) LEFT or RIGHT
-    machine_state: wp.array[int]  # (instances,)
     foot_force: wp.array2d[wp.vec3]  # (instances, 2) N, left and right, of the step before
     foot_cycle: wp.array2d[FootCycle]  # (instances, 2) left and right; no instances where no term asks for it
-    target: wp.array2d[wp.quat]  # (instances, bodies) of the controller, where it holds them; else no instances
-    target_plan: wp.array2d[wp.vec2]  # (instances, bodies) their strength and frame, see `Scratch`
     step: wp.array[int]  # (instances,) steps made
     status: wp.array[int]  # (instances,) RUNNING ... DIVERGED
     cause: wp.array[int]  # (instances,) part of the user's own that ended it, see `causes.py`; 0: none
@@ -257,6 +254,7 @@ class State:
     body_terms: wp.array3d[wp.float64]  # (instances, terms, bodies)
     whole_terms: wp.array2d[wp.float64]  # (instances, terms)
     muscles: MuscleState
+    simbicon: SimbiconState
 
 
 @wp.struct
@@ -339,9 +337,6 @@ class Record:
 
     slot: wp.array[int]  # (instances,) which row an instance has, -1 for none
     every: int  # steps between frames; 0: nothing is recorded
-    phase: wp.array2d[float]
-    stance: wp.array2d[int]
-    machine_state: wp.array2d[int]
     coordinates: wp.array3d[float]
     speeds: wp.array3d[float]
     com: wp.array3d[wp.vec3]  # position, velocity
@@ -354,6 +349,8 @@ class Record:
     target: wp.array3d[wp.quat]  # bodies
     muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`
     stiffness: wp.array2d[symmetric]  # (recorded, bodies) implicit joint inertia of the step, see `Scratch.stiffness`
+    simbicon: SimbiconRecord  # without frames where another controller, or none, is recorded
+    memory: wp.array3d[float]  # numbers of a controller's memory that it lets be recorded
 
 
 # What functions are given. With copies of structures this large, one a call, the compiler takes twice as long.

@@ -9,18 +9,18 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.angles import pd_error
 from warpmuscle.kernels.causes import TERM, cause_of, checked
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.failure import turn_between
-from warpmuscle.kernels.gait_cycle import foot_part, part_of_step
+from warpmuscle.kernels.gait_cycle import foot_part, step_part
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, bhargava_strict_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.objective_terms import TERMS, Scope
 from warpmuscle.kernels.shaped_curves import Shaped
-from warpmuscle.kernels.simbicon import pd_error
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at, rolled
 
@@ -163,7 +163,7 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: S
     """
     if model.reference_bins == 0:
         return 0.0
-    part = part_of_step(state.phase[instance], state.stance[instance], LEFT)
+    part = step_part(instance, LEFT, state)
     if model.reference_by_contact == 1:
         part = foot_part(instance, LEFT, state)
     row = bin_of(part, 2 * model.reference_bins)
@@ -196,7 +196,7 @@ def speed(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> 
 @wp.func
 def heading(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of the heading and the desired heading, rad^2."""
-    error = turn_between(heading_angle(work.orientation[0]), at(model.simbicon.hip, instance, 0).desired_heading)
+    error = turn_between(heading_angle(work.orientation[0]), at(model.heading, instance, 0))
     return error * error
 
 

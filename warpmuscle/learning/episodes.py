@@ -243,10 +243,8 @@ class EpisodeBatch:
 
     def check_state(self) -> None:
         """Raise RolloutError for a state from outside whose numbers kernels cannot count with."""
-        state, episodes, controller = self.rollout.state, self.episodes, self.rollout.numeric.controller
+        state, episodes, simbicon = self.rollout.state, self.episodes, self.rollout.numeric.simbicon
         counted = {
-            "machine state": (state.machine_state, max(len(controller.states) if controller is not None else 0, 1)),
-            "stance": (state.stance, 2),
             "step": (state.step, LARGEST_SEED),
             "start": (episodes.start_row, self._rules.starts),
             "variant": (episodes.variant, self._rules.variants),
@@ -254,6 +252,9 @@ class EpisodeBatch:
             "episode": (episodes.number, LARGEST_SEED),
             "length": (episodes.length, LARGEST_SEED),
         }
+        if simbicon is not None:
+            counted["machine state"] = state.simbicon.machine_state, len(simbicon.states)
+            counted["stance"] = state.simbicon.stance, 2
         for name, (array, count) in counted.items():
             numbers = array.numpy()
             if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < count:

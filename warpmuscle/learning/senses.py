@@ -122,7 +122,7 @@ def _action(about: About) -> list[Number]:
 
 
 def _phase(about: About) -> list[Number]:
-    if about.rollout.scene.controller is None:
+    if about.rollout.scene.simbicon is None:
         return []
     return [Number("phase", kernels.PHASE), Number("stance", kernels.STANCE)]
 

@@ -121,7 +121,7 @@ def usual_task(scene: Scene) -> Task:
     """What is learnt in a scene: what it says, or to walk at 1.2 m/s from states of its controller's own gait."""
     if scene.learning is not None:
         return scene.learning
-    starts = STARTS if scene.controller is not None else 0
+    starts = STARTS if scene.simbicon is not None else 0
     even = is_symmetric(substitute(scene, start_values(scene)).character)
     return Task(symmetric=even, variation=Variation(start_states=starts, start_after=0.0))
 

@@ -18,7 +18,7 @@ from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
 from warpmuscle.model.collisions import collisions_struct, steps_between_tests
-from warpmuscle.model.controller import control_steps, controller_struct
+from warpmuscle.model.controllers.table import controller_fields, controller_start
 from warpmuscle.model.couplings import couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
@@ -38,8 +38,7 @@ class Start:
 
     coordinates: Floats
     speeds: Floats
-    stance: int
-    machine_state: int
+    controller: Mapping[str, int]  # its state, by place in `kernels.structs.State`, where that is not 0
     activation: Floats  # (rows, 1) of the muscles
 
 
@@ -170,11 +169,9 @@ def _slope(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs)
 
 
 def _controller(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
-    return {
-        "control.simbicon": int(scene.controller is not None),
-        "control.every": control_steps(scene),
-        "simbicon": controller_struct(scene, structure.names, device),
-    }
+    heading = to_device(rows([scene.heading]), float, device)
+    found = {"heading": heading, "turns_from_start": int(scene.turns_from_start)}
+    return found | controller_fields(scene, structure.names, device)
 
 
 def _objective(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
@@ -250,12 +247,10 @@ def start_of(scene: Scene, names: Topology) -> Start:
         q, v = joint_type(joint).start(joint, state.joints.get(name, JointState()))
         parts_q.append(q)
         parts_v.append(v)
-    controller = scene.controller
     return Start(
         coordinates=_beside(parts_q),
         speeds=_beside(parts_v),
-        stance=int(controller is not None and controller.start_stance == "right"),
-        machine_state=0 if controller is None else controller.start_state,
+        controller=controller_start(scene),
         activation=rows([scene.muscle_model.initial_activation]),
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from warpmuscle.core.array_types import Integers
 from warpmuscle.kernels.causes import CONDITION, EFFORT, ENTRY, EXCITATION, FORCE, GIVEN_EXCITATION, GIVEN_TORQUE, TERM
+from warpmuscle.model.controllers.declared import declared_name
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -29,9 +30,9 @@ def _words(number: int, scene: Scene, structure: Structure) -> str:
         name = str(structure.forces[kind].names[entry])
         return f"the force {name!r} ({scene.forces[name].type}) gave a value {NONE}"
     if part == EFFORT:
-        return f"the controller {scene.custom_controller!r} gave the joint {joint!r} an effort {NONE}"
+        return f"the controller {declared_name(scene)[0]!r} gave the joint {joint!r} an effort {NONE}"
     if part == EXCITATION:
-        return f"the controller {scene.custom_controller!r} gave the muscle {muscles[entry]!r} an excitation {NONE}"
+        return f"the controller {declared_name(scene)[0]!r} gave the muscle {muscles[entry]!r} an excitation {NONE}"
     if part == GIVEN_TORQUE:
         return f"the joint {joint!r} was given a torque {NONE}"
     assert part == GIVEN_EXCITATION

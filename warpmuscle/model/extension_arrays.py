@@ -10,6 +10,7 @@ import warp as wp
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels.step import extensions_of
 from warpmuscle.model.body_contact import ShapePair, contact_parameters
+from warpmuscle.model.controllers.declared import own_parameters, parameters_of
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -17,7 +18,7 @@ from warpmuscle.scene import Scene
 def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
     """The last argument of the fused kernel, without parameters, for so many instances whose states are zero."""
     s = extensions_of(structure.controller, structure.force_kinds)()
-    floats = structure.controller.custom.state
+    floats = structure.controller.custom.memory(len(structure.names.bodies))
     if floats:
         s.first.memory = wp.zeros((instances, 1, floats), dtype=float, device=device)
     part = s.rest
@@ -40,8 +41,17 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
 
 def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: Any) -> None:
     """Let that argument have the parameters of a scene of numbers, see `scene.parameters.substitute`."""
-    own = [scene.custom_controller_parameters]
-    _put(extensions.first, structure.controller.custom.parameters, own, device)
+    custom = structure.controller.custom
+    own = extensions.first
+    _put(own, custom.parameters, [parameters_of(scene)], device)
+    whose = {
+        "by_joint": ("", *structure.names.joints), "by_body": structure.names.bodies,
+        "by_muscle": structure.actuation.muscles or ("",),
+    }  # fmt: skip
+    for place, names in whose.items():
+        struct = getattr(custom, place)
+        if struct is not None:
+            _put(own, struct, list(own_parameters(scene, place, names, struct)), device, place)
     part = extensions.rest
     for entries in structure.forces:
         given: list[Mapping[str, Any]] = [
@@ -52,8 +62,10 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
         part = part.rest
 
 
-def _put(extension: Any, struct: Any, entries: Sequence[Mapping[str, Any]], device: Any) -> None:
+def _put(
+    extension: Any, struct: Any, entries: Sequence[Mapping[str, Any]], device: Any, field: str = "parameters"
+) -> None:
     """Let an extension have the parameters of its entries, as an array (rows, entries) of their structure."""
     if struct is not None:
         columns = {name: rows([entry[name] for entry in entries]) for name in struct.vars}
-        extension.parameters = structs_to_device(struct, columns, device)
+        setattr(extension, field, structs_to_device(struct, columns, device))

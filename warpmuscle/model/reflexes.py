@@ -33,7 +33,7 @@ TIMES = {
 
 def reflexes_of(scene: Scene, muscle: str) -> dict[str, Reflex]:
     """Reflexes of a muscle, by their names; none if its controller has none for it."""
-    controller = scene.controller
+    controller = scene.simbicon
     if controller is None or controller.reflexes is None or muscle[:1] not in SIDES:
         return {}
     return controller.reflexes.muscles.get(muscle[1:], {})
@@ -51,7 +51,7 @@ def reflexes_struct(scene: Scene, names: Topology, muscles: Sequence[str], devic
         SceneError: a reflex senses a muscle that is not simulated.
     """
     s = structs.Reflexes()
-    controller = scene.controller
+    controller = scene.simbicon
     if controller is None or controller.reflexes is None or not has_reflexes(scene, muscles):
         return s
     own = [reflexes_of(scene, muscle) for muscle in muscles]

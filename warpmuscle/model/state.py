@@ -7,9 +7,9 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.core.arrays import instance_zeros
+from warpmuscle.core.arrays import instance_zeros, put
 from warpmuscle.kernels import structs
-from warpmuscle.model.controller import control_steps
+from warpmuscle.model.controllers.table import controller_state
 from warpmuscle.model.muscles import ActuationMap, muscle_state, shared_joints
 from warpmuscle.model.objective import term_arrays
 from warpmuscle.model.structure import Structure
@@ -34,7 +34,6 @@ def state_struct(
     s.coordinates = zeros(n, names.coordinates)
     s.speeds = zeros(n, names.speeds)
     s.accelerations = zeros(n, names.speeds)
-    s.phase = zeros(n)
     s.foot_force = zeros(n, 2, dtype=wp.vec3)
     s.start_height = zeros(n)
     s.start_heading = zeros(n)
@@ -44,11 +43,10 @@ def state_struct(
     s.torque_integral = zeros(n, len(names.bodies), dtype=wp.float64)
     cycles = n if objective.follows_cycles else 0
     s.foot_cycle = zeros(cycles, 2, dtype=structs.FootCycle)
-    held = n if control_steps(scene) > 1 else 0
-    s.target = zeros(held, len(names.bodies), dtype=wp.quat)
-    s.target_plan = zeros(held, len(names.bodies), dtype=wp.vec2)
-    for name in ("stance", "machine_state", "step", "status", "cause"):
+    for name in ("step", "status", "cause"):
         setattr(s, name, zeros(n, dtype=int))
+    for place, array in controller_state(scene, n, names, zeros).items():
+        put(s, place, array)
     table = actuation.table
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), zeros).items():
         setattr(s, name, array)

@@ -9,7 +9,8 @@ from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
-from warpmuscle.model.controller import compiled_controller
+from warpmuscle.model.controllers.reads import check_reads
+from warpmuscle.model.controllers.table import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscles import ActuationMap, driven
@@ -49,7 +50,7 @@ def structure_of(scene: Scene) -> Structure:
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
-    return Structure(
+    found = Structure(
         names=names,
         coordinate_names=coordinates,
         speed_names=speeds,
@@ -61,3 +62,5 @@ def structure_of(scene: Scene) -> Structure:
         controller=compiled_controller(scene, actuation.muscles),
         forces=force_kinds(scene, names),
     )
+    check_reads(scene)
+    return found

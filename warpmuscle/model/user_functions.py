@@ -10,7 +10,7 @@ import importlib
 import sys
 import traceback
 import typing
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import warp as wp
 
@@ -32,6 +32,14 @@ TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "whole": (wp.int32, Model, State, Scratch),
 }
 FLOATS = "wp.array[float]"  # stands for that type, whose instances differ
+
+
+class Table(NamedTuple):
+    """Stands for an array of structures."""
+
+    struct: Any
+
+
 PLAIN = {int: wp.int32, float: wp.float32, wp.bool: bool}
 Reference = type(wp.ref[Model])
 Struct = type(Model)
@@ -132,6 +140,12 @@ def declared(entry: str, key: str, *kinds: type) -> Any:
     return checked_function(function, entry, key)
 
 
+def named_object(entry: str) -> Any:
+    """What a name such as `module:function` stands for, whose module has been imported."""
+    module, _, name = entry.partition(":")
+    return getattr(sys.modules.get(module), name, None)
+
+
 def checked_function(function: Any, entry: str, key: str) -> Any:
     """What is to be a Warp function; raises SceneError if it is none."""
     if not isinstance(function, wp.Function) or function.func is None:
@@ -164,7 +178,16 @@ def _module(name: str, key: str) -> Any:
 def _arguments(function: Any) -> tuple[Any, ...]:
     """Types of a function's arguments, be they values or references."""
     values = [kind.value_type if isinstance(kind, Reference) else kind for kind in function.input_types.values()]
-    return tuple(FLOATS if _is_floats(kind) else PLAIN.get(kind, kind) for kind in values)
+    return tuple(map(_plain_type, values))
+
+
+def _plain_type(kind: Any) -> Any:
+    """A type of an argument, so that equal ones are equal."""
+    if _is_floats(kind):
+        return FLOATS
+    if getattr(kind, "ndim", 0) == 1 and isinstance(kind.dtype, Struct):
+        return Table(kind.dtype)
+    return PLAIN.get(kind, kind)
 
 
 def _is_floats(kind: Any) -> bool:
@@ -214,6 +237,8 @@ def _signature(arguments: tuple[Any, ...]) -> str:
 
 def _name(kind: Any) -> str:
     plain = {wp.int32: "int", wp.float32: "float", wp.vec2: "wp.vec2", wp.vec3: "wp.vec3", FLOATS: FLOATS}
+    if isinstance(kind, Table):
+        return f"wp.array[{_name(kind.struct)}]"
     if kind in plain:
         return plain[kind]
     return str(getattr(kind, "key", None) or getattr(kind, "__name__", kind)).rpartition(".")[2]

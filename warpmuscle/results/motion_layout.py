@@ -27,8 +27,10 @@ ABOUT = {
     "coordinate_names": "of the root, then of the joints: degrees of freedom, and quaternions of balls",
     "speed_names": "of the root, then of the joints",
     "joint_angle_names": "of the root, then of the joints",
+    "controller_value_names": "what a declared controller lets be recorded",
     "coordinate_units": "unit of each coordinate",
     "speed_units": "unit of each speed",
+    "controller_value_units": "unit of each",
 }
 _AXIS = {name: axis for table in (NAMED, UNITS) for axis, name in table.items()}
 KEPT = "quantities"  # attribute that names those which are there, if others are missing

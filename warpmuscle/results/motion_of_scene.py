@@ -19,6 +19,6 @@ def check_motion_of(motion: Recording, scene: Scene, name: str = "the motion") -
     }
     if any(part not in parts for what, parts in known.items() for part in getattr(motion, f"{what}_names")):
         raise Error(f"{name} is of another character than the scene {scene.name!r}")
-    states = len(scene.controller.states) if scene.controller is not None else 0
+    states = len(scene.simbicon.states) if scene.simbicon is not None else 0
     if states and motion.frames and "state" not in motion.missing and int(motion.state.max()) >= states:
         raise Error(f"{name} is in state {motion.state.max()}, but the controller of {scene.name!r} has {states}")

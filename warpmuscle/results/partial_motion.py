@@ -78,7 +78,7 @@ class _Demanding(Recording):
             held = object.__getattribute__(self, "__dict__")
             if is_missing(held[name], len(held["time"])):
                 raise ResultError(
-                    f"{held['_source']}: the motion has no {name}, since it was written with some quantities only"
+                    f"{held['_source']}: the motion has no {name}: it was written without, or its controller has none"
                 )
         return object.__getattribute__(self, name)
 

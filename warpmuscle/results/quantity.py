@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import conjugate
 
@@ -29,6 +31,10 @@ class RawFrames:
 
     def __getitem__(self, name: str) -> Floats:
         return self.arrays[name]
+
+    def recorded(self, name: str) -> Floats:
+        """What was written of an array along frames alone; no frames of one that was not."""
+        return self.arrays.get(name, np.zeros(0))
 
     @property
     def unturned(self) -> Floats:

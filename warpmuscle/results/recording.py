@@ -28,6 +28,7 @@ from warpmuscle.kernels.recorded import (
     FORCE,
     PATH_LENGTH,
 )
+from warpmuscle.results import simbicon
 from warpmuscle.results.quantity import (
     BEFORE,
     BESIDE,
@@ -66,9 +67,9 @@ class Recording:
     body_names: tuple[str, ...]
     muscle_names: tuple[str, ...]
     time: Floats = quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
-    phase: Floats = quantity("1", _FRAME, "phase of the controller's state, 0 to 1 or more", lambda raw: raw["phase"])
-    stance: Integers = quantity("1", _FRAME, "stance foot: 0 left, 1 right", lambda raw: raw["stance"])
-    state: Integers = quantity("1", _FRAME, "index of the controller's state", lambda raw: raw["machine_state"])
+    phase: Floats = simbicon.PHASE
+    stance: Integers = simbicon.STANCE
+    state: Integers = simbicon.STATE
     root_position: Floats = quantity(
         "m", _VECTOR, "centre of mass of the root body, world", lambda raw: raw["position"][:, 0]
     )
@@ -145,11 +146,18 @@ class Recording:
         "rad", ("frame", "joint_angle"), "angles of root and joints by degree of freedom, as an exported .mot has them",
         lambda raw: np.zeros((len(raw.time), 0)),  # see `degrees_of_freedom.with_joint_angles`
     )  # fmt: skip
+    controller_value: Floats = quantity(
+        "own", ("frame", "controller_value"), "what a declared controller lets be recorded of its memory, after the "
+        "controller's update at this time; each has its unit in controller_value_units",
+        lambda raw: raw.arrays.get("memory", np.zeros((len(raw.time), 0))),
+    )  # fmt: skip
     coordinate_names: tuple[str, ...] = ()
     speed_names: tuple[str, ...] = ()
     joint_angle_names: tuple[str, ...] = ()
+    controller_value_names: tuple[str, ...] = ()
     coordinate_units: tuple[str, ...] = ()
     speed_units: tuple[str, ...] = ()
+    controller_value_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -185,8 +193,10 @@ class Recording:
         coordinate_names: tuple[str, ...] = (),
         speed_names: tuple[str, ...] = (),
         joint_angle_names: tuple[str, ...] = (),
+        controller_value_names: tuple[str, ...] = (),
         coordinate_units: tuple[str, ...] = (),
         speed_units: tuple[str, ...] = (),
+        controller_value_units: tuple[str, ...] = (),
         *,
         kept: Sequence[str] | None = None,
     ) -> Self:
@@ -198,7 +208,10 @@ class Recording:
             kept: names of the quantities that the arrays hold; others are missing. By default they hold all.
         """
         present: dict[str, Any] = {**arrays}
-        every = (joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names)
+        every = (
+            joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names,
+            controller_value_names,
+        )  # fmt: skip
         texts: dict[str, Any] = dict(zip(NAMED.values(), every, strict=True))
         for name in QUANTITIES:
             if not has_place(name, texts):
@@ -210,7 +223,10 @@ class Recording:
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         given = {name: present[name] for name in QUANTITIES}
-        return cls(**given, **texts, coordinate_units=coordinate_units, speed_units=speed_units)
+        return cls(
+            **given, **texts, coordinate_units=coordinate_units, speed_units=speed_units,
+            controller_value_units=controller_value_units,
+        )  # fmt: skip
 
     @classmethod
     def from_frames(
@@ -223,13 +239,16 @@ class Recording:
         speed_names: tuple[str, ...],
         coordinate_units: tuple[str, ...],
         speed_units: tuple[str, ...],
+        controller_value_names: tuple[str, ...] = (),
+        controller_value_units: tuple[str, ...] = (),
     ) -> Self:
         """A recording of what a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
         arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
         return cls(
             joint_names, body_names, muscle_names, **arrays, coordinate_names=coordinate_names, speed_names=speed_names,
-            coordinate_units=coordinate_units, speed_units=speed_units,
+            controller_value_names=controller_value_names, coordinate_units=coordinate_units, speed_units=speed_units,
+            controller_value_units=controller_value_units,
         )  # fmt: skip
 
     @property
@@ -312,9 +331,11 @@ class Recording:
         return self.body_position[:, self.body_names.index(body)]
 
 
-COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle")  # axes
+COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle", "controller_value")  # axes
 NAMED = {axis: f"{axis}_names" for axis in COUNTED}
-UNITS = {"coordinate": "coordinate_units", "speed": "speed_units"}  # of axes whose members have units of their own
+UNITS = {  # of axes whose members have units of their own
+    axis: f"{axis}_units" for axis in ("coordinate", "speed", "controller_value")
+}
 _DECLARED = [one for one in fields(Recording) if one.metadata]
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
 

@@ -113,7 +113,7 @@ def leg_joints(scene: Scene, side: int) -> list[str]:
 
     There are fewer if fewer lead to the foot; none if there are no feet.
     """
-    pairs = {} if scene.controller is None else scene.controller.pairs
+    pairs = scene.pairs
     if all(name in pairs for name in ("Hip", "Knee", "Ankle")):
         return [pairs[name][side] for name in ("Hip", "Knee", "Ankle")]
     return [] if scene.feet is None else leg(scene.character, scene.feet[side])[-3:]

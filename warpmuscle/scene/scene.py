@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from warpmuscle.scene.body_contact.part import BodyContact
-from warpmuscle.scene.controller import PD, Balance, Command, Component, Controller, Curve, Feedback, State, Trajectory
+from warpmuscle.scene.controller import SIMBICON, Command, Controller
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
 from warpmuscle.scene.learning.task import Task
@@ -38,6 +38,7 @@ from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
 from warpmuscle.scene.part import Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
+from warpmuscle.scene.simbicon.controller import PD, Balance, Component, Curve, Feedback, State, Trajectory
 from warpmuscle.scene.surfaces import (
     CylinderSurface,
     EllipsoidSurface,
@@ -251,7 +252,7 @@ class Scene(Part):
     name: str
     character: Character
     controller: Controller | None = None
-    custom_controller: str = ""  # `module:name` of a controller of one's own, see `kernels/control.py`
+    custom_controller: str = ""  # `module:name` of one of one's own, in the place of parts of the controller
     custom_controller_parameters: Annotated[dict[str, Number], "1"] = {}
     description: str = ""
     commands: dict[str, Command] = {}  # what numbers of this scene follow, by names of one's own
@@ -278,9 +279,29 @@ class Scene(Part):
     @property
     def feet(self) -> tuple[str, str] | None:
         """Left and right foot of the character; None if it walks on nothing."""
-        if self.character.feet is not None or self.controller is None:
+        if self.character.feet is not None or self.simbicon is None:
             return self.character.feet
-        return self.controller.feet
+        return self.simbicon.feet
+
+    @property
+    def simbicon(self) -> Controller | None:
+        """The controller, if it is a SIMBICON one."""
+        return self.controller if self.controller is not None and self.controller.type == SIMBICON else None
+
+    @property
+    def heading(self) -> Number:
+        """Heading that the body is to keep, rad, turned to the left from z: that which its controller has, or 0."""
+        return 0.0 if self.simbicon is None else self.simbicon.desired_heading
+
+    @property
+    def turns_from_start(self) -> bool:
+        """Whether the body turns from the heading at its start, since nothing makes it take another one."""
+        return self.simbicon is not None and not self.simbicon.heading_control
+
+    @property
+    def pairs(self) -> dict[str, tuple[str, str]]:
+        """Joints, left and right, that belong together, by a name for both."""
+        return {} if self.simbicon is None else self.simbicon.pairs
 
     def __repr__(self) -> str:
         parts = self.character

@@ -30,6 +30,8 @@ def named_code(scene: Scene) -> dict[str, str]:
     found |= {f"failure.custom.{entry}": entry for entry in scene.failure.custom}
     curves = {f"muscle_model.{field}": getattr(scene.muscle_model, field) for field in CURVE_FIELDS}
     found |= curves | {"custom_controller": scene.custom_controller}
+    if scene.controller is not None and ":" in scene.controller.type:
+        found["controller.type"] = scene.controller.type
     found |= {f"forces.{name}.type": force.type for name, force in scene.forces.items() if ":" in force.type}
     return {key: entry for key, entry in found.items() if entry}
 
@@ -42,6 +44,8 @@ def without_code(scene: Scene) -> Scene:
     forces = {name: force for name, force in scene.forces.items() if ":" not in force.type}
     failure = replace(scene.failure, custom=[])
     without = replace(scene, muscle_model=model, objective=objective, forces=forces, failure=failure)
+    if scene.controller is not None and ":" in scene.controller.type:
+        without = replace(without, controller=None)
     return replace(without, custom_controller="", custom_controller_parameters={})
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 import warp as wp
@@ -17,10 +19,6 @@ from warpmuscle.simulation.extensions import Extensions, words
 from warpmuscle.simulation.perturbations import Perturbations
 
 KEPT = ("push", "push_steps")  # of the state, that no restart changes
-ZEROED = (
-    "torque_integral", "muscle_terms", "body_terms", "whole_terms", "phase", "foot_force", "foot_cycle",
-    "start_height", "start_heading", "passed", "step", "status", "cause",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -31,8 +29,7 @@ class InitialValues:
     speeds: Floats  # (n, speeds)
     accelerations: Floats  # (1 or n, speeds)
     activation: Floats  # (1 or n, 1 or muscles)
-    stance: int
-    machine_state: int
+    controller: Mapping[str, int]  # by place in the state, such as `simbicon.stance`
 
 
 @dataclass(frozen=True)
@@ -66,23 +63,19 @@ class BatchState:
     def restart(self, initial: InitialValues) -> None:
         """Put every instance back to its start."""
         s, muscles = self.state, self.state.muscles
-        s.accelerations.zero_()
+        for _, array in self._changed_by_restart():
+            array.zero_()
         if initial.accelerations.any():
             s.accelerations.assign(np.broadcast_to(initial.accelerations, s.accelerations.shape))
         s.coordinates.assign(initial.coordinates)
         s.speeds.assign(initial.speeds)
-        s.stance.fill_(initial.stance)
-        s.machine_state.fill_(initial.machine_state)
+        for place, number in initial.controller.items():
+            attrgetter(place)(s).fill_(number)
         if initial.activation.size == 1:
             muscles.activation.fill_(float(initial.activation[0, 0]))
         else:
             muscles.activation.assign(np.broadcast_to(initial.activation, muscles.activation.shape))
         muscles.neural.assign(muscles.activation)
-        for name, array in named_arrays(muscles):
-            if name not in ("activation", "neural"):
-                array.zero_()
-        for name in ZEROED:
-            getattr(s, name).zero_()
         self.extensions.restart()
         self.steps_done = 0
         self.begun = np.zeros(self.instances, dtype=np.int32)
@@ -111,7 +104,7 @@ class BatchState:
             "coordinates": initial.coordinates, "speeds": initial.speeds, "accelerations": initial.accelerations,
             "activation": activation, "neural": activation,
         }  # fmt: skip
-        numbers = {"stance": initial.stance, "machine_state": initial.machine_state}
+        numbers = {place.rpartition(".")[2]: number for place, number in initial.controller.items()}
         rows = {name: np.ascontiguousarray(values, dtype=np.float32).view(np.int32) for name, values in floats.items()}
         rows |= {name: np.full((1, 1), number, dtype=np.int32) for name, number in numbers.items()}
         widest = max(target.shape[1] * target.shape[2] for _, target in self._targets())
@@ -120,8 +113,11 @@ class BatchState:
 
     def _targets(self) -> list[tuple[str, wp.array]]:
         """The arrays of the state that a restart changes, by name, see `extensions.words`."""
-        arrays = [(name, array) for name, array in named_arrays(self.state) if name not in KEPT]
-        return [(name, words(array)) for name, array in arrays if len(array) == self.instances]
+        return [(name, words(array)) for name, array in self._changed_by_restart() if len(array) == self.instances]
+
+    def _changed_by_restart(self) -> list[tuple[str, wp.array]]:
+        """The same as they are: all but those that are kept."""
+        return [(name, array) for name, array in named_arrays(self.state) if name not in KEPT]
 
     def push(self, disturbances: Perturbations, time_step: float) -> None:
         """From now on push the roots' centres of mass, with a constant force over whole steps."""

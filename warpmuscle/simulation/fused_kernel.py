@@ -24,12 +24,13 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import SIMBICON, Controller
+from warpmuscle.kernels.control import NO_CONTROLLER, Controller
 from warpmuscle.kernels.forces import Force
 from warpmuscle.kernels.joint_stages import SkeletonKind
 from warpmuscle.kernels.muscle_kind import MuscleKind
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.scratch import work_floats
+from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
     REGISTERS,
@@ -51,6 +52,8 @@ WAVES = 24  # that the pieces of one launch make together at least, where instan
 
 PLACE = re.compile(r'Error while parsing function "([^"]+)" at (.+?):(\d+):')  # as Warp says it
 
+ABSENT = re.compile(r"`(\w+)` is not an attribute of '(\w+)' \([\w.]*?(\w+)\)")
+
 _making = Lock()  # Warp's own tables are not made for several threads
 _loading: dict[tuple[Any, str], Lock] = {}  # of kernels on devices: different ones may be compiled at the same time
 _loaded: set[tuple[Any, str]] = set()  # those that are there
@@ -67,7 +70,7 @@ class KernelConfig(NamedTuple):
     collisions: bool
     motion: bool
     recorded: RecordKind
-    controller: Controller = SIMBICON
+    controller: Controller = NO_CONTROLLER
     skeleton: SkeletonKind = SkeletonKind()
     forces: tuple[Force, ...] = ()
     slots: int | None = None  # of feet; None for those of the size class
@@ -123,7 +126,14 @@ def one_line_errors() -> Iterator[None]:
         if places:
             name, file, line = places[-1]
             where = f"{file}:{line}: function {name!r} does not compile"
-        raise RolloutError(f"{where}: {said}") from error
+        raise RolloutError(f"{where}: {said}{_moved(said)}") from error
+
+
+def _moved(said: str) -> str:
+    """Where a field is now that a function of a user's reads where it was, if that is what Warp says."""
+    found = ABSENT.search(said)
+    new = MOVED.get(f"{found[3]}.{found[1]}") if found else None
+    return f"; it is `{found[2]}.{new}` now, of a simbicon controller" if found and new else ""
 
 
 class FusedKernel:

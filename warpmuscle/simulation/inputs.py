@@ -145,9 +145,7 @@ class Inputs:
         speeds[:, :linear] += self.disturbances.velocity[:, 3 - linear :]
         if self._prescribed is not None:
             accelerations = self._put_prescribed(self._prescribed, coordinates, speeds)
-        return InitialValues(
-            coordinates, speeds, accelerations, activation.astype(np.float32), start.stance, start.machine_state
-        )
+        return InitialValues(coordinates, speeds, accelerations, activation.astype(np.float32), start.controller)
 
     def _put_prescribed(self, start: Moved, coordinates: Floats, speeds: Floats) -> Floats:
         """Put the kinematic coordinates and their speeds to where their motion starts; all accelerations there."""

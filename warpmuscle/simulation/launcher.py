@@ -8,11 +8,11 @@ from typing import Any
 
 from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.control import HELD, driven_from_outside
 from warpmuscle.kernels.record import NOTHING, RecordKind
 from warpmuscle.kernels.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
 from warpmuscle.kernels.step import WARP
 from warpmuscle.model.bodies import foot_slots
+from warpmuscle.model.controllers.outside import driven_from_outside
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -113,7 +113,7 @@ def in_large_blocks(config: KernelConfig) -> bool:
     may have something to do that the others do not wait for.
     """
     tests = config.collisions or any(force.touch for force in config.forces)
-    uniform = not tests and config.controller.torques is not HELD.torques
+    uniform = not tests and not config.controller.renews
     return config.muscles is not None and config.muscles.long_paths and uniform
 
 

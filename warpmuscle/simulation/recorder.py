@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,14 @@ import warp as wp
 
 from warpmuscle.core.arguments import as_texts, as_whole
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.arrays import rows
+from warpmuscle.core.arrays import put, rows
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.limits import check_size
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import RecordKind
 from warpmuscle.kernels.recorded import MUSCLE_PLACES
 from warpmuscle.kernels.spatial import symmetric
+from warpmuscle.model.controllers.table import recorded_places
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.degrees_of_freedom import with_joint_angles
 from warpmuscle.results.quantity import RawFrames
@@ -27,10 +29,21 @@ from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.topology import coordinate_names, coordinate_units
 from warpmuscle.simulation.memory import check_memory
 
+
+def dtype_at(place: str) -> Any:
+    """Type of the array at a place in `structs.Record`."""
+    struct: Any = structs.Record
+    *outer, last = place.split(".")
+    for name in outer:
+        struct = struct.vars[name].type
+    return struct.vars[last].type.dtype
+
+
 SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array of `structs.Record`
-    "phase": (),
-    "stance": (),
-    "machine_state": (),
+    "simbicon.phase": (),
+    "simbicon.stance": (),
+    "simbicon.machine_state": (),
+    "memory": ("recorded",),
     "com": (2,),
     "foot_force": (2,),
     "orientation": ("bodies",),
@@ -43,7 +56,7 @@ SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array
     "speeds": ("speeds",),
     "muscle": (MUSCLE_PLACES, "muscles"),
 }
-DTYPES = {name: structs.Record.vars[name].type.dtype for name in SIZES}
+DTYPES = {place: dtype_at(place) for place in SIZES}
 FEW_BYTES = 2**28  # of recorded motion, for which there always is memory
 COPIES = 3  # of a recorded motion in the memory: on the device, and twice as wide when it is read
 MOTION = ("coordinates", "speeds")
@@ -68,7 +81,7 @@ def shapes(structure: Structure) -> dict[str, tuple[int, ...]]:
     """Shape of what a frame has of each array."""
     names, muscles = structure.names, structure.actuation.muscles
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
-    sizes["muscles"] = max(len(muscles), 1)
+    sizes["muscles"], sizes["recorded"] = max(len(muscles), 1), len(structure.controller.custom.recorded)
     return {
         name: tuple(sizes[size] if isinstance(size, str) else size for size in shape) for name, shape in SIZES.items()
     }
@@ -83,7 +96,15 @@ def frame_steps(scene: Scene, rate: float) -> int:
 def frame_bytes(structure: Structure) -> int:
     """Bytes of a frame in which everything is recorded."""
     of_frame = shapes(structure)
-    return sum(math.prod(of_frame[name]) * int(wp.types.type_size_in_bytes(dtype)) for name, dtype in DTYPES.items())
+    written = [name for name in SIZES if is_written(name, structure)]
+    return sum(math.prod(of_frame[name]) * int(wp.types.type_size_in_bytes(DTYPES[name])) for name in written)
+
+
+def is_written(place: str, structure: Structure) -> bool:
+    """Whether frames of a batch in which everything is recorded hold what has this place."""
+    if place == "memory":
+        return bool(structure.controller.custom.recorded)
+    return "." not in place or place in recorded_places(structure.controller)
 
 
 def check_room(structure: Structure, instances: int, frames: int, device: Any) -> None:
@@ -126,17 +147,19 @@ class Recorder:
         self.record.slot = wp.array(slot, dtype=int, device=device)
         self.record.every = every if chosen else 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
-        self._kept = [n for n in SIZES if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
+        self._recorded = structure.controller.custom.recorded
+        asked = [n for n in SIZES if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
+        self._kept = [n for n in asked if is_written(n, structure)]
         for name, shape in shapes(structure).items():
             room = lead if name in self._kept else (0, 0)
-            setattr(self.record, name, wp.zeros((*room, *shape), dtype=DTYPES[name], device=device))
+            put(self.record, name, wp.zeros((*room, *shape), dtype=DTYPES[name], device=device))
         rows_of_step = (lead[0] if kind.whole else 0, len(self.names.bodies))
         self.record.stiffness = wp.zeros(rows_of_step, dtype=symmetric, device=device)
 
     def clear(self) -> None:
         """Forget what was recorded."""
         for name in self._kept:
-            getattr(self.record, name).zero_()
+            attrgetter(name)(self.record).zero_()
 
     def values(self, name: str, steps: int) -> Floats:
         """A quantity of all chosen instances (chosen, frames, ...) in the first `steps` steps, float32.
@@ -177,7 +200,7 @@ class Recorder:
         """The motion of a chosen instance over its first `steps` steps, from a time on, s, but for the last frame."""
         if not self.kind.whole:
             raise RolloutError("only some quantities were recorded: take them from `Rollout.recorded`")
-        names, capacity = self.names, self.record.phase.shape[1]
+        names, capacity = self.names, self.record.coordinates.shape[1]
         count = min(-(-steps // self.every), capacity)
         first = max(min(math.ceil(start / (self.every * scene.time_step) - 1e-6), count - 1), 0)
         raw = self._raw(self.chosen.index(instance), first, count)
@@ -190,12 +213,15 @@ class Recorder:
             centers=self._centers(scene, instance),
         )
         named = *coordinate_names(names, scene.character), *coordinate_units(names, scene.character)
-        motion = Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named)
+        motion = Recording.from_frames(
+            frames, names.joints, names.bodies, self.muscles, *named,
+            tuple(name for name, _ in self._recorded), tuple(unit for _, unit in self._recorded),
+        )  # fmt: skip
         return with_joint_angles(motion, scene, instance)
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""
-        return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in SIZES}
+        return {name: attrgetter(name)(self.record)[row, first:count].numpy().astype(float) for name in self._kept}
 
     def _centers(self, scene: Scene, instance: int) -> Floats:
         """Centres of mass from the joints, body axes, (bodies, 3), m."""

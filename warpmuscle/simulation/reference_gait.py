@@ -70,6 +70,11 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
             tracked = msgspec.structs.replace(tracked, tracking=None, objective=objective)
         motion = record(tracked)
     part = motion.window(tracking.start)
+    if isinstance(part, Recording) and "phase" in part.missing:
+        raise RolloutError(
+            f"the motion of {tracking.file or tracking.scene} has no phases, which a simbicon controller gives it; "
+            "track a table of it with a column `cycle`"
+        )
     if not len(part.phase):
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")

@@ -163,14 +163,15 @@ class Rollout(RolloutResults):
 
     def change_controller(self, numeric: Scene) -> None:
         """Go on with other numbers of the controller, which are all that differs from the present ones."""
-        self.numeric = numeric
-        self._update("controller")
+        self.change_parts(numeric, ["controller"])
 
     def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
         """Go on with other numbers of these parts of the model, see `model.build.PARTS`; no others differ."""
         self.numeric = numeric
         for part in parts:
             self._update(part)
+        if "controller" in parts:
+            self._extensions.use(numeric)
 
     def _update(self, part: str) -> None:
         """Let a part of the model have what the batch is told now."""

@@ -23,7 +23,7 @@ from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.outcome import Outcome
 from warpmuscle.simulation.recorder import Recorder, frame_bytes
 
-OBSERVED = ("coordinates", "speeds", "phase", "stance", "machine_state", "foot_force", "step", "status")
+OBSERVED = ("coordinates", "speeds", "foot_force", "step", "status")
 
 
 class RolloutResults(Batch):
@@ -53,13 +53,15 @@ class RolloutResults(Batch):
 
         Returns:
             coordinates, speeds: (instances, ...), as in `coordinate_names` and `speed_names`.
-            phase, stance, machine_state: (instances,) of the controller.
+            phase, stance, machine_state: (instances,) of a SIMBICON controller; not there where the scene has none.
             foot_force: (instances, 2, 3) N, left and right foot, of the step before.
             activation, muscle_force: (instances, simulated muscles), N.
             step, status: (instances,) steps since its start, and `Status`.
         """
         muscles = self.state.muscles
         arrays = {name: getattr(self.state, name) for name in OBSERVED}
+        if self.scene.simbicon is not None:
+            arrays |= {name: getattr(self.state.simbicon, name) for name in ("phase", "stance", "machine_state")}
         return arrays | {"activation": muscles.activation, "muscle_force": muscles.force}
 
     @property
@@ -97,5 +99,6 @@ class RolloutResults(Batch):
     @property
     def controller_state(self) -> Floats:
         """States that the scene's custom controller keeps, (instances, floats); none if it has none."""
-        memory = self._extensions.struct.first.memory if self.structure.controller.custom.state else None
+        floats = self.structure.controller.custom.memory(len(self.names.bodies))
+        memory = self._extensions.struct.first.memory if floats else None
         return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])

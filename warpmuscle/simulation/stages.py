@@ -107,7 +107,7 @@ class Stages(Rollout):
             root_velocity, root_angular_velocity: (n, 3) world, m/s and rad/s.
             joint_orientation: (n, J, 4) child in parent; hinges and universal joints take the nearest angles.
             joint_angular_velocity: (n, J, 3) of the child relative to the parent, parent's axes, rad/s.
-            phase, stance (0 left, 1 right), machine_state: (n,) of the controller.
+            phase, stance (0 left, 1 right), machine_state: (n,) of a SIMBICON controller.
             foot_force: (n, 2, 3) N, on the left and the right foot in the step before.
             joint_coordinate, joint_speed: (n, J) of joints whose motion is a function of one coordinate, m or rad.
 
@@ -124,7 +124,7 @@ class Stages(Rollout):
         feet = self._rows(foot_force, "foot_force", 2, 3)
         coordinate = self._rows(joint_coordinate, "joint_coordinate", joints)
         speed = self._rows(joint_speed, "joint_speed", joints)
-        states = 1 if self.scene.controller is None else len(self.scene.controller.states)
+        states = 1 if self.scene.simbicon is None else len(self.scene.simbicon.states)
         most = {"phase": np.inf, "stance": 1, "machine_state": states - 1}
         of_controller = {"phase": phase, "stance": stance, "machine_state": machine_state}
         numbers = {name: self._rows(values, name) for name, values in of_controller.items()}
@@ -145,9 +145,10 @@ class Stages(Rollout):
         s.accelerations.zero_()
         s.coordinates.assign(np.concatenate(coordinates, axis=1).astype(np.float32))
         s.speeds.assign(np.concatenate(speeds, axis=1).astype(np.float32))
-        s.phase.assign(numbers["phase"].astype(np.float32))
-        s.stance.assign(numbers["stance"].astype(np.int32))
-        s.machine_state.assign(numbers["machine_state"].astype(np.int32))
+        if self.scene.simbicon is not None:
+            s.simbicon.phase.assign(numbers["phase"].astype(np.float32))
+            s.simbicon.stance.assign(numbers["stance"].astype(np.int32))
+            s.simbicon.machine_state.assign(numbers["machine_state"].astype(np.int32))
         s.foot_force.assign(feet.astype(np.float32))
 
     def _rows(self, values: ArrayLike, name: str, *shape: int) -> Floats:

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import Controller
 from warpmuscle.kernels.record import NOTHING
-from warpmuscle.kernels.reflex import as_asked
+from warpmuscle.model.controllers.outside import moved_by, telling
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 
 
@@ -58,11 +57,6 @@ def sensing(config: KernelConfig) -> KernelConfig:
     return config._replace(controller=telling(config.controller))
 
 
-def telling(controller: Controller) -> Controller:
-    """The controller, and muscles tell what they feel."""
-    return controller if controller.excites else controller._replace(force=as_asked)
-
-
 def excited(config: KernelConfig) -> KernelConfig:
     """The configuration of a kernel whose muscles take excitations from outside."""
     if config.muscles is None:
@@ -72,5 +66,4 @@ def excited(config: KernelConfig) -> KernelConfig:
 
 def moved(config: KernelConfig, effort: Any) -> KernelConfig:
     """The configuration of a kernel with a Warp function for the efforts of joints, see `control.CustomController`."""
-    custom = config.controller.custom._replace(effort=effort, shipped=True)
-    return config._replace(controller=config.controller._replace(custom=custom))
+    return config._replace(controller=moved_by(config.controller, effort))

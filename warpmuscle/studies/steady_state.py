@@ -33,13 +33,13 @@ def steady_state(scene: Scene, after: float) -> Scene:
     Raises:
         RolloutError: it has no controller, fails, or begins no such step within 10 s more.
     """
-    if scene.controller is None:
+    if scene.simbicon is None:
         raise RolloutError(f"{scene.name} has no controller whose steps it could begin with")
     longer = msgspec.structs.replace(scene, duration=after + 10.0)
     rollout = Rollout(longer, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
     rollout.run()
     motion = rollout.recording()
-    frame = _first_step(motion, after, scene.controller.start_state, int(scene.controller.start_stance == "right"))
+    frame = _first_step(motion, after, scene.simbicon.start_state, int(scene.simbicon.start_stance == "right"))
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
     normal, _ = plane(rollout.numeric.ground)

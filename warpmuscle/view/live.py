@@ -122,8 +122,8 @@ class Live(Viewer):
 
     def _steering(self) -> list[Control]:
         found: list[Control] = []
-        controller, commands = self.run.scene.controller, self.run.scene.commands
-        if controller is not None and can_change_speed(self.run.numeric.controller) and "speed" not in commands:
+        controller, commands = self.run.scene.simbicon, self.run.scene.commands
+        if controller is not None and can_change_speed(self.run.numeric.simbicon) and "speed" not in commands:
             hint = f"by {SPEED_RATE:g} m/s in each second"
             self.faster = Slider("faster", -FASTEST, FASTEST, 0.0, self._go_faster, "m/s", hint, "Steer", step=0.01)
             found.append(self.faster)
@@ -321,7 +321,9 @@ class Live(Viewer):
         recording = track.recording
         panels = panels_of(recording, self.run.numeric, everything=True)
         arrays = {name: values for name, (values, _) in (track_arrays(track) | curve_arrays(panels)).items()}
-        return arrays | {"moment": np.column_stack([recording.state, recording.phase])}
+        nothing = np.zeros(recording.frames)
+        of_machine = [nothing] * 2 if self.run.scene.simbicon is None else [recording.state, recording.phase]
+        return arrays | {"moment": np.column_stack(of_machine)}
 
     def _words(self, track: Track) -> str:
         if self.run.status != Status.RUNNING:

@@ -184,11 +184,11 @@ class LiveRun:
 
     def _unsteered(self) -> tuple[float, float]:
         """What is added to the forward velocity, m/s, and the heading, rad, where nobody steers."""
-        controller = self._chosen.controller
+        controller = self._chosen.simbicon
         return 0.0, 0.0 if controller is None else float(np.asarray(controller.desired_heading))
 
     def _steered(self) -> Scene:
-        controller = self._chosen.controller
+        controller = self._chosen.simbicon
         if controller is None:
             return self._chosen
         return msgspec.structs.replace(self._chosen, controller=steered(controller, *self._steering))

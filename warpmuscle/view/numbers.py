@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from warpmuscle.scene import Component, Curve, Excitation, Scene
+from warpmuscle.scene import Component, Controller, Curve, Excitation, Scene
+from warpmuscle.scene.controller import SIMBICON
 from warpmuscle.scene.number import OF_OWNER, Free
 from warpmuscle.scene.parameters import named_members
 from warpmuscle.scene.part import Part
+from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.units import units_of
 from warpmuscle.view.packing import whole
 
@@ -102,7 +104,7 @@ def _below(value: Any, path: Path, unit: str | None, scene: Scene) -> Iterator[E
     if knots is not None:
         yield _curve(value, path, unit or "", scene)
     for name, member in named_members(value) or ():
-        if knots is not None and name in knots:
+        if (knots is not None and name in knots) or _of_other_type(value, name):
             continue
         below = unit
         if isinstance(value, Part):
@@ -116,6 +118,11 @@ def _below(value: Any, path: Path, unit: str | None, scene: Scene) -> Iterator[E
                 yield _number((*path, name), below, scene)
         else:
             yield from _below(member, (*path, name), below, scene)
+
+
+def _of_other_type(value: Any, name: str) -> bool:
+    """Whether this is a key of a simbicon controller in one that is none."""
+    return isinstance(value, Controller) and value.type != SIMBICON and name in Simbicon.__struct_fields__
 
 
 def _rates(number: Free, path: Path, unit: str, scene: Scene) -> Iterator[Editable]:
@@ -153,6 +160,8 @@ def _called(path: Path, scene: Scene) -> tuple[str, str]:
     rest = path[1:]
     if rest[0] == "pd":
         return f"gains, {rest[1]}", " ".join(rest[2:])
+    if rest[0] in ("by_joint", "by_body", "by_muscle"):
+        return f"gains, {rest[1]}", " ".join(rest[2:])
     if rest[0] == "states" and rest[2] == "trajectories" and len(rest) > 4:
         return f"state {rest[1]}, {rest[3]}", _in_trajectory(rest, scene)
     if rest[0] == "states" and rest[2] == "balance":
@@ -168,8 +177,8 @@ def _in_trajectory(rest: Path, scene: Scene) -> str:
     """Name of what stands within a trajectory: what it is, and which rotation it belongs to."""
     if rest[4] != "components":
         return " ".join(rest[4:])
-    assert scene.controller is not None
-    components = scene.controller.states[int(rest[1])].trajectories[rest[3]].components
+    assert scene.simbicon is not None
+    components = scene.simbicon.states[int(rest[1])].trajectories[rest[3]].components
     words = [_about(component) for component in components]
     about = words[int(rest[5])]
     if words.count(about) > 1:

@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
-from warpmuscle.model.controller import trajectory_bodies
+from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
@@ -164,7 +164,7 @@ def desired_pose(recording: Recording, scene: Scene, names: Topology) -> Floats 
     Joints without a controller of their own stay as they are. Targets in the character's frame, those of the swing hip
     among them, do not depend on the parent.
     """
-    controller = scene.controller
+    controller = scene.simbicon
     if controller is None:
         return _recorded_pose(recording, names) if recording.has_targets else None
     wanted = np.array(recording.body_orientation, dtype=np.float64)
@@ -190,7 +190,7 @@ def _recorded_pose(recording: Recording, names: Topology) -> Floats:
 
 def _in_character_frame(recording: Recording, scene: Scene, names: Topology) -> NDArray[np.bool_]:
     """Whether the target of each body is in the character's frame, (F, B)."""
-    controller = scene.controller
+    controller = scene.simbicon
     assert controller is not None
     states, hips = controller.states, controller.hips
     table = np.zeros((len(states), 2, len(names.bodies)), dtype=bool)  # by state and stance

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.masses import center_of_mass
@@ -65,7 +65,7 @@ def first_pose(scene: Scene) -> Recording:
     arrays: dict[str, NDArray[Any]] = {
         name: np.zeros([counts.get(axis, len(axis.split())) for axis in quantity.axes])
         for name, quantity in QUANTITIES.items()
-        if not {"muscle", "coordinate", "speed", "joint_angle"} & set(quantity.axes)
+        if not (set(NAMED) - set(counts)) & set(quantity.axes)
     }
     for name, quantity in QUANTITIES.items():
         if quantity.axes[-1] == "x y z w":

@@ -26,8 +26,9 @@ from warpmuscle.scene import (
     ViaPoint,
 )
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.simbicon.checks import trajectory_joints
 from warpmuscle.scene.validation.muscles import initial_path_lengths, slack_warnings
-from warpmuscle.scene.validation.scene import check_scene, trajectory_joints
+from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.stages import Stages
 
 

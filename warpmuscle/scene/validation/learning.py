@@ -56,7 +56,7 @@ def check_task(check: Checks) -> None:
 def _imitation(check: Checks, imitation: Imitation) -> None:
     """There is a gait, and norms and joints of these names."""
     key, scene = "learning.imitation", check.checked
-    if scene.controller is None or scene.feet is None:
+    if scene.simbicon is None or scene.feet is None:
         raise SceneError("there is no controller with feet, whose gait it would be", key=key)
     check.not_negative(key, imitation, "settle")
     check.not_negative(key, imitation, "cadence_power")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -14,31 +14,21 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import (
-    PD,
-    Character,
-    Component,
-    Controller,
-    Curve,
-    InitialState,
-    Joint,
-    Scene,
-    State,
-)
+from warpmuscle.scene import Character, InitialState, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
-from warpmuscle.scene.number import Free, Number
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import check_entries
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
 from warpmuscle.scene.validation.contact import check_body_contact, check_ground, check_pairs
+from warpmuscle.scene.validation.controller import check_control_rate, check_controller
 from warpmuscle.scene.validation.forces import check_forces
 from warpmuscle.scene.validation.learning import check_task
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_robustness, check_stages
-from warpmuscle.scene.validation.reflexes import check_reflexes
 from warpmuscle.scene.validation.skeleton import check_skeleton
 
 
@@ -51,15 +41,6 @@ def check_scene(scene: Scene) -> None:
     """
     to_type(_plain(scene), Scene)  # a scene made in Python has not been checked against the types
     _Check(scene).scene()
-
-
-def trajectory_joints(name: str, pairs: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
-    """Joints that a trajectory of this name drives in left and in right stance (`lX` is the stance side in left)."""
-    side, _, pair = name.partition("_")
-    if side not in ("SWING", "STANCE"):
-        return name, name
-    left, right = pairs.get(pair, ("l" + pair, "r" + pair))
-    return (left, right) if side == "STANCE" else (right, left)
 
 
 class _Check(Checks):
@@ -85,8 +66,7 @@ class _Check(Checks):
         check_muscles(self)
         check_motion(self)
         check_forces(self)
-        if scene.controller is not None:
-            self.controller(scene.controller, scene.character)
+        check_controller(self)
         self.initial_state(scene.initial_state, scene.character)
         check_ground(self)
         check_body_contact(self)
@@ -95,7 +75,7 @@ class _Check(Checks):
         check_objective(self, "objective", scene.objective)
         check_robustness(self, "robustness", scene.robustness)
         self.tracking(scene)
-        self.control_rate(scene)
+        check_control_rate(self)
         check_stages(self)
         self.opensim(scene)
         check_task(self)
@@ -111,20 +91,6 @@ class _Check(Checks):
             ("runs", scene.robustness.runs, "robustness.runs"),
         ):
             check_size(name, size, partial(SceneError, key=key))
-
-    def control_rate(self, scene: Scene) -> None:
-        """At most once a step, and of the scene's own controller."""
-        self.not_negative("", scene, "control_rate")
-        most = 1.0 / scene.time_step
-        if scene.control_rate > most * (1.0 + 1e-6):
-            raise SceneError(
-                f"the controller cannot decide more often than every step, {most:g} Hz", key="control_rate"
-            )
-        if scene.custom_controller_parameters and not scene.custom_controller:
-            raise SceneError("there is no custom_controller that takes them", key="custom_controller_parameters")
-        if scene.control_rate > 0.0 and (scene.controller is None or scene.custom_controller):
-            which = "a custom_controller decides in every step" if scene.custom_controller else "there is no controller"
-            raise SceneError(f"{which}; leave control_rate out", key="control_rate")
 
     def opensim(self, scene: Scene) -> None:
         """The root has a coordinate for each of its displacements, and markers are on bodies."""
@@ -182,22 +148,6 @@ class _Check(Checks):
             return f"{target!r} follows another number itself; name that one instead"
         return f"{target!r} is not a free parameter{near(target, self.free)}"
 
-    def knots(self, key: str, phase: Sequence[Number], values: Sequence[Number], name: str) -> None:
-        """As many values as phases; phases increase strictly."""
-        if len(phase) != len(values):
-            raise SceneError(
-                f"{number_of(len(values), 'value')} for {number_of(len(phase), 'phase')}", key=f"{key}.{name}"
-            )
-        self.increasing(f"{key}.phase", phase, "phases")
-
-    def curve(self, key: str, curve: Curve | None) -> None:
-        """A curve has knots, and they are in order."""
-        if curve is None:
-            return
-        if not curve.phase:
-            raise SceneError("a curve needs at least one knot", key=f"{key}.phase")
-        self.knots(key, curve.phase, curve.value, "value")
-
     def names(self, scene: Scene) -> None:
         """Refuse names that no file can hold."""
         part = scene.character
@@ -218,70 +168,6 @@ class _Check(Checks):
         if scene.feet is not None and scene.feet[0] == scene.feet[1]:
             raise SceneError(f"left and right are both {scene.feet[0]!r}", key=key)
 
-    def controller(self, controller: Controller, character: Character) -> None:
-        """Names resolve, states lead to states, gains and curves are sound."""
-        joints = character.joints
-        for name, gains in controller.pd.items():
-            if name != "root":
-                known(name, joints, "joint", f"controller.pd.{name}")
-            self.gains(f"controller.pd.{name}", gains)
-        for index, hip in enumerate(controller.hips):
-            known(hip, joints, "joint", f"controller.hips.{index}")
-            if joints[hip].parent != character.root:
-                message = f"hip {hip!r} must be a joint of the root {character.root!r}, not of {joints[hip].parent!r}"
-                raise SceneError(message, key=f"controller.hips.{index}")
-        for pair, sides in controller.pairs.items():
-            for index, joint in enumerate(sides):
-                known(joint, joints, "joint", f"controller.pairs.{pair}.{index}")
-        if controller.hips[0] == controller.hips[1]:
-            raise SceneError(f"left and right are both {controller.hips[0]!r}", key="controller.hips")
-        self.not_negative("controller", controller, "stance_hip_max_velocity")
-        if not controller.states:
-            raise SceneError("a controller needs at least one state", key="controller.states")
-        _check_index(controller.start_state, controller.states, "controller.start_state")
-        if controller.reflexes is not None:
-            check_reflexes(self, "controller.reflexes", controller.reflexes)
-        for index, state in enumerate(controller.states):
-            key = f"controller.states.{index}"
-            _check_index(state.next, controller.states, f"{key}.next")
-            self.state(key, state, joints, controller.pairs)
-
-    def gains(self, key: str, gains: PD) -> None:
-        """Gains and the torque limit are not negative."""
-        self.not_negative(key, gains, "kp", "kd", "torque_limit")
-        for index, scale in enumerate(gains.scale):
-            if self.interval(scale)[0] < 0.0:
-                raise SceneError(f"must not be negative, is {self.interval(scale)[0]:g}", key=f"{key}.scale.{index}")
-
-    def state(self, key: str, state: State, joints: dict[str, Joint], pairs: Mapping[str, tuple[str, str]]) -> None:
-        """A state lasts a while, its trajectories have joints, its curves knots."""
-        self.positive(key, state, "time")
-        least, greatest = self.interval(state.longest)
-        if least < 1.0:
-            raise SceneError(f"must be at least 1, is {least:g}", key=f"{key}.longest")
-        if greatest > 1.0 and state.transition == "time_up":
-            raise SceneError("only a state that ends on `foot_down` may last beyond phase 1", key=f"{key}.longest")
-        for name, trajectory in state.trajectories.items():
-            path = f"{key}.trajectories.{name}"
-            for joint in trajectory_joints(name, pairs) if name != "root" else ():
-                known(joint, joints, "joint", path, whose="of this trajectory" if joint != name else "")
-            self.curve(f"{path}.strength", trajectory.strength)
-            for index, component in enumerate(trajectory.components):
-                self.component(f"{path}.components.{index}", component)
-        if state.balance is not None:
-            for field in state.balance.__struct_fields__:
-                self.curve(f"{key}.balance.{field}", getattr(state.balance, field))
-
-    def component(self, key: str, component: Component) -> None:
-        """A rotation has an axis, knots in order and feedback along some direction."""
-        self.not_zero(f"{key}.axis", component.axis, "axis")
-        self.knots(key, component.phase, component.angle, "angle")
-        if component.feedback is not None:
-            feedback = component.feedback
-            self.not_zero(f"{key}.feedback.axis", feedback.axis, "axis")
-            self.ordered(f"{key}.feedback.d_limits", *feedback.d_limits)
-            self.ordered(f"{key}.feedback.v_limits", *feedback.v_limits)
-
     def initial_state(self, initial: InitialState, character: Character) -> None:
         """Orientations are rotations, and joints exist."""
         self.not_zero("initial_state.root_orientation", initial.root_orientation, "quaternion")
@@ -300,8 +186,3 @@ def _plain(scene: Scene) -> Any:
         raise SceneError(f"a scene cannot hold a {type(value).__name__}")
 
     return msgspec.to_builtins(scene, enc_hook=item)
-
-
-def _check_index(index: int, states: Sequence[Any], key: str) -> None:
-    if not 0 <= index < len(states):
-        raise SceneError(f"there is no state {index}; states are numbered 0 to {len(states) - 1}", key=key)

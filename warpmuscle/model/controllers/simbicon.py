@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import warp as wp
@@ -10,14 +10,17 @@ import warp as wp
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import HELD, SIMBICON, Controller, with_reflexes
-from warpmuscle.model.extensions import custom_controller
+from warpmuscle.kernels.control import Controller
+from warpmuscle.kernels.coordinate_control import coordinate_control_stage
+from warpmuscle.kernels.simbicon import advance_machine, control_stage, held_control_stage, record_machine
 from warpmuscle.model.joints import by_coordinate
-from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, Scene, State
-from warpmuscle.scene import Controller as SimbiconController
+from warpmuscle.scene.simbicon.checks import trajectory_joints
+from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.scene import trajectory_joints
+
+SIMBICON = Controller(control_stage, coordinate_control_stage, advance_machine, record_machine)
+HELD = SIMBICON._replace(torques=held_control_stage, renews=True)
 
 STANCE_RULE = {"left": structs.LEFT, "right": structs.RIGHT, "reverse": structs.REVERSE, "same": structs.SAME}
 REVERSE_ON = {"left": structs.LEFT, "right": structs.RIGHT, "never": -1}
@@ -42,7 +45,7 @@ class Knots:
         return (0, 0) if curve is None else self.add(curve.phase, curve.value)
 
 
-def trajectory_bodies(state: State, controller: SimbiconController, names: Topology) -> list[tuple[int, int]]:
+def trajectory_bodies(state: State, controller: Simbicon, names: Topology) -> list[tuple[int, int]]:
     """Body of every trajectory in left and in right stance; -1 where a later trajectory drives the same joint."""
     pairs = (trajectory_joints(name, controller.pairs) for name in state.trajectories)
     meant = [[names.body_of_joint(joint) for joint in pair] for pair in pairs]
@@ -55,31 +58,54 @@ def trajectory_bodies(state: State, controller: SimbiconController, names: Topol
     ]
 
 
-def compiled_controller(scene: Scene, muscles: Sequence[str]) -> Controller:
-    """What a step has compiled in of the controller of a scene with these simulated muscles.
-
-    Raises:
-        SceneError: the scene names a controller of its own that cannot be used.
-    """
-    controller = HELD if control_steps(scene) > 1 else SIMBICON
-    if has_reflexes(scene, muscles):
-        controller = with_reflexes(controller)
-    return controller._replace(custom=custom_controller(scene))
-
-
 def control_steps(scene: Scene) -> int:
     """Steps after which the controller renews its targets."""
     return max(round(1.0 / (scene.control_rate * scene.time_step)), 1) if scene.control_rate > 0.0 else 1
 
 
-def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Simbicon:
-    """The device structure of a scene's controller (see `kernels.structs.Simbicon`); an empty one if there is none."""
-    controller = scene.controller
-    enabled = controller is not None
-    controller = controller if controller is not None else SimbiconController(states=[State(time=1.0)])
+def compiled(scene: Scene) -> Controller:
+    """What a step has compiled in of the controller of a scene."""
+    return HELD if control_steps(scene) > 1 else SIMBICON
+
+
+def model_fields(scene: Scene, names: Topology, device: Any) -> dict[str, Any]:
+    """The controller of a scene, whose numbers are floats or (n,) arrays, by field of `kernels.structs.Model`."""
+    controller = scene.simbicon
+    assert controller is not None
+    return {"simbicon": simbicon_struct(controller, control_steps(scene), scene, names, device)}
+
+
+def state_arrays(scene: Scene, instances: int, names: Topology, zeros: Callable[..., wp.array]) -> dict[str, wp.array]:
+    """Room for the state of so many instances, by its place in `kernels.structs.State`.
+
+    Args:
+        zeros: makes an array of a shape and dtype.
+    """
+    held = (instances if control_steps(scene) > 1 else 0, len(names.bodies))
+    return {
+        "simbicon.phase": zeros(instances), "simbicon.stance": zeros(instances, dtype=int),
+        "simbicon.machine_state": zeros(instances, dtype=int),
+        "simbicon.target": zeros(*held, dtype=wp.quat), "simbicon.target_plan": zeros(*held, dtype=wp.vec2),
+    }  # fmt: skip
+
+
+def start_values(scene: Scene) -> dict[str, int]:
+    """What of the state starts at anything but 0, by place."""
+    controller = scene.simbicon
+    assert controller is not None
+    stance = structs.RIGHT if controller.start_stance == "right" else structs.LEFT
+    return {"simbicon.stance": stance, "simbicon.machine_state": controller.start_state}
+
+
+def simbicon_struct(controller: Simbicon, every: int, scene: Scene, names: Topology, device: Any) -> structs.Simbicon:
+    """The device structure of a controller, see `kernels.structs.Simbicon`.
+
+    Args:
+        every: steps after which it renews its targets. scene: to which it belongs.
+    """
     s = structs.Simbicon()
-    if enabled:
-        s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)
+    s.every = every
+    s.left_hip, s.right_hip = (names.body_of_joint(hip) for hip in controller.hips)
     s.heading_control = int(controller.heading_control)
     moved = [body for body, name in enumerate(names.joints, 1) if by_coordinate(name, scene.character)]
     _fill_gains(s, controller, names, moved, device)
@@ -87,9 +113,7 @@ def controller_struct(scene: Scene, names: Topology, device: Any) -> structs.Sim
     return s
 
 
-def _fill_gains(
-    s: structs.Simbicon, controller: SimbiconController, names: Topology, moved: list[int], device: Any
-) -> None:
+def _fill_gains(s: structs.Simbicon, controller: Simbicon, names: Topology, moved: list[int], device: Any) -> None:
     off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
     gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
     columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}
@@ -104,7 +128,7 @@ def _fill_gains(
     s.hip = structs_to_device(structs.HipControl, {field: rows([value]) for field, value in hip.items()}, device)
 
 
-def _fill_states(s: structs.Simbicon, controller: SimbiconController, names: Topology, device: Any) -> None:
+def _fill_states(s: structs.Simbicon, controller: Simbicon, names: Topology, device: Any) -> None:
     states, knots = controller.states, Knots()
     trajectories = [trajectory for state in states for trajectory in state.trajectories.values()]
     components = [component for trajectory in trajectories for component in trajectory.components]

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import HELD, SIMBICON
-from warpmuscle.model.controller import (
-    Knots,
+from warpmuscle.kernels.control import NO_CONTROLLER
+from warpmuscle.model.controllers.simbicon import HELD, SIMBICON, Knots, control_steps, model_fields, trajectory_bodies
+from warpmuscle.model.controllers.table import (
     compiled_controller,
-    control_steps,
-    controller_struct,
-    trajectory_bodies,
+    controller_fields,
+    controller_start,
+    controller_state,
 )
 from warpmuscle.scene import (
     PD,
@@ -74,7 +74,7 @@ def made() -> structs.Simbicon:
     scene = scene_of()
     names = topology(scene.character)
     assert names.joints == ("lHip", "rHip", "lAnkle", "rAnkle")
-    return controller_struct(scene, names, "cpu")
+    return model_fields(scene, names, "cpu")["simbicon"]
 
 
 def test_gains_stand_by_joint_and_joints_without_have_none(made: structs.Simbicon):
@@ -156,12 +156,17 @@ def test_a_controller_slower_than_the_steps_holds_its_targets():
         scene.control_rate, scene.time_step = rate, step
         assert control_steps(scene) == steps
         assert compiled_controller(scene, ()) == (HELD if steps > 1 else SIMBICON)
+        assert model_fields(scene, topology(scene.character), "cpu")["simbicon"].every == steps
 
 
-def test_without_a_controller_there_is_one_empty_state():
+def test_a_scene_without_a_controller_has_none_of_its_numbers_nor_room_for_its_state():
     scene = scene_of()
+    names = topology(scene.character)
+    assert controller_start(scene) == {"simbicon.stance": structs.LEFT, "simbicon.machine_state": 0}
+    arrays = controller_state(scene, 3, names, lambda *shape, dtype=float: shape)
+    assert set(arrays) == {f"simbicon.{name}" for name in structs.SimbiconState.vars}
+    assert set(arrays.values()) == {(3,), (0, len(names.bodies))}
     scene.controller = None
-    made = controller_struct(scene, topology(scene.character), "cpu")
-    assert (made.left_hip, made.right_hip) == (0, 0)
-    np.testing.assert_allclose(made.state_time.numpy()[0, 0, 0], 1.0)
-    np.testing.assert_array_equal(made.gains.numpy()[0]["kp"], 0.0)
+    assert compiled_controller(scene, ()) == NO_CONTROLLER
+    assert (controller_fields(scene, names, "cpu"), controller_start(scene)) == ({}, {})
+    assert controller_state(scene, 3, names, np.zeros) == {}
