@@ -25,7 +25,9 @@ ARGUMENTS = {
     "activation.activation_step": "activation, excitation, rate, time_step",
     "contact.friction_damping": "normal, slip, damping, friction",
     "contact.normal_force": "depth, speed, stiffness, damping, time_step",
-    "control.CustomController": "effort, excitation, update, parameters, state",
+    "control.CustomController": (
+        "effort, excitation, update, parameters, state, shipped, by_joint, by_body, by_muscle, state_a_body, recorded"
+    ),
     "curves.active_force_length": "model, length",
     "curves.force_velocity": "model, speed, activation",
     "curves.force_velocity_slope": "model, speed, activation",
@@ -36,6 +38,9 @@ ARGUMENTS = {
     "hunt_crossley.friction_coefficient": "slip, material",
     "hunt_crossley.hertz_force": "depth, hertz",
     "hunt_crossley.smooth_hertz_force": "depth, hertz, smoothing, constant",
+    "joint_values.joint_coordinate": "instance, body, k, model, state",
+    "joint_values.joint_speed": "instance, body, k, model, state",
+    "joint_values.joint_speeds": "body, model",
     "metabolics.bhargava_power": POWER,
     "metabolics.bhargava_strict_power": POWER,
     "metabolics.umberger_power": f"{POWER}, v_max, l_opt",
