@@ -10,6 +10,7 @@ from warpmuscle.core.arguments import as_path, as_truth, as_whole
 from warpmuscle.core.errors import Error, UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.model.unused_parameters import in_short, without_unused
+from warpmuscle.optimization.curriculum import Curriculum
 from warpmuscle.optimization.evaluation import BatchEvaluator
 from warpmuscle.optimization.options import (
     GREATEST_SEED,
@@ -139,7 +140,7 @@ def _without_unused(scene: Scene) -> Scene:
     return scene
 
 
-def _first_result(scene: Scene, search_loop: SearchLoop, command: str, seed: int) -> Result:
+def _first_result(scene: Scene, search_loop: SearchLoop | Curriculum, command: str, seed: int) -> Result:
     """What a search that is about to begin has to say of itself."""
     return Result(
         scene=toml.dumps(scene), device=search_loop.device, command=command, seed=seed,
