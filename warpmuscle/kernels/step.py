@@ -152,6 +152,7 @@ def one_step_of(
         functions = muscle_functions(objective, muscles.own)
         muscle_stage = muscle_stage_of(muscles, functions, recorded.muscles, controller, together)
     objective_stage, desired_stage = objective_stage_of(objective), desired_stage_of(objective)
+    accelerated_stage = objective_stage_of(objective, accelerated=True)
     failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     collision_stage = collision_stage_of(collisions)
 
@@ -235,6 +236,9 @@ def one_step_of(
             acceleration_stage(instance, lane, lanes, model, work)
         if wp.static(recorded.whole):
             record_given_way(instance, lane, lanes, frame, model, record, work)
+        if wp.static(bool(objective.accelerated)):
+            accelerated_stage(instance, lane, lanes, model, state, work)
+            synchronize()  # before speeds and coordinates go on
         lap(instance, lane, ACCELERATION, wp.uint64(0))
         if wp.static(motion):
             hybrid_integrate_stage(instance, lane, lanes, model, state, work)

@@ -207,6 +207,7 @@ class Model:
     reflexes: Reflexes
     couplings: Couplings
     routes: Routes
+    part_values: wp.array2d[float]  # (rows, values) parameters of parts of the scene's own, see `parts.py`
 
 
 @wp.struct
@@ -273,6 +274,7 @@ class State:
     muscle_terms: wp.array3d[wp.float64]  # (instances, terms, muscles) sums over steps, see `term_functions`
     body_terms: wp.array3d[wp.float64]  # (instances, terms, bodies)
     whole_terms: wp.array2d[wp.float64]  # (instances, terms)
+    part_memory: wp.array3d[float]  # (instances, rows, floats) of parts of the scene's own; no instances without any
     muscles: MuscleState
 
 

@@ -42,7 +42,7 @@ def without_code(scene: Scene) -> Scene:
     forces = {name: force for name, force in scene.forces.items() if ":" not in force.type}
     failure = replace(scene.failure, custom=[])
     without = replace(scene, muscle_model=model, objective=objective, forces=forces, failure=failure)
-    return replace(without, custom_controller="", custom_controller_parameters={})
+    return replace(without, custom_controller="", custom_controller_parameters={}, custom={})
 
 
 def check_entries(scene: Scene) -> None:

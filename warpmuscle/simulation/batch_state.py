@@ -17,10 +17,7 @@ from warpmuscle.simulation.extensions import Extensions, words
 from warpmuscle.simulation.perturbations import Perturbations
 
 KEPT = ("push", "push_steps", "muscles")  # of the state, that no restart changes, or that is a structure
-ZEROED = (
-    "torque_integral", "muscle_terms", "body_terms", "whole_terms", "phase", "foot_force", "foot_cycle",
-    "start_height", "start_heading", "passed", "step", "status", "cause",
-)  # fmt: skip
+STARTED = ("coordinates", "speeds", "accelerations", "stance", "machine_state")  # from somewhere; all others from zero
 
 
 @dataclass(frozen=True)
@@ -81,8 +78,9 @@ class BatchState:
         for name in structs.MuscleState.vars:
             if name not in ("activation", "neural"):
                 getattr(muscles, name).zero_()
-        for name in ZEROED:
-            getattr(s, name).zero_()
+        for name in structs.State.vars:
+            if name not in (*KEPT, *STARTED):
+                getattr(s, name).zero_()
         self.extensions.restart()
         self.steps_done = 0
         self.begun = np.zeros(self.instances, dtype=np.int32)

@@ -21,9 +21,9 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
 from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
 from warpmuscle.model.objective import counted_terms
+from warpmuscle.model.parts import check_custom
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
-from warpmuscle.model.user_functions import check_custom
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
