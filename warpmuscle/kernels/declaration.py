@@ -31,17 +31,17 @@ class Declaration:
     """
 
     name: str = ""
-    unit: str = ""
-    description: str = ""
+    unit: str = ""  # of the value, in a term after it was summed over time
+    description: str = ""  # one line, which reports show
     scope: Scope = ""  # what the function is of; batch: the host makes it from sums; of one's own, by its arguments
     sign: Sign = "cost"  # whether a search wants less of it, or more; of rewards, whether it is taken off, or earned
-    stage: Stage = "forces"
+    stage: Stage = "forces"  # when the function is called
     follows_cycles: bool = False  # asks where feet are in their gait cycles
     models: tuple[str, ...] = ()  # it has a function for each of these, of which the scene chooses one
     weight: float = 0.0  # of a reward, where a scene says nothing
-    function: Any = None
-    parameters: Any = None
-    memory: int = 0
+    function: Any = None  # the Warp function
+    parameters: Any = None  # a `@wp.struct` of floats
+    memory: int = 0  # floats that the function may keep
     defaults: Mapping[str, float] = field(default_factory=dict)  # of parameters that a scene need not give
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of parameters, lowest and highest value
 

@@ -24,7 +24,7 @@ from warpmuscle.kernels.gait_cycle import advance_cycles
 from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_stage import MuscleKind, muscle_stage_of
-from warpmuscle.kernels.record import RecordKind, frame_of, record_given_way_of, recorders_of
+from warpmuscle.kernels.record import RecordKind, frame_of, own_recorder_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.scratch import (
     monomials_at,
     monomials_before_contacts,
@@ -135,6 +135,7 @@ def one_step_of(
     """
     record_desired, record_stage = recorders_of(recorded)
     record_given_way = record_given_way_of(bool(skeleton.joints))
+    record_own, record_accelerated = (own_recorder_of(recorded, accelerated) for accelerated in (False, True))
     control_stage, advance = control_stage_of(controller), controller.advance
     muscle_stage, muscular = control_stage, muscles is not None
     by_coordinate = bool(skeleton.joints) and controller.custom.effort is None
@@ -220,6 +221,8 @@ def one_step_of(
         if wp.static(recorded.whole):
             synchronize()  # a term may put other torques into the working set for a while
         record_stage(instance, lane, lanes, frame, model, state, record, work)
+        if wp.static(bool(recorded.own)) and lane == 0:
+            record_own(instance, frame, model, state, record, work)
         synchronize()
         lap(instance, lane, RECORDING, wp.uint64(0))
         if wp.static(motion):
@@ -238,6 +241,9 @@ def one_step_of(
             record_given_way(instance, lane, lanes, frame, model, record, work)
         if wp.static(bool(objective.accelerated)):
             accelerated_stage(instance, lane, lanes, model, state, work)
+        if wp.static(recorded.accelerated) and lane == 0:
+            record_accelerated(instance, frame, model, state, record, work)
+        if wp.static(bool(objective.accelerated) or recorded.accelerated):
             synchronize()  # before speeds and coordinates go on
         lap(instance, lane, ACCELERATION, wp.uint64(0))
         if wp.static(motion):

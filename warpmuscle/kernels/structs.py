@@ -372,6 +372,7 @@ class Record:
     desired_torque: wp.array3d[wp.vec3]  # bodies; the controller's
     target: wp.array3d[wp.quat]  # bodies
     muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`
+    own: wp.array3d[float]  # quantities of the scene's own
     stiffness: wp.array2d[symmetric]  # (recorded, bodies) implicit joint inertia of the step, see `Scratch.stiffness`
 
 

@@ -13,7 +13,8 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import TERMS, Term
 from warpmuscle.kernels.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
-from warpmuscle.model.parts import Kind, OwnParts, known_part, plain_function
+from warpmuscle.model.found_parts import Kind, known_part
+from warpmuscle.model.parts import OwnParts, plain_function
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
 from warpmuscle.scene.ground import HELD, LIFTED, LOADED
@@ -34,9 +35,10 @@ LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 
 
 def counted_terms(objective: Objective) -> tuple[str, ...]:
-    """Names of the terms with a weight, in the order of `TERMS`, then custom ones; `torque` is always one."""
-    names = (*TERMS, *objective.custom)
-    return tuple(name for name in names if name == "torque" or np.any(rows([_weight(objective, name)])))
+    """Names of the terms that weigh or are reported, in the order of `TERMS`, then custom ones; `torque` always is."""
+    always = ("torque", *objective.reported)
+    names = dict.fromkeys((*TERMS, *objective.custom, *objective.reported))
+    return tuple(name for name in names if name in always or np.any(rows([_weight(objective, name)])))
 
 
 def described(name: str) -> Term:
@@ -49,7 +51,7 @@ def described(name: str) -> Term:
 
 def weight_of(objective: Objective, name: str) -> Any:
     """Weight of a term."""
-    return objective.custom[name] if name in objective.custom else getattr(objective, name)
+    return getattr(objective, name) if name in TERMS else objective.custom.get(name, 0.0)
 
 
 def _weight(objective: Objective, name: str) -> Any:
@@ -64,7 +66,7 @@ def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = Non
     Args:
         parts: of the scene's own.
     """
-    parts = parts or OwnParts({}, {})
+    parts = parts or OwnParts({}, {}, {}, {})
     names = set(counted_terms(scene.objective))
     if names & {"metabolic", "cost_of_transport"}:
         names.add(f"metabolic_{scene.objective.metabolic_model}")

@@ -125,13 +125,14 @@ def check_arguments(
         raise SceneError(f"it takes {signature(wanted)[:-1]}{more}), but {found}", key=key)
 
 
-def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> None:
-    """SceneError unless a Warp function says that it returns one of these types."""
+def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> Any:
+    """The type that a Warp function says that it returns; SceneError unless it is one of these."""
     said = _result(function)
     if said not in wanted:
         names = " or ".join(name_of(kind) for kind in wanted)
         says = "nothing" if said is None else name_of(said)
         raise SceneError(f"{placed(function, entry)} must say that it returns {names}, and says {says}", key=key)
+    return said
 
 
 def placed(function: Any, entry: str) -> str:

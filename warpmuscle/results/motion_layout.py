@@ -27,8 +27,10 @@ ABOUT = {
     "coordinate_names": "of the root, then of the joints: degrees of freedom, and quaternions of balls",
     "speed_names": "of the root, then of the joints",
     "joint_angle_names": "of the root, then of the joints",
+    "recorded_names": "quantities of the scene's own",
     "coordinate_units": "unit of each coordinate",
     "speed_units": "unit of each speed",
+    "recorded_units": "unit of each quantity of the scene's own",
 }
 _AXIS = {name: axis for table in (NAMED, UNITS) for axis, name in table.items()}
 KEPT = "quantities"  # attribute that names those which are there, if others are missing

@@ -145,11 +145,17 @@ class Recording:
         "rad", ("frame", "joint_angle"), "angles of root and joints by degree of freedom, as an exported .mot has them",
         lambda raw: np.zeros((len(raw.time), 0)),  # see `degrees_of_freedom.with_joint_angles`
     )  # fmt: skip
+    recorded: Floats = quantity(
+        "as recorded_units", ("frame", "recorded"), "what the scene's own quantities say, see `Scene.recorded`; "
+        "each has its unit in recorded_units", lambda raw: raw["own"],
+    )  # fmt: skip
     coordinate_names: tuple[str, ...] = ()
     speed_names: tuple[str, ...] = ()
     joint_angle_names: tuple[str, ...] = ()
+    recorded_names: tuple[str, ...] = ()
     coordinate_units: tuple[str, ...] = ()
     speed_units: tuple[str, ...] = ()
+    recorded_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -185,8 +191,10 @@ class Recording:
         coordinate_names: tuple[str, ...] = (),
         speed_names: tuple[str, ...] = (),
         joint_angle_names: tuple[str, ...] = (),
+        recorded_names: tuple[str, ...] = (),
         coordinate_units: tuple[str, ...] = (),
         speed_units: tuple[str, ...] = (),
+        recorded_units: tuple[str, ...] = (),
         *,
         kept: Sequence[str] | None = None,
     ) -> Self:
@@ -198,7 +206,9 @@ class Recording:
             kept: names of the quantities that the arrays hold; others are missing. By default they hold all.
         """
         present: dict[str, Any] = {**arrays}
-        every = (joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names)
+        every = (
+            joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names, recorded_names,
+        )  # fmt: skip
         texts: dict[str, Any] = dict(zip(NAMED.values(), every, strict=True))
         for name in QUANTITIES:
             if not has_place(name, texts):
@@ -210,7 +220,8 @@ class Recording:
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         given = {name: present[name] for name in QUANTITIES}
-        return cls(**given, **texts, coordinate_units=coordinate_units, speed_units=speed_units)
+        texts |= {"coordinate_units": coordinate_units, "speed_units": speed_units, "recorded_units": recorded_units}
+        return cls(**given, **texts)
 
     @classmethod
     def from_frames(
@@ -223,13 +234,16 @@ class Recording:
         speed_names: tuple[str, ...],
         coordinate_units: tuple[str, ...],
         speed_units: tuple[str, ...],
+        recorded_names: tuple[str, ...] = (),
+        recorded_units: tuple[str, ...] = (),
     ) -> Self:
         """A recording of what a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
         arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
         return cls(
             joint_names, body_names, muscle_names, **arrays, coordinate_names=coordinate_names, speed_names=speed_names,
-            coordinate_units=coordinate_units, speed_units=speed_units,
+            coordinate_units=coordinate_units, speed_units=speed_units, recorded_names=recorded_names,
+            recorded_units=recorded_units,
         )  # fmt: skip
 
     @property
@@ -312,9 +326,13 @@ class Recording:
         return self.body_position[:, self.body_names.index(body)]
 
 
-COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle")  # axes
+COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle", "recorded")  # axes
 NAMED = {axis: f"{axis}_names" for axis in COUNTED}
-UNITS = {"coordinate": "coordinate_units", "speed": "speed_units"}  # of axes whose members have units of their own
+UNITS = {
+    "coordinate": "coordinate_units",
+    "speed": "speed_units",
+    "recorded": "recorded_units",
+}  # of axes whose members have units of their own
 _DECLARED = [one for one in fields(Recording) if one.metadata]
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
 

@@ -255,6 +255,7 @@ class Scene(Part):
     controller: Controller | None = None
     custom_controller: str = ""  # `module:name` of a controller of one's own, see `kernels/control.py`
     custom_controller_parameters: Annotated[dict[str, Number], "1"] = {}
+    recorded: list[str] = []  # `module:name` each: quantities of one's own that recordings have
     custom: dict[str, CustomPart] = {}  # by `module:name` of a term or other part of one's own
     description: str = ""
     commands: dict[str, Command] = {}  # what numbers of this scene follow, by names of one's own

@@ -42,6 +42,7 @@ SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array
     "coordinates": ("coordinates",),
     "speeds": ("speeds",),
     "muscle": (MUSCLE_PLACES, "muscles"),
+    "own": ("own",),
 }
 DTYPES = {name: structs.Record.vars[name].type.dtype for name in SIZES}
 FEW_BYTES = 2**28  # of recorded motion, for which there always is memory
@@ -68,7 +69,7 @@ def shapes(structure: Structure) -> dict[str, tuple[int, ...]]:
     """Shape of what a frame has of each array."""
     names, muscles = structure.names, structure.actuation.muscles
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
-    sizes["muscles"] = max(len(muscles), 1)
+    sizes["muscles"], sizes["own"] = max(len(muscles), 1), len(structure.parts.recorded_names)
     return {
         name: tuple(sizes[size] if isinstance(size, str) else size for size in shape) for name, shape in SIZES.items()
     }
@@ -118,7 +119,7 @@ class Recorder:
             RolloutError: so many frames are too long, or do not fit into the memory.
         """
         check_room(structure, len(chosen), -(-steps // every), device)
-        self.names, self.muscles = structure.names, structure.actuation.muscles
+        self.names, self.muscles, self._parts = structure.names, structure.actuation.muscles, structure.parts
         self.chosen, self.every, self.kind = chosen, every, kind
         slot = np.full(instances, -1, dtype=np.int32)
         slot[chosen] = np.arange(len(chosen))
@@ -136,7 +137,8 @@ class Recorder:
     def clear(self) -> None:
         """Forget what was recorded."""
         for name in self._kept:
-            getattr(self.record, name).zero_()
+            if getattr(self.record, name).size:
+                getattr(self.record, name).zero_()
 
     def values(self, name: str, steps: int) -> Floats:
         """A quantity of all chosen instances (chosen, frames, ...) in the first `steps` steps, float32.
@@ -190,12 +192,15 @@ class Recorder:
             centers=self._centers(scene, instance),
         )
         named = *coordinate_names(names, scene.character), *coordinate_units(names, scene.character)
-        motion = Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named)
+        own = self._parts.recorded_names, self._parts.recorded_units
+        motion = Recording.from_frames(frames, names.joints, names.bodies, self.muscles, *named, *own)
         return with_joint_angles(motion, scene, instance)
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""
-        return {name: getattr(self.record, name)[row, first:count].numpy().astype(float) for name in SIZES}
+        arrays = {name: getattr(self.record, name) for name in SIZES}
+        kept = {name: array[row, first:count].numpy().astype(float) for name, array in arrays.items() if array.size}
+        return {"own": np.zeros((count - first, 0))} | kept
 
     def _centers(self, scene: Scene, instance: int) -> Floats:
         """Centres of mass from the joints, body axes, (bodies, 3), m."""
