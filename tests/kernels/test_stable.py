@@ -22,6 +22,7 @@ SPEED = "model, activation, mt_length, start, reach, guess, l_opt, l_slack, widt
 # Typed here, so that a change of arguments is seen: who makes one tells users of it.
 ARGUMENTS = {
     "accelerations.centre_acceleration": "instance, body, model, work",
+    "accelerations.centre_of_mass": "instance, body, model, work",
     "decision.goal_point": "instance, first, decision",
     "activation.activation_rate": "activation, excitation, rise_time, fall_time",
     "activation.activation_relaxed": "activation, excitation, rate, time_step",

@@ -206,7 +206,8 @@ class TestRewards:
 
 def test_goals_and_starts_are_drawn_ends_end_and_a_curriculum_makes_it_harder():
     task = task_with(
-        goals={"place": Goal(draw=f"{NAME}:somewhere")}, ends=[f"{NAME}:reached"], curriculum=f"{NAME}:harder",
+        goals={"far": Goal([0.1], [0.2]), "place": Goal(draw=f"{NAME}:somewhere")},
+        ends=[f"{NAME}:reached"], curriculum=f"{NAME}:harder",
         variation=Variation(velocity_noise=0.0, start=f"{NAME}:bent"),
     )  # fmt: skip
     batch = batch_of(task)
@@ -220,7 +221,10 @@ def test_goals_and_starts_are_drawn_ends_end_and_a_curriculum_makes_it_harder():
         np.testing.assert_array_equal(batch.judge.gains.sums.numpy()[:, -1], 0.0)
         drawn.append(batch.rollout.state.coordinates.numpy()[ended, column])
         difficulty.append(batch.own.decision.difficulty.numpy().copy())
-        np.testing.assert_array_equal(batch.own.decision.goal.numpy()[ended, 2], difficulty[-1][ended])
+        np.testing.assert_array_equal(batch.own.decision.goal.numpy()[ended, 3], difficulty[-1][ended])
+    assert batch.own.goals == [("far", 0, 1), ("place", 1, 3)]
+    assert ((batch.own.decision.goal.numpy()[:, 0] >= 0.1) & (batch.own.decision.goal.numpy()[:, 0] <= 0.2)).all()
+    assert next(name for name in batch.senses.names if "goal" in name) == "goal.far"
     starts = np.concatenate(drawn)
     assert len(starts) == 4 * 2 + 3 * 2  # every 3 decisions, every 4
     assert ((starts >= 0.2) & (starts <= 0.5)).all()

@@ -75,6 +75,7 @@ late = Declaration(function=_accelerates, stage="acceleration")
 signed = Declaration(function=_accelerates, sign="reward")
 no_struct = Declaration(function=_of_joint, parameters=float, memory=1)
 negative = Declaration(function=_of_steps, memory=-1)
+unbounded = Declaration(function=_of_joint, parameters=Gain, memory=1, limits={"gain": 3.0})
 misnamed = Declaration(function=_of_joint, parameters=Gain, memory=1, defaults={"gian": 1.0})
 '''
 GAINS = {"joint": CustomPart({"gain": 2.0}, {"knee": {"gain": 3.0, "power": 2.0}}), "muscle": CustomPart({"gain": 0.5})}
@@ -185,6 +186,7 @@ def test_a_condition_has_parameters_and_a_memory():
         ("signed", None, "is 'cost' or 'earned', not 'reward'"),
         ("no_struct", None, "are no @wp.struct of floats"),
         ("negative", None, "the memory of .* is not a number of floats, but -1"),
+        ("unbounded", None, "limits of .* have no lowest and highest value of 'gain'"),
         ("misnamed", None, "no parameter is called 'gian' in defaults of .*; did you mean 'gain'"),
     ],
 )

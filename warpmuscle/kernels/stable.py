@@ -4,7 +4,7 @@ All other names of these modules may change with any version. A name here keeps 
 """
 
 STABLE: dict[str, tuple[str, ...]] = {  # by module
-    "accelerations": ("centre_acceleration",),
+    "accelerations": ("centre_acceleration", "centre_of_mass"),
     "activation": ("activation_rate", "activation_relaxed", "activation_step"),
     "contact": ("friction_damping", "normal_force"),
     "control": ("CustomController",),

@@ -32,17 +32,21 @@ class Evaluation:
         values: of the last evaluation. columns: first column of each part. widths: how many each has.
     """
 
-    def __init__(self, parts: list[Placed], rollout: Rollout, first: int = 0, masked: bool = False) -> None:
+    def __init__(
+        self, parts: list[Placed], rollout: Rollout, first: int = 0, masked: bool = False,
+        columns: list[int] | None = None, count: int | None = None,
+    ) -> None:  # fmt: skip
         """Prepare; raises RolloutError for functions that are no Warp code.
 
         Args:
             first: columns before those of the parts. masked: evaluate only where an episode begins.
+            columns: first one of each part; by default one behind the other. count: of all columns.
         """
-        plugs = tuple(kernels.DecisionPlug(one.plug, one.part.base, one.part.result) for one in parts)
+        plugs = tuple(map(plug_of, parts))
         self.widths = [plug.width for plug in plugs]
-        self.columns = [first + sum(self.widths[:k]) for k in range(len(plugs))]
-        self._device = rollout.device
-        self.values = wp.zeros((rollout.instances, first + sum(self.widths)), dtype=float, device=self._device)
+        self.columns = [first + sum(self.widths[:k]) for k in range(len(plugs))] if columns is None else columns
+        self._device, count = rollout.device, first + sum(self.widths) if count is None else count
+        self.values = wp.zeros((rollout.instances, count), dtype=float, device=self._device)
         if plugs:
             with one_line_errors():
                 self._kernel = kernels.evaluation_of(plugs, tuple(self.columns), masked)
@@ -55,6 +59,11 @@ class Evaluation:
         if self.columns:
             inputs = [model, episodes, decision, room, state, self.values]
             wp.launch(self._kernel, len(self.values), inputs, device=self._device)
+
+
+def plug_of(part: Placed) -> kernels.DecisionPlug:
+    """A part as a kernel has it."""
+    return kernels.DecisionPlug(part.plug, part.part.base, part.part.result)
 
 
 class OwnParts:
@@ -77,7 +86,7 @@ class OwnParts:
         self._observations = Evaluation(of["observations"], rollout)
         self._rewards = Evaluation(of["rewards"], rollout, first=len(steps))
         self._ends = Evaluation(of["ends"], rollout)
-        self._goals = Evaluation(of["goals"], rollout, masked=True)
+        self._goals = self._goals_of(rollout)
         self._start = Evaluation(of["variation"], rollout, masked=True)
         self._curriculum = Evaluation(of["curriculum"], rollout, masked=True)
         self.observed, self.rewards, self.ends = self._observations.values, self._rewards.values, self._ends.values
@@ -87,7 +96,7 @@ class OwnParts:
         self.ends_fail = [one.part.declaration.sign != "earned" for one in of["ends"]]
         self._added = self._added_terms(steps, rollout)
         self.decision = Decision()
-        self.decision.goal = self._goal_numbers()
+        self.decision.goal = self._goals.values
         self.decision.action, self.decision.previous_action = actions.action, actions.previous
         self.decision.difficulty = wp.zeros(n, dtype=float, device=self._device)
         self.decision.failed, self.decision.reached = (wp.zeros(n, dtype=bool, device=self._device) for _ in range(2))
@@ -138,26 +147,27 @@ class OwnParts:
             inputs = [episodes.mask, self._added.before]
             wp.launch(kernels.forget_terms, self._added.before.shape, inputs, device=self._device)
 
-    def _goal_numbers(self) -> wp.array:
-        """Room for all goals, those that are drawn by functions first; see `goals`."""
-        drawn = [name for name, goal in self._task.goals.items() if goal.draw]
-        self.goals = list(zip(drawn, self._goals.columns, self._goals.widths, strict=True))
-        width, low, high, columns = sum(self._goals.widths), [], [], []
+    def _goals_of(self, rollout: Rollout) -> Evaluation:
+        """Goals in the order of the task, see `goals`; another kernel draws those that lie between bounds."""
+        found = rollout.structure.parts.task
+        self.goals: list[tuple[str, int, int]] = []
+        drawn: list[Placed] = []
+        columns: list[int] = []
+        bounds: list[tuple[float, float, int]] = []
+        width = 0
         for name, goal in self._task.goals.items():
-            if not goal.draw:
-                self.goals.append((name, width, len(goal.low)))
-                low += goal.low
-                high += goal.high
-                columns += range(width, width + len(goal.low))
-                width += len(goal.low)
-        self._low, self._high = (
-            to_device(np.array(low), float, self._device),
-            to_device(np.array(high), float, self._device),
-        )
-        self._box_column = to_device(np.array(columns), int, self._device)
-        n = len(self._goals.values)
-        self._goals.values = wp.zeros((n, width), dtype=float, device=self._device)
-        return self._goals.values
+            count = len(goal.low)
+            if goal.draw:
+                drawn.append(found[f"learning.goals.{name}.draw"])
+                columns.append(width)
+                count = plug_of(drawn[-1]).width
+            bounds += [(*ends, width + k) for k, ends in enumerate(zip(goal.low, goal.high, strict=True))]
+            self.goals.append((name, width, count))
+            width += count
+        low, high, column = np.array(bounds).reshape(-1, 3).T
+        self._low, self._high = (to_device(ends, float, self._device) for ends in (low, high))
+        self._box_column = to_device(column, int, self._device)
+        return Evaluation(drawn, rollout, masked=True, columns=columns, count=width)
 
     def _added_terms(self, names: list[str], rollout: Rollout) -> kernels.AddedTerms:
         """The sums of the rewards that a step adds up."""

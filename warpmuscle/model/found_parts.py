@@ -77,10 +77,7 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
     if part.stage not in stages:
         asked = f"the stage of {entry!r} is {' or '.join(map(repr, stages))} here, not {part.stage!r}"
         raise SceneError(asked + near(str(part.stage), [one for one in STAGES if one in stages]), key=key)
-    names = [] if part.parameters is None else list(part.parameters.vars)
-    for what in ("defaults", "limits"):
-        for name in getattr(part, what):
-            known(name, names, "parameter", key, f"in {what} of {entry!r}")
+    _check_numbers(part, entry, key)
     taken = arguments_of(part.function)
     for what, given in (("parameters", part.parameters), ("memory", FLOATS if part.memory else None)):
         if given is not None and given not in taken:
@@ -89,6 +86,21 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
         raise SceneError(f"{placed(part.function, entry)} takes a memory: declare how many floats, memory=1", key=key)
     _known[entry] = part
     return part
+
+
+def _check_numbers(part: Declaration, entry: str, key: str) -> None:
+    """SceneError unless defaults and limits are numbers, of parameters that there are."""
+    names = [] if part.parameters is None else list(part.parameters.vars)
+    for what, sizes in (("defaults", 1), ("limits", 2)):
+        given = getattr(part, what)
+        if not isinstance(given, Mapping):
+            raise SceneError(f"{what} of {entry!r} are no table by parameter", key=key)
+        for name, value in given.items():
+            known(name, names, "parameter", key, f"in {what} of {entry!r}")
+            numbers = value if isinstance(value, tuple | list) else (value,)
+            if len(numbers) != sizes or not all(isinstance(number, float | int) for number in numbers):
+                wanted = "a number" if sizes == 1 else "lowest and highest value"
+                raise SceneError(f"{what} of {entry!r} have no {wanted} of {name!r}", key=key)
 
 
 def own_arguments(part: Declaration) -> tuple[Any, ...]:

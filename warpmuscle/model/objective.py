@@ -72,9 +72,16 @@ def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = Non
         names.add(f"metabolic_{scene.objective.metabolic_model}")
     own = {name: found for name, found in parts.terms.items() if name in names}
 
+    declared = {name: term for name, term in TERMS.items() if name in names}
+    declared |= {name: found.part.declaration for name, found in own.items()}
+
     def summed(part: Kind, table: Iterable[str]) -> tuple[str, ...]:
         kinds = ("whole", "desired") if part == "whole" else (part,)
-        return (*(name for name in table if name in names), *(name for name, f in own.items() if f.part.kind in kinds))
+        table = tuple(table)
+        return (
+            *(name for name in table if name in names),
+            *(n for n, f in own.items() if f.part.kind in kinds and n not in table),
+        )
 
     return ObjectiveKind(
         muscle=summed("muscle", MUSCLE_TERMS) if has_muscles else (),
@@ -84,8 +91,8 @@ def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = Non
         desired=tuple(name for name, found in own.items() if found.part.kind == "desired"),
         conditions=tuple((name, plain_function(one, scene.character)) for name, one in parts.conditions.items()),
         progress=greatest(scene, scene.failure.no_progress) > 0.0,
-        accelerated=tuple(n for n, found in own.items() if found.part.declaration.stage == "accelerations"),
-        earned=tuple(name for name, found in own.items() if found.part.declaration.sign == "earned"),
+        accelerated=tuple(name for name, term in declared.items() if term.stage == "accelerations"),
+        earned=tuple(name for name, term in declared.items() if term.sign == "earned"),
     )
 
 

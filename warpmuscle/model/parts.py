@@ -6,7 +6,8 @@ plain functions of them; this says where the parameters and the memory of each l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,9 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import parts as kernels
 from warpmuscle.kernels.declaration import Declaration
 from warpmuscle.kernels.desired_torques import term_of_desired
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.record import OwnQuantity
+from warpmuscle.kernels.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS
 from warpmuscle.model.found_parts import (
     IN_STEP,
     TERM_ARGUMENTS,
@@ -88,17 +91,17 @@ class OwnParts:
         return rows_of_all, max((one.part.declaration.memory for one in remembering), default=0)
 
 
-def own_parts(scene: Scene, muscles: tuple[str, ...]) -> OwnParts:
-    """The parts of a checked scene of its own.
+def own_parts(scene: Scene, muscles: tuple[str, ...], counted: Iterable[str] = ()) -> OwnParts:
+    """The parts of a checked scene of its own, and shipped terms that have a memory.
 
     Args:
-        muscles: that are simulated.
+        muscles: that are simulated. counted: terms that count.
 
     Raises:
         SceneError: no such module, function or joint, or it is not as it must be; or the scene does not give its
             parameters.
     """
-    terms, conditions = custom_terms(scene), custom_conditions(scene)
+    terms, conditions = custom_terms(scene) | remembering_terms(counted), custom_conditions(scene)
     joints = ("root", *topology(scene.character).joints)
     values = memories = 0
 
@@ -180,6 +183,18 @@ def custom_terms(scene: Scene) -> dict[str, Found]:
         check_result(part.function, (wp.float32,), key, entry)
         check_parameters(scene, entry, part, kind)
         found[entry] = Found(entry, kind, part)
+    return found
+
+
+def remembering_terms(names: Iterable[str]) -> dict[str, Found]:
+    """Those of some terms that are shipped and have a memory."""
+    found = {}
+    for name in names:
+        term = TERMS.get(name)
+        if term is not None and term.memory:
+            tables: dict[Kind, Any] = {"muscle": MUSCLE_TERMS, "body": BODY_TERMS, "whole": WHOLE_TERMS}
+            kind, table = next((kind, table) for kind, table in tables.items() if name in table)
+            found[name] = Found(name, kind, replace(term, function=table[name]))
     return found
 
 

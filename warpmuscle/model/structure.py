@@ -13,7 +13,7 @@ from warpmuscle.model.controller import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscles import ActuationMap, driven
-from warpmuscle.model.objective import objective_kind
+from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.model.parts import OwnParts, own_parts
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
 from warpmuscle.scene import Scene
@@ -51,7 +51,7 @@ def structure_of(scene: Scene) -> Structure:
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
-    parts = own_parts(scene, actuation.muscles)
+    parts = own_parts(scene, actuation.muscles, counted_terms(scene.objective))
     return Structure(
         names=names,
         coordinate_names=coordinates,
