@@ -300,7 +300,18 @@ def own_parts() -> str:
     )  # fmt: skip
 
 
-OF_ONES_OWN = ("function", "parameters", "memory", "stage", "sign", "unit", "description", "defaults", "limits")
+OF_ONES_OWN = (
+    "function",
+    "parameters",
+    "memory",
+    "stage",
+    "sign",
+    "unit",
+    "description",
+    "defaults",
+    "limits",
+    "follows_cycles",
+)
 
 
 def field_comments(owner: type) -> dict[str, str]:

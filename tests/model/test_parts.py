@@ -9,9 +9,11 @@ from importing import importable_from
 from muscle_arm import constant, leg
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.formats import toml
+from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.trusted_code import trust
 from warpmuscle.simulation.rollout import Rollout
 
 NAME = "declared_parts"
@@ -68,6 +70,7 @@ joint = Declaration(function=_of_joint, parameters=Gain, memory=1, defaults={"po
 muscle = Declaration(function=_of_muscle, parameters=Gain, memory=1, defaults={"power": 1.0})
 accelerates = Declaration(function=_accelerates, stage="accelerations", sign="earned", unit="m/s")
 too_long = Declaration(function=_too_long, parameters=Gain, memory=1, defaults={"power": 1.0})
+of_cycles = Declaration(function=_accelerates, stage="accelerations", follows_cycles=True)
 no_memory = Declaration(function=_of_steps)
 forgetful = Declaration(function=_accelerates, memory=1)
 nothing = Declaration()
@@ -164,6 +167,13 @@ def test_a_condition_has_parameters_and_a_memory():
     rollout.run()
     assert rollout.causes() == (f"the failing condition '{NAME}:too_long' is met",) * 2
     assert rollout.end_time() == pytest.approx([30 * 0.1 / N] * 2)
+
+
+def test_feet_are_followed_where_a_part_asks_for_it():
+    for name, asked in (("accelerates", False), ("of_cycles", True)):
+        own = scene((name,))
+        trust(own)
+        assert structure_of(own).objective.follows_cycles == asked
 
 
 @pytest.mark.parametrize(

@@ -310,12 +310,13 @@ class ObjectiveKind(NamedTuple):
     conditions: tuple[tuple[str, Any], ...] = ()  # by name, failing conditions of others, see `failing_stage_of`
     progress: bool = False  # whether an instance that stands still has failed
     accelerated: tuple[str, ...] = ()  # those of `body` and `whole` that see accelerations
+    cycles: bool = False  # whether some of others ask where feet are in their gait cycles
     earned: tuple[str, ...] = ()  # of those of others, that are to be great; what they sum up lowers the cost
 
     @property
     def follows_cycles(self) -> bool:
         """Whether a step has to follow the gait cycles of the feet."""
-        return bool(CYCLE_TERMS & {*self.body, *self.whole})
+        return self.cycles or bool(CYCLE_TERMS & {*self.body, *self.whole})
 
     def cause(self, name: str) -> int:
         """The number of a term of others, see `causes.py`; 0 of any other."""

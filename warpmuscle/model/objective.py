@@ -91,6 +91,7 @@ def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = Non
         desired=tuple(name for name, found in own.items() if found.part.kind == "desired"),
         conditions=tuple((name, plain_function(one, scene.character)) for name, one in parts.conditions.items()),
         progress=greatest(scene, scene.failure.no_progress) > 0.0,
+        cycles=any(placed.part.declaration.follows_cycles for placed in parts.all),
         accelerated=tuple(name for name, term in declared.items() if term.stage == "accelerations"),
         earned=tuple(name for name, term in declared.items() if term.sign == "earned"),
     )
