@@ -5,6 +5,7 @@ MkDocs calls this as a hook (see mkdocs.yml). `python tools/reference_pages.py F
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import inspect
 import json
@@ -25,8 +26,13 @@ from warpmuscle.cli import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
 from warpmuscle.core.public import PUBLIC
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.decision import Decision
+from warpmuscle.kernels.declaration import STAGES, Declaration
+from warpmuscle.kernels.objective_terms import REWARDS, TERMS
 from warpmuscle.kernels.stable import FIELDS, STABLE
+from warpmuscle.model.found_parts import IN_STEP, TERM_ARGUMENTS
+from warpmuscle.model.task_parts import DRAW, USES
+from warpmuscle.model.user_functions import name_of, signature
 from warpmuscle.results.recording import QUANTITIES
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number, Vector
@@ -260,7 +266,69 @@ def objective() -> str:
     """The terms of the objective."""
     rows = [(f"`{t.name}`", t.unit, t.description) for t in TERMS.values()]
     text = (Path(__file__).parents[1] / "docs" / "reference" / "objective.md.in").read_text()
+    taken = {"cost": "taken off", "earned": "earned"}
+    rewards = [(f"`{r.name}`", taken[r.sign], r.unit, f"`{r.weight:g}`", r.description) for r in REWARDS.values()]
+    text = text.replace("@REWARDS@", table(("reward", "", "unit of the weight", "weight by default", "what"), rewards))
     return text.replace("@TERMS@", table(("term", "unit", "what it adds up"), rows))
+
+
+def own_parts() -> str:
+    """What parts of one's own declare, where scenes name them, and what their functions take."""
+    text = (Path(__file__).parents[1] / "docs" / "reference" / "parts.md.in").read_text()
+    said = field_comments(Declaration)
+    rows = [
+        (f"`{one.name}`", said.get(one.name, "")) for one in dataclasses.fields(Declaration) if one.name in OF_ONES_OWN
+    ]
+    stages = [(f"`{stage}`", meaning) for stage, meaning in STAGES.items()]
+    step = ", ".join(f"`{stage}`" for stage in IN_STEP)
+    uses = [
+        (
+            f"a term, of {of}",
+            "`objective.custom`, `objective.reported`, `learning.rewards.custom`",
+            f"`{signature(TERM_ARGUMENTS[given])}`",
+            "`float`",
+            "`forces`" if given == "muscle" else step,
+        )
+        for of, given in (("each muscle", "muscle"), ("each joint", "body"), ("the whole", "whole"))
+    ]
+    whole = signature(TERM_ARGUMENTS["whole"])
+    decision = [(f"`{name}`", comment) for name, comment in field_comments(Decision.cls).items()]
+    uses.append(("a failing condition", "`failure.custom`", f"`{whole}`", "`bool`", "`forces`"))
+    uses.append(("a recorded quantity", "`recorded`", f"`{whole}`", "`float` or `wp.vec3`", step))
+    for use in USES:
+        takes = signature(DRAW) if use.draws else f"{whole[:-1]} [, Decision])"
+        results = " or ".join(f"`{name_of(kind)}`" for kind in use.results if kind is not None) or "nothing"
+        uses.append(
+            (use.what.removeprefix("a ").removeprefix("an "), f"`{use.key}`", f"`{takes}`", results, "`decision`")
+        )
+    return (
+        text.replace("@DOC@", "\n\n".join((inspect.getdoc(Declaration) or "").split("\n\n")[1:]))
+        .replace("@FIELDS@", table(("field", "meaning"), rows))
+        .replace("@STAGES@", table(("stage", "what is known then"), stages))
+        .replace("@USES@", table(("part", "named in", "takes", "returns", "stage"), uses))
+        .replace("@DECISION@", table(("field", "meaning"), decision))
+    )  # fmt: skip
+
+
+OF_ONES_OWN = (
+    "function",
+    "parameters",
+    "memory",
+    "stage",
+    "sign",
+    "unit",
+    "description",
+    "defaults",
+    "limits",
+    "follows_cycles",
+)
+
+
+def field_comments(owner: type) -> dict[str, str]:
+    """The comments behind the fields of a class."""
+    lines = inspect.getsource(owner).splitlines()
+    found = (re.match(r"    (\w+): .*?  # (.+)$", line) for line in lines)
+    return {match[1]: match[2] for match in found if match}
 
 
 def sizes() -> str:
@@ -343,6 +411,7 @@ PAGES = {
     "reference/modules.md": modules,
     "reference/scene.md": scene,
     "reference/objective.md": objective,
+    "reference/parts.md": own_parts,
     "reference/files.md": files,
     "reference/sizes.md": sizes,
     "reference/kernels.md": kernels,

@@ -13,6 +13,7 @@ import pytest
 import warp as wp
 
 from warpmuscle.kernels import (
+    accelerations,
     collision,
     control,
     coordinate_control,
@@ -98,7 +99,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         followed.close_root, followed.solve_followed, followed.move_root, followed.correct_joint_of(False),
         dynamics.forward_pass_of(followed.accelerate_followed_of(False)),
     ),
-    "acted": (record.record_given_way_of(False), record.record_given_way_of(True)),
+    "acted": (record.record_given_way_of(False), record.record_given_way_of(True), accelerations.centre_acceleration,
+        accelerations.centre_of_mass),
     "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
     "feet": (failure.step_status, step_parts.foot_force_stage),
 }  # fmt: skip

@@ -10,6 +10,7 @@ import pytest
 import warp as wp
 
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.decision import Decision
 from warpmuscle.kernels.forces import Wrench
 from warpmuscle.kernels.stable import FIELDS, STABLE
 from warpmuscle.kernels.term_functions import MuscleWork
@@ -20,6 +21,9 @@ STEP = "model, activation, mt_length, length, previous_length, l_opt, l_slack, w
 SPEED = "model, activation, mt_length, start, reach, guess, l_opt, l_slack, width, damping"
 # Typed here, so that a change of arguments is seen: who makes one tells users of it.
 ARGUMENTS = {
+    "accelerations.centre_acceleration": "instance, body, model, work",
+    "accelerations.centre_of_mass": "instance, body, model, work",
+    "decision.goal_point": "instance, first, decision",
     "activation.activation_rate": "activation, excitation, rise_time, fall_time",
     "activation.activation_relaxed": "activation, excitation, rate, time_step",
     "activation.activation_step": "activation, excitation, rate, time_step",
@@ -100,7 +104,7 @@ def test_curves_keep_their_numbers() -> None:
 
 
 def test_structures_have_the_fields_that_functions_of_others_may_read() -> None:
-    kinds = {"MuscleWork": MuscleWork, "Wrench": Wrench}
+    kinds = {"Decision": Decision, "MuscleWork": MuscleWork, "Wrench": Wrench}
     for name, fields in FIELDS.items():
         assert set(fields) <= set((kinds.get(name) or getattr(structs, name)).vars)
 

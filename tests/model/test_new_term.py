@@ -18,6 +18,18 @@ def altitude(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) 
 
 
 def _functions('''
+REMEMBERING = '''
+@wp.func
+def altitude(
+    instance: int, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
+    """Height of the root, m, by way of a memory, and negative: what is earned counts the other way."""
+    memory[0] = work.position[0][1]
+    return -memory[0]
+
+
+def _functions('''
+DECLARED = ', "whole", memory=1, stage="accelerations", sign="earned"),'
 TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "whole"),'
 PROGRAM = """
 import warpmuscle as wm
@@ -34,18 +46,20 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", PROGRAM], env=given, cwd=folder, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("left_out", ["nothing", "function", "term"])
+@pytest.mark.parametrize("left_out", ["nothing", "nothing, with a memory", "function", "term"])
 def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, tmp_path: Path):
     package = Path(warpmuscle.__file__).parent
     copy = tmp_path / "warpmuscle"
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
     functions, terms = copy / "kernels" / "term_functions.py", copy / "kernels" / "objective_terms.py"
     if left_out != "function":
-        functions.write_text(functions.read_text().replace("\ndef _functions(", FUNCTION, 1))
+        added = REMEMBERING if "memory" in left_out else FUNCTION
+        functions.write_text(functions.read_text().replace("\ndef _functions(", added, 1))
     if left_out != "term":
-        terms.write_text(terms.read_text().replace("_TERMS = (", TERM, 1))
+        added = TERM.replace(', "whole"),', DECLARED) if "memory" in left_out else TERM
+        terms.write_text(terms.read_text().replace("_TERMS = (", added, 1))
     done = run(tmp_path)
-    if left_out == "nothing":
+    if left_out.startswith("nothing"):
         value, cost = map(float, done.stdout.split()[-2:])
         assert 0.05 < value < 0.15
         assert cost == pytest.approx(2.0 * value)

@@ -91,6 +91,9 @@ EXAMPLES = {
     "muscles": Example("a walk whose knees are driven by four muscles", shipped("knees.toml", "my_muscles.toml")),
     "curve": Example("a muscle curve as a Warp function, and a walk that uses it", shipped("bell.py", "bell.toml")),
     "term": Example("a term of the objective as a Warp function", shipped("sway.py", "sway.toml")),
+    "memory": Example(
+        "a term with parameters and a memory, which sees accelerations", shipped("gentle.py", "gentle.toml")
+    ),
     "controller": Example("a controller as Warp functions, which holds a pendulum", shipped("hold.py", "hold.toml")),
     "gains": Example(
         "a controller with gains of each joint, and a record of its own", shipped("steady.py", "steady.toml")
@@ -99,6 +102,10 @@ EXAMPLES = {
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
+    "task": Example(
+        "a task of one's own: points to come to, rewards, what is observed, ends, starts and a curriculum",
+        shipped("reaching.toml", "fetch.toml", "fetch.py"),
+    ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",
         shipped(

@@ -13,8 +13,9 @@ from typing import Any
 
 import msgspec
 
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective_terms import REWARDS, TERMS
 from warpmuscle.scene import Objective, Scene
+from warpmuscle.scene.learning import Rewards
 from warpmuscle.scene.number import OF_OWNER, Free
 from warpmuscle.scene.part import Part
 from warpmuscle.scene.units import units_of
@@ -43,6 +44,9 @@ def notes(part: type) -> dict[str, str]:
     for owner in reversed(part.__mro__):
         if owner.__module__.startswith("warpmuscle.scene") and not owner.__name__.startswith("_"):
             found |= _comments(textwrap.dedent(inspect.getsource(owner)))
+    if issubclass(part, Rewards):
+        taken = {"cost": "taken off", "earned": "earned"}
+        found = {one.name: f"{taken[one.sign]}: {one.description}" for one in REWARDS.values()} | found
     if issubclass(part, Objective):
         found = {term.name: f"weight of this term: {term.description}, {term.unit}" for term in TERMS.values()} | found
     return found

@@ -1,28 +1,11 @@
-"""The terms of the objective, one object each. They know nothing of Warp, so that scenes need not wait for it.
+"""The terms of the objective and the rewards of decisions, one declaration each, with its sign.
 
-What a term of a muscle, body or whole instance adds in a step is the function of its name in `term_functions.py`.
+They know nothing of Warp, so that scenes need not wait for it. What a term of a muscle, body or whole instance adds in
+a step is the function of its name in `term_functions.py`; what a decision is worth, that in `rewards.py`. Every term
+may be a reward, too: `learning.rewards.custom` names it.
 """
 
-from typing import Literal, NamedTuple
-
-Scope = Literal["muscle", "body", "whole", "batch"]
-
-
-class Term(NamedTuple):
-    """One term of the objective."""
-
-    name: str  # the field of `scene.Objective` that weighs it
-    unit: str
-    description: str
-    scope: Scope  # what its function is of; batch: the host makes it from other sums, see `model.objective.term_values`
-    follows_cycles: bool = False  # asks where feet are in their gait cycles
-    models: tuple[str, ...] = ()  # it has a function for each of these, of which the scene chooses one
-
-    @property
-    def sums(self) -> tuple[str, ...]:
-        """Names of its functions, and of what a batch sums up for it."""
-        return tuple(f"{self.name}_{model}" for model in self.models) or (self.name,)
-
+from warpmuscle.kernels.declaration import Declaration as Term
 
 _TERMS = (
     # Bergmann 2017, section 6
@@ -63,4 +46,25 @@ _TERMS = (
     ),
     Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
 )  # fmt: skip
+
+# In the order in which they are logged; each counts for the time of the decision, but for those in `PER_DECISION`.
+_REWARDS = (
+    Term("speed", "1/s", "exp(-((v - wanted)/speed_width)^2) of the speed along the wanted heading", sign="earned",
+         weight=10.0),
+    Term("alive", "1/s", "1", sign="earned", weight=5.0),
+    Term("upright", "1/s", "the vertical part of the trunk's long axis", sign="earned"),
+    Term("pose", "1/s", "exp(-mean squared error/pose_width^2) of wanted coordinates", sign="earned", weight=10.0),
+    Term("imitation", "1/s", "weighted mean over joints of exp(-(angle/width)^2)", sign="earned", weight=20.0),
+    Term("force", "1/s", "mean of exp(-((F - norm)/force_width)^2) over feet, F in body weights", sign="earned"),
+    Term("effort", "1/s", "mean of squared excitations, or of squared torques or activations", weight=3.0),
+    Term("action", "1/s", "mean squared action, at most 4", weight=1.0),
+    Term("action_rate", "1/s", "mean squared change of the action"),
+    Term("overload", "1/s", "vertical force on each foot beyond force_limit, body weights"),
+    Term("heading", "1/s", "1 - cos of the heading's error", weight=3.0),
+    Term("side", "1/(m s)", "distance to the side of the wanted way, m, at most 1", weight=3.0),
+    Term("objective", "1", "what the decision adds to the scene's weighted objective"),
+    Term("failure", "1", "1 where an episode ends by failing"),
+)  # fmt: skip
+PER_DECISION = ("objective", "failure")
 TERMS = {term.name: term for term in _TERMS}
+REWARDS = {term.name: term for term in _REWARDS}

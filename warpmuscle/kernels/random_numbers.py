@@ -6,7 +6,7 @@ So they are the same in batches of any size, and whatever else was drawn before.
 import warp as wp
 
 # What they are for.
-START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY = range(1, 7)
+START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX, OWN_START = range(1, 10)
 
 
 @wp.func

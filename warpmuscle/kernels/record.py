@@ -11,12 +11,28 @@ from warpmuscle.kernels.spatial import symmetric_times
 from warpmuscle.kernels.structs import FOLLOWER, ModelRef, RecordRef, ScratchRef, StateRef, rolled, whole
 
 
+class OwnQuantity(NamedTuple):
+    """A recorded quantity of a scene's own."""
+
+    function: Any  # (instance, model, state, work) -> float or wp.vec3
+    column: int  # of its first number in `Record.own`
+    vector: bool  # whether it has three numbers
+    accelerated: bool  # whether it sees accelerations
+    remembers: bool  # whether it is called in every step, since it has a memory, and not for frames alone
+
+
 class RecordKind(NamedTuple):
     """What a step records."""
 
     whole: bool = True  # everything; else the coordinates and speeds
     muscles: bool = True  # and what the muscles do
     motion: bool = True  # not nothing at all
+    own: tuple[OwnQuantity, ...] = ()
+
+    @property
+    def accelerated(self) -> bool:
+        """Whether something that is recorded sees accelerations."""
+        return any(one.accelerated for one in self.own)
 
 
 NOTHING = RecordKind(False, False, False)
@@ -174,3 +190,44 @@ def recorders_of(kind: RecordKind) -> tuple[Any, Any]:
     if kind.whole:
         return record_desired, record_stage
     return record_nothing, record_motion if kind.motion else record_nothing
+
+
+@wp.func
+def no_own(instance: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef):
+    """Nothing of the scene's own is recorded."""
+
+
+def _and_own(others: Any, one: OwnQuantity) -> Any:
+    function, column, vector, remembers = one.function, one.column, one.vector, one.remembers
+
+    @wp.func
+    def put(instance: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef):
+        others(instance, frame, model, state, record, work)
+        if frame < 0 and wp.static(not remembers):
+            return
+        value = function(instance, model, state, work)
+        if frame >= 0:
+            row = record.slot[instance]
+            if wp.static(vector):
+                for k in range(3):
+                    record.own[row, frame, wp.static(column) + k] = value[k]
+            else:
+                record.own[row, frame, wp.static(column)] = value
+
+    return put
+
+
+@cache
+def own_recorder_of(kind: RecordKind, accelerated: bool) -> Any:
+    """The Warp function (instance, frame, model, state, record, work) that writes what the scene's own functions say.
+
+    One lane calls it in every step.
+
+    Args:
+        accelerated: of those that see accelerations, else of the others.
+    """
+    every = no_own
+    for one in kind.own:
+        if one.accelerated == accelerated:
+            every = _and_own(every, one)
+    return every

@@ -3,6 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.episodes import FIRST_POSE, SPEED, EpisodeRules, Episodes, root_orientation, root_place
+from warpmuscle.kernels.objective_terms import REWARDS
 from warpmuscle.kernels.senses import up_in_trunk
 from warpmuscle.kernels.spatial import heading_angle
 from warpmuscle.kernels.structs import RUNNING, State, at
@@ -10,21 +11,19 @@ from warpmuscle.kernels.term_functions import bin_of
 
 wp.set_module_options({"enable_backward": False})
 
-# Terms of the reward, in the order in which they are logged.
-TERMS = (
-    "speed", "alive", "upright", "pose", "imitation", "force", "effort", "action", "action_rate", "overload", "heading",
-    "side", "objective", "failure",
-)  # fmt: skip
+TERMS = tuple(REWARDS)  # in the order in which they are logged
 COUNT = len(TERMS)
-(
-    SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD, HEADING, SIDE, OBJECTIVE,
-    FAILURE,
-) = range(COUNT)  # fmt: skip
+SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
+    TERMS.index,
+    ("speed", "alive", "upright", "pose", "imitation", "force", "effort", "action", "action_rate", "overload"),
+)
+HEADING, SIDE, OBJECTIVE, FAILURE = map(TERMS.index, ("heading", "side", "objective", "failure"))
 # What is logged of an episode behind its terms.
 FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
 LOGGED = COUNT + 4
 QUATERNION = 4  # coordinates of a ball joint
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+REACHES, FAILS = wp.constant(1), wp.constant(2)
 UNKNOWN = -1.0  # smoothed force of an episode that has just begun
 
 term_values = wp.types.vector(length=COUNT, dtype=float)
@@ -96,9 +95,16 @@ class Gains:
     objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
     sums: wp.array2d[float]  # (instances, LOGGED) of the episode
     finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
+    own: wp.array2d[float]  # (instances, rewards) values of rewards of the scene's own in this decision
+    own_weight: wp.array[float]  # (rewards,) signed; of what counts for time times that
+    own_sums: wp.array2d[float]  # (instances, rewards) what they were worth in the episode
+    own_finished: wp.array2d[float]  # (instances, rewards) in the last one that ended
+    own_end: wp.array2d[float]  # (instances, ends) 1: it is met; no instances without ends of the scene's own
+    end_fails: wp.array[int]  # (ends,) 1: who meets it has failed
     reward: wp.array[float]
     terminated: wp.array[bool]
     truncated: wp.array[bool]
+    reached: wp.array[bool]  # (instances,) ended as an end that is earned; none without ends of the scene's own
 
 
 @wp.func
@@ -287,6 +293,16 @@ def task_terms(
     return values
 
 
+@wp.func
+def own_ending(instance: int, gains: Gains) -> int:
+    """How ends of the scene's own end an episode: 0 as none is met, REACHES, or FAILS."""
+    found = wp.int32(0)
+    for k in range(gains.own_end.shape[1]):
+        if gains.own_end[instance, k] > 0.0:
+            found = wp.max(found, wp.where(gains.end_fails[k] == 1, FAILS, REACHES))
+    return found
+
+
 @wp.kernel
 def judge(
     # in
@@ -308,6 +324,10 @@ def judge(
         forward = 0.0
         aside = 0.0
     episodes.side[i] = episodes.side[i] + aside
+    ending = own_ending(i, gains)
+    if ending == FAILS:
+        failed = True
+    reached = ending == REACHES and not failed
     terms = term_values()
     if failed:
         terms[FAILURE] = 1.0
@@ -324,13 +344,23 @@ def judge(
             worth = 0.0
         total += worth
         gains.sums[i, k] = gains.sums[i, k] + worth
+    for k in range(gains.own_weight.shape[0]):
+        worth = gains.own_weight[k] * gains.own[i, k]
+        if failed:
+            worth = 0.0
+        total += worth
+        gains.own_sums[i, k] = gains.own_sums[i, k] + worth
     gains.sums[i, FORWARD] = gains.sums[i, FORWARD] + forward
     gains.reward[i] = total
     late = episodes.length[i] >= reward.longest
-    gains.terminated[i] = failed
-    gains.truncated[i] = late and not failed
-    episodes.mask[i] = failed or late
-    if failed or late:
+    gains.terminated[i] = failed or reached
+    gains.truncated[i] = late and not (failed or reached)
+    if gains.reached.shape[0] > 0:
+        gains.reached[i] = reached
+    episodes.mask[i] = failed or late or reached
+    if failed or late or reached:
+        for k in range(gains.own_weight.shape[0]):
+            gains.own_finished[i, k] = gains.own_sums[i, k]
         gains.sums[i, DECISIONS] = float(episodes.length[i])
         gains.sums[i, COMPLETED] = wp.where(failed, 0.0, 1.0)
         gains.sums[i, ENDED] = 1.0
@@ -350,6 +380,8 @@ def forget(
     if not mask[i]:
         return
     gains.objective[i] = wp.float64(0.0)
+    for k in range(gains.own_weight.shape[0]):
+        gains.own_sums[i, k] = 0.0
     for k in range(LOGGED):
         gains.sums[i, k] = 0.0
     for k in range(gains.action.shape[1]):

@@ -42,8 +42,7 @@ class Life(NamedTuple):
 LIVES = {
     **dict.fromkeys(("turned", "rate", "gain", "parent_rate", "parent_gain", "anchor"), Life("joints", "poses")),
     "orientation": Life("poses", "record", root="integration"),
-    **dict.fromkeys(("rotation", "bias"), Life("poses", "acted")),
-    **dict.fromkeys(("position", "angular_velocity"), Life("poses", "forward")),
+    **dict.fromkeys(("rotation", "bias", "position", "angular_velocity"), Life("poses", "acted")),
     **dict.fromkeys(("velocity", "lag_angular", "lag_velocity"), Life("poses", "inertia")),
     **dict.fromkeys(("moment", "momentum"), Life("sums", "sums")),
     "center": Life("sums", "record"),

@@ -16,8 +16,8 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY, CLOCK,
-) = range(21)  # fmt: skip
+    HEAD_ANGULAR_VELOCITY, CLOCK, OWN, GOAL, GOAL_POINT,
+) = range(24)  # fmt: skip
 
 
 @wp.struct
@@ -43,6 +43,8 @@ class Surroundings:
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
+    own: wp.array2d[float]  # (instances, numbers) of observations of the scene's own, as they are now
+    goal: wp.array2d[float]  # (instances, numbers) see `decision.Decision`
 
 
 @wp.func
@@ -118,6 +120,14 @@ def course(index: int, instance: int, q: wp.quat, episodes: Episodes) -> float:
 
 
 @wp.func
+def seen_goal(first: int, axis: int, instance: int, state: State, around: Surroundings) -> float:
+    """A goal that is a point, whose first number is this one, from the root and as that faces, m."""
+    point = wp.vec3(around.goal[instance, first], around.goal[instance, first + 1], around.goal[instance, first + 2])
+    facing = heading(root_orientation(around.root, instance, state))
+    return wp.quat_rotate_inv(facing, point - root_place(around.root, instance, state))[axis]
+
+
+@wp.func
 def feature_value(feature: Feature, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
     """A feature now."""
     kind = feature.kind
@@ -152,6 +162,12 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     elif kind == CLOCK:
         angle = wp.static(2.0 * wp.PI) * episodes.phase[instance]
         value = wp.where(k == 0, wp.sin(angle), wp.cos(angle))
+    elif kind == OWN:
+        value = around.own[instance, k]
+    elif kind == GOAL:
+        value = around.goal[instance, k]
+    elif kind == GOAL_POINT:
+        value = seen_goal(k // 3, k % 3, instance, state, around)
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
     else:  # of the root

@@ -4,6 +4,7 @@ All other names of these modules may change with any version. A name here keeps 
 """
 
 STABLE: dict[str, tuple[str, ...]] = {  # by module
+    "accelerations": ("centre_acceleration", "centre_of_mass"),
     "activation": ("activation_rate", "activation_relaxed", "activation_step"),
     "contact": ("friction_damping", "normal_force"),
     "control": ("CustomController",),
@@ -12,6 +13,8 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
         "active_force_length", "force_velocity", "force_velocity_slope", "passive_force_length", "tendon_force_slope",
         "tendon_force_strain",
     ),
+    "decision": ("Decision", "goal_point"),
+    "declaration": ("Declaration",),
     "forces": ("Force", "Wrench"),
     "hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
     "joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
@@ -29,11 +32,12 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
 }  # fmt: skip
 
 FIELDS: dict[str, tuple[str, ...]] = {  # of structures, that functions of others may read
-    "Model": ("body_count", "gravity", "time_step"),
+    "Decision": ("action", "command", "difficulty", "failed", "goal", "length", "previous_action", "reached", "time"),
+    "Model": ("body_count", "gravity", "head", "time_step"),
     "MuscleWork": ("activation", "excitation", "force", "length", "speed"),
     "Scratch": (
-        "angular_velocity", "center", "orientation", "position", "rotation", "stiffness", "target", "torque",
-        "velocity",
+        "acceleration", "angular_acceleration", "angular_velocity", "center", "orientation", "position", "rotation",
+        "stiffness", "target", "torque", "velocity",
     ),
     "SimbiconState": ("machine_state", "phase", "stance"),
     "State": ("coordinates", "foot_force", "muscles", "simbicon", "speeds", "status", "step"),

@@ -26,7 +26,7 @@ from warpmuscle.kernels.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle_stage import muscle_stage_of
-from warpmuscle.kernels.record import RecordKind, record_given_way_of, recorders_of
+from warpmuscle.kernels.record import RecordKind, own_recorder_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.scratch import synchronize
 from warpmuscle.kernels.structs import (
     LEFT,
@@ -198,7 +198,7 @@ def account_of(kind: StepKind, lap: Any) -> Any:
     failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     _, record_stage = recorders_of(kind.recorded)
     record_controller, recalled = record_controller_of(kind.controller), whole and kind.controller.recorded
-    extensions_struct = kind.extensions
+    record_own, own, extensions_struct = own_recorder_of(kind.recorded, False), bool(kind.recorded.own), kind.extensions
 
     @wp.func(inline=True)
     def account(
@@ -219,6 +219,8 @@ def account_of(kind: StepKind, lap: Any) -> Any:
         if wp.static(recalled):  # noqa: SIM102, with `and` it would be compiled in all the same
             if lane == 0:
                 record_controller(instance, frame, state, record, extensions.first)
+        if wp.static(own) and lane == 0:
+            record_own(instance, frame, model, state, record, work)
         synchronize()
         lap(instance, lane, RECORDING, wp.uint64(0))
 
@@ -236,6 +238,8 @@ def move_of(kind: StepKind, lap: Any) -> Any:
     body_forces_stage = body_forces_stage_of(kind.forces)
     touching_stage = touching_stage_of(kind.forces) if touching else body_forces_stage
     record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
+    accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
+    record_accelerated, seen = own_recorder_of(kind.recorded, True), kind.recorded.accelerated
 
     @wp.func(inline=True)
     def move(
@@ -256,6 +260,12 @@ def move_of(kind: StepKind, lap: Any) -> Any:
             acceleration_stage(instance, lane, lanes, model, work)
         if wp.static(whole):
             record_given_way(instance, lane, lanes, frame, model, record, work)
+        if wp.static(bool(accelerated)):
+            accelerated_stage(instance, lane, lanes, model, state, work)
+        if wp.static(seen) and lane == 0:
+            record_accelerated(instance, frame, model, state, record, work)
+        if wp.static(bool(accelerated) or seen):
+            synchronize()  # before speeds and coordinates go on
         lap(instance, lane, ACCELERATION, wp.uint64(0))
         if wp.static(motion):
             hybrid_integrate_stage(instance, lane, lanes, model, state, work)

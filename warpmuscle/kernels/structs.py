@@ -212,6 +212,7 @@ class Model:
     reflexes: Reflexes
     couplings: Couplings
     routes: Routes
+    part_values: wp.array2d[float]  # (rows, values) parameters of parts of the scene's own, see `parts.py`
 
 
 @wp.struct
@@ -253,6 +254,7 @@ class State:
     muscle_terms: wp.array3d[wp.float64]  # (instances, terms, muscles) sums over steps, see `term_functions`
     body_terms: wp.array3d[wp.float64]  # (instances, terms, bodies)
     whole_terms: wp.array2d[wp.float64]  # (instances, terms)
+    part_memory: wp.array3d[float]  # (instances, rows, floats) of parts of the scene's own; no instances without any
     muscles: MuscleState
     simbicon: SimbiconState
 
@@ -348,6 +350,7 @@ class Record:
     desired_torque: wp.array3d[wp.vec3]  # bodies; the controller's
     target: wp.array3d[wp.quat]  # bodies
     muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`
+    own: wp.array3d[float]  # quantities of the scene's own
     stiffness: wp.array2d[symmetric]  # (recorded, bodies) implicit joint inertia of the step, see `Scratch.stiffness`
     simbicon: SimbiconRecord  # without frames where another controller, or none, is recorded
     memory: wp.array3d[float]  # numbers of a controller's memory that it lets be recorded

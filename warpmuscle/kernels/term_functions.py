@@ -14,15 +14,16 @@ from warpmuscle.kernels.causes import TERM, cause_of, checked
 from warpmuscle.kernels.contact import body_weight
 from warpmuscle.kernels.curves import active_force_length, force_velocity
 from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.declaration import Scope
 from warpmuscle.kernels.failure import turn_between
 from warpmuscle.kernels.gait_cycle import foot_part, step_part
 from warpmuscle.kernels.limits import limit_stage
 from warpmuscle.kernels.metabolics import bhargava_power, bhargava_strict_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle import LARGEST_SPEED, bounded_passive
-from warpmuscle.kernels.objective_terms import TERMS, Scope
+from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.kernels.shaped_curves import Shaped
 from warpmuscle.kernels.spatial import heading_angle, turn_about_x
-from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at, rolled
+from warpmuscle.kernels.structs import LARGEST, LEFT, RIGHT, ModelRef, ScratchRef, State, StateRef, at, rolled
 
 HUMAN_STEP_WIDTH = wp.constant(0.08)  # m, of people who walk (Murray et al. 1964, 1970: 0.071 to 0.081)
 
@@ -308,11 +309,14 @@ class ObjectiveKind(NamedTuple):
     desired: tuple[str, ...] = ()  # those of `whole` that see the torques which the controller wants
     conditions: tuple[tuple[str, Any], ...] = ()  # by name, failing conditions of others, see `failing_stage_of`
     progress: bool = False  # whether an instance that stands still has failed
+    accelerated: tuple[str, ...] = ()  # those of `body` and `whole` that see accelerations
+    cycles: bool = False  # whether some of others ask where feet are in their gait cycles
+    earned: tuple[str, ...] = ()  # of those of others, that are to be great; what they sum up lowers the cost
 
     @property
     def follows_cycles(self) -> bool:
         """Whether a step has to follow the gait cycles of the feet."""
-        return bool(CYCLE_TERMS & {*self.body, *self.whole})
+        return self.cycles or bool(CYCLE_TERMS & {*self.body, *self.whole})
 
     def cause(self, name: str) -> int:
         """The number of a term of others, see `causes.py`; 0 of any other."""
@@ -364,13 +368,21 @@ def _counted(cause: int) -> Any:
     return of_others if cause > 0 else shipped
 
 
+def takes_state(function: Any) -> bool:
+    """Whether the Warp function of a muscle takes the state, where the memory of a part of the scene's own is."""
+    return any(kind is State or getattr(kind, "value_type", None) is State for kind in function.input_types.values())
+
+
 def _and_muscle_term(others: Any, term: Any, index: int, cause: int) -> Any:
-    counted = _counted(cause)
+    counted, with_state = _counted(cause), takes_state(term)
 
     @wp.func
     def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, m, w, model, state, work)
-        value = counted(term(instance, m, w, model), instance, state, work)
+        if wp.static(with_state):
+            value = counted(term(instance, m, w, model, state), instance, state, work)
+        else:
+            value = counted(term(instance, m, w, model), instance, state, work)
         state.muscle_terms[instance, index, m] = state.muscle_terms[instance, index, m] + value
 
     return add
@@ -401,17 +413,21 @@ def _and_whole_term(others: Any, term: Any, index: int, cause: int) -> Any:
 
 
 @cache
-def objective_stage_of(kind: ObjectiveKind) -> Any:
+def objective_stage_of(kind: ObjectiveKind, accelerated: bool = False) -> Any:
     """The Warp function that adds a step of the terms of bodies and of the whole to their sums. No barrier.
 
     One sum a body, in double precision, so that results depend neither on lanes nor on chunks of steps.
+
+    Args:
+        accelerated: of those that see accelerations, else of all but these.
     """
     body_terms, whole_terms = no_body_terms, no_whole_terms
-    own = dict(kind.own)
+    own, other = dict(kind.own), set(kind.desired)
     for index, name in enumerate(kind.body):
-        body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index, kind.cause(name))
+        if (name in kind.accelerated) == accelerated:
+            body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index, kind.cause(name))
     for index, name in enumerate(kind.whole):
-        if name not in kind.desired:
+        if (name in kind.accelerated) == accelerated and name not in other:
             whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index, kind.cause(name))
 
     @wp.func

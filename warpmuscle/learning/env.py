@@ -11,7 +11,7 @@ import warp as wp
 
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike
-from warpmuscle.kernels.rewards import COMPLETED, COUNT, DECISIONS, ENDED, FORWARD, TERMS
+from warpmuscle.kernels.rewards import COMPLETED, COUNT, DECISIONS, ENDED, FORWARD
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.scene.learning import Task
 from warpmuscle.simulation.extensions import words
@@ -92,6 +92,9 @@ class RolloutEnv:
         )
         self.episode_length, self.commands = wp.to_torch(episodes.length), wp.to_torch(episodes.command)
         self._finished, self._told = wp.to_torch(gains.finished), wp.to_torch(batch.actions.told)
+        self._own_finished = torch.zeros((instances, 0), device=self.device)
+        if gains.own_finished.size:
+            self._own_finished = wp.to_torch(gains.own_finished)
         self.capture, self._graph = capture, None
         self._streams: dict[int, Any] = {}  # of Warp, by PyTorch's
         wp.synchronize_device(batch.device)
@@ -145,14 +148,16 @@ class RolloutEnv:
         ended = finished[:, ENDED].sum().clamp(min=1.0)
         decisions = finished[:, DECISIONS].clamp(min=1.0)
         rates = (finished[:, : COUNT + 1] / decisions[:, None]).sum(0) / ended
-        sums = finished[:, :COUNT].sum() / ended
+        own = (self._own_finished / decisions[:, None]).sum(0) / ended
+        sums = (finished[:, :COUNT].sum() + self._own_finished.sum()) / ended
         log = {
             "time": finished[:, DECISIONS].sum() / ended * self.dt,
             "completed": finished[:, COMPLETED].sum() / ended,
             "speed": rates[FORWARD],
             "return": sums,
         }
-        return log | {f"reward/{name}": rates[k] / self.dt for k, name in enumerate(TERMS)}
+        every = [*rates[:COUNT], *own]
+        return log | {f"reward/{name}": every[k] / self.dt for k, name in enumerate(self.batch.judge.names)}
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from warpmuscle.kernels import senses as sense_kernels
 from warpmuscle.kernels import structs
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.imitation import Gait, gait_of, seen_time
+from warpmuscle.learning.own_parts import OwnParts
 from warpmuscle.learning.poses import elsewhere
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
@@ -32,6 +34,7 @@ from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.scene.trusted_code import trust as allow
 from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper, unrecorded
@@ -56,7 +59,7 @@ class EpisodeBatch:
     Attributes:
         scene, task, rollout: what is learned where; the rollout's `state` is that of the instances.
         decision_steps: of the simulation. dt: s, that a decision lasts. longest: decisions of an episode.
-        actions, senses, judge: with the arrays that they hold. episodes: where every instance is in its episode.
+        actions, senses, judge, own: with the arrays that they hold. episodes: where every instance is in its episode.
         final_observation: (instances, observations) of the episode that ended, where one did.
         limits: of failure, which a training may tighten.
         command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
@@ -91,6 +94,8 @@ class EpisodeBatch:
         """
         scene = scene_of(scene, trust=trust)
         self.task = checked_task(task) or scene.learning or Task()
+        if trust:
+            allow(msgspec.structs.replace(scene, learning=self.task))
         self.scene = prepared(scene, self.task)
         self.rollout = rollout = Rollout(
             self.scene, instances, device, record=record, record_rate=record_rate, threads=threads, trust=trust
@@ -108,7 +113,11 @@ class EpisodeBatch:
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
         imitates = gait is not None or self.task.imitation is not None
-        about = About(rollout, self.actions.names, self.command_names, self._variants.names, imitates)
+        self.own = OwnParts(self.task, rollout, self.actions, self.dt)
+        about = About(
+            rollout, self.actions.names, self.command_names, self._variants.names, imitates,
+            tuple(self.own.goals), self.own.observation_widths,
+        )  # fmt: skip
         self.senses = Senses(self.task, about, self.decision_steps, self._surroundings())
         self.senses.surround(self._variants.model)
         self.images = None if body is None else self._images(about, body)
@@ -119,7 +128,9 @@ class EpisodeBatch:
         if gait is None and self.task.imitation is not None and own.recording is not None:
             gait = gait_of(own.recording, rollout, self.task.imitation, body)
         self.gait = gait
-        self.judge = Judge(self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest)
+        self.judge = Judge(
+            self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.own
+        )
         states, times = first_states(rollout, self._stepper), [0.0]
         if own.states:
             again = len(own.states) // FROM_THE_FIRST
@@ -128,6 +139,7 @@ class EpisodeBatch:
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(np.array(times), gait)
+        self.own.know(self.episodes, self.judge.gains.terminated, self.judge.gains.reached)
         self._start_row = self.episodes.start_row
         self._conditions = RowTable([], [], self.device)
         self.reset(seed)
@@ -221,8 +233,10 @@ class EpisodeBatch:
         for moment in self.senses.moments:
             self._stepper.launch(moment.steps)
             lap("simulation")
+            self.own.observe(self._stepper.model, state, episodes)
             self.senses.sample(moment, state, episodes)
             lap("observation")
+        self.own.judge(self._stepper.model, state, episodes)
         self.judge.judge(self._rules, episodes, state)
         lap("reward")
         self.senses.observe(episodes, self.final_observation)
@@ -238,7 +252,7 @@ class EpisodeBatch:
         yield from arrays_of(self.rollout.state)
         yield from (array for array in arrays_of(self._stepper.extensions) if array.ndim == 3)
         yield from arrays_of(self.episodes)
-        for part in (self.actions, self.senses, self.judge):
+        for part in (self.actions, self.senses, self.judge, self.own):
             yield from part.changing
 
     def check_state(self) -> None:
@@ -262,6 +276,7 @@ class EpisodeBatch:
 
     def observe_again(self) -> None:
         """Show what is observed, after arrays of the state were changed from outside."""
+        self.own.observe(self._stepper.model, self._stepper.state, self.episodes)
         self._observe(self.senses.observation)
 
     def _own_gait(self, recorded: bool) -> OwnGait:
@@ -275,11 +290,14 @@ class EpisodeBatch:
         """Begin an episode where the mask says so."""
         state, episodes, n = self._stepper.state, self.episodes, len(self._stepper.state.step)
         wp.launch(kernels.draw_starts, n, [self._rules, episodes], device=self.device)
+        self.own.advance(self._stepper.model, state, episodes)
         self._starts.restore(episodes.mask, self._start_row)
         self._variants.restore(episodes.mask, episodes.variant)
+        self.own.begin(self._stepper.model, state, episodes)
         wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
         self._conditions.restore(episodes.mask, self._start_row)
         self.judge.forget(episodes)
+        self.own.observe(self._stepper.model, state, episodes)
         self.senses.sample_first(state, episodes)
 
     def _observe(self, into: wp.array) -> None:
@@ -304,6 +322,7 @@ class EpisodeBatch:
         around.body_weight = float(mass * first_number(numeric.gravity)) or 1.0
         around.action = self.actions.action
         around.varied = self._variants.told
+        around.own, around.goal = self.own.observed, self.own.decision.goal
         return around
 
     def _images(self, about: About, body: BodySymmetry) -> Images:

@@ -65,6 +65,7 @@ def evaluate(
             wanted += batch.episodes.command.numpy()[:, 0] / batch.longest
         player.decide()
     finished = batch.judge.gains.finished.numpy().astype(np.float64)
+    gained = finished[:, :COUNT].sum(axis=1) + batch.judge.gains.own_finished.numpy().astype(np.float64).sum(axis=1)
     lasted = finished[:, COMPLETED] > 0.0  # who failed has begun again, too late to last
     speed = finished[:, FORWARD] / np.maximum(finished[:, DECISIONS], 1.0)
     goes = root_type(batch.scene.character).forward is not None
@@ -72,5 +73,5 @@ def evaluate(
     walked = speed[lasted] if goes and lasted.any() else np.zeros(1)
     return Evaluation(
         instances, batch.longest * batch.dt, float(lasted.mean()), float((lasted & near).mean()),
-        float(walked.mean()), float(walked.std()), float(finished[:, :COUNT].sum(axis=1).mean()), goes,
+        float(walked.mean()), float(walked.std()), float(gained.mean()), goes,
     )  # fmt: skip

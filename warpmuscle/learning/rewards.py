@@ -14,8 +14,10 @@ from warpmuscle.core.number_rows import first_number
 from warpmuscle.kernels import rewards as kernels
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.episodes import EpisodeRules, Episodes
+from warpmuscle.kernels.objective_terms import PER_DECISION, REWARDS
 from warpmuscle.learning.actions import BY_MUSCLES, Actions
 from warpmuscle.learning.imitation import Gait, gait_table
+from warpmuscle.learning.own_parts import OwnParts, signed_weights
 from warpmuscle.model.objective import counted_terms, weight_of
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.joints import root_type
@@ -23,15 +25,12 @@ from warpmuscle.scene.learning import Task
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
-PER_DECISION = ("objective", "failure")  # which do not count for time
-EARNED = ("speed", "alive", "upright", "pose", "imitation", "force")
-
 
 class Judge:
     """Rewards of a batch.
 
     Attributes:
-        gains: what instances have gained, on the device.
+        gains: what instances have gained, on the device. names: of all rewards, those of one's own last.
     """
 
     def __init__(
@@ -43,6 +42,7 @@ class Judge:
         model: structs.Model,
         decision_time: float,
         longest: int,
+        own: OwnParts,
     ) -> None:
         """Make room; raises SceneError for coordinates that are not there."""
         n, self._device = rollout.instances, rollout.device
@@ -71,12 +71,22 @@ class Judge:
         gains.reward = wp.zeros(n, dtype=float, device=self._device)
         gains.terminated = wp.zeros(n, dtype=bool, device=self._device)
         gains.truncated = wp.zeros(n, dtype=bool, device=self._device)
-        self.gains = gains
+        gains.own = own.rewards
+        if own.ends_fail:
+            gains.own_end = own.ends
+        gains.own_weight = to_device(signed_weights(task, own, rollout, decision_time), float, self._device)
+        shape = own.rewards.shape
+        gains.own_sums, gains.own_finished = (wp.zeros(shape, dtype=float, device=self._device) for _ in range(2))
+        gains.end_fails = to_device(own.ends_fail, int, self._device)
+        gains.reached = wp.zeros(n, dtype=bool, device=self._device)
+        self.gains, self.names = gains, (*kernels.TERMS, *own.reward_names)
 
     @property
     def changing(self) -> list[wp.array]:
         """Arrays that decisions change and that later ones depend on."""
-        return [self.gains.objective, self.gains.sums, self.gains.finished, self.gains.foot_force]
+        gains = self.gains
+        own = [array for array in (gains.own_sums, gains.own_finished) if array.size]
+        return [gains.objective, gains.sums, gains.finished, gains.foot_force, *own]
 
     def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State) -> None:
         """Reward the decision that has been made, and see which episodes end."""
@@ -97,7 +107,7 @@ def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
         given |= dict.fromkeys(("imitation", "force"), 0.0)
     if not task.pose:
         given["pose"] = 0.0
-    signed = {name: weight if name in EARNED else -weight for name, weight in given.items()}
+    signed = {name: -REWARDS[name].factor * weight for name, weight in given.items()}
     return [weight * (1.0 if name in PER_DECISION else decision_time) for name, weight in signed.items()]
 
 
@@ -121,6 +131,7 @@ def objective_weights(rollout: Rollout) -> kernels.ObjectiveWeights:
     mass = float(rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)[0])
     basal = first_number(basal_rate(scene.objective)) * mass
     w = kernels.ObjectiveWeights()
+    weigh |= {name: -weigh[name] for name in kind.earned}
     w.torque = h * weigh.get("torque", 0.0)
     for part in ("muscle", "body", "whole"):
         values = [h * weigh.get("metabolic" if name == energy else name, 0.0) for name in getattr(kind, part)]

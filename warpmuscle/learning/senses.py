@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +42,8 @@ class About(NamedTuple):
     commands: tuple[str, ...]
     varied: tuple[str, ...]
     clock: bool = False  # whether a gait is imitated
+    goals: tuple[tuple[str, int, int], ...] = ()  # name, first number and how many numbers of each
+    own: Mapping[str, int] = {}  # how many numbers each observation of one's own has, by `module:name`
 
 
 def _root(about: About) -> bool:
@@ -131,6 +133,32 @@ def _clock(about: About) -> list[Number]:
     return [Number(name, kernels.CLOCK, k) for k, name in enumerate(("sin", "cos"))] if about.clock else []
 
 
+def _goal(about: About) -> list[Number]:
+    numbers: list[Number] = []
+    for name, first, count in about.goals:
+        if count == len(XYZ):
+            numbers += [Number(f"{name}.{a}", kernels.GOAL_POINT, 3 * first + k) for k, a in enumerate(XYZ)]
+        else:
+            numbers.append(Number(name, kernels.GOAL, first))
+    return numbers
+
+
+def _own(about: About, entry: str) -> list[Number]:
+    """Numbers of an observation of one's own."""
+    first = 0
+    for name, count in about.own.items():
+        if name == entry:
+            axes = XYZ if count == len(XYZ) else ("value",)
+            return [Number(axis, kernels.OWN, first + k) for k, axis in enumerate(axes)]
+        first += count
+    return []
+
+
+def numbers_of(group: str, about: About) -> list[Number]:
+    """Numbers of a group, or of an observation of one's own."""
+    return GROUPS[group](about) if group in GROUPS else _own(about, group)
+
+
 def _disturbance(about: About) -> list[Number]:
     pushed = [Number(f"push.{a}", kernels.PUSH_FORCE, k) for k, a in enumerate(XYZ)] if _root(about) else []
     return pushed + [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
@@ -150,6 +178,7 @@ GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "command": _command,  # what is wanted, and where the wanted way is
     "action": _action,  # of the last decision
     "phase": _phase,  # of the scene's controller
+    "goal": _goal,  # points from the root and as it faces, m
     "clock": _clock,  # sine and cosine of the phase of the gait that is imitated
 }
 USUAL = ("trunk", "trunk_speed", "coordinates", "speeds", "foot_force", "activation", "command")
@@ -162,12 +191,13 @@ def groups_of(task: Task) -> dict[str, Sense]:
         SceneError: an unknown group.
     """
     for name in task.observations:
-        if name not in GROUPS:
+        if name not in GROUPS and ":" not in name:
             raise SceneError(
                 f"there is no group {name!r}{near(name, GROUPS)}; known: {', '.join(GROUPS)}",
                 key=f"learning.observations.{name}",
             )
     usual = USUAL if task.imitation is None else (*USUAL, "clock")
+    usual = (*usual, "goal") if task.goals else usual
     return task.observations or {name: Sense() for name in usual}
 
 
@@ -194,7 +224,7 @@ class Senses:
         rows: list[Number] = []
         delays, noises, self.names = [], [], []
         for group, sense in groups_of(task).items():
-            numbers = GROUPS[group](about)
+            numbers = numbers_of(group, about)
             if not numbers and group in task.observations:
                 raise SceneError("there is nothing of it in this scene", key=f"learning.observations.{group}")
             rows += numbers
@@ -208,6 +238,7 @@ class Senses:
         self._ring = wp.zeros((n, int(whole.max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
+        known |= {entry: _own(about, entry) for entry in about.own}
         known["disturbance"] = _disturbance(about)
         critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic

@@ -19,7 +19,9 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper, sensing, unrecorded
 
 LANES = 32  # that copy the rows of an instance
-SUMS = ("torque_integral", "muscle_terms", "body_terms", "whole_terms", "status", "push", "push_steps")
+SUMS = (  # begin anew with every episode, whatever the state that it starts from
+    "torque_integral", "muscle_terms", "body_terms", "whole_terms", "part_memory", "status", "push", "push_steps",
+)  # fmt: skip
 FELT = ("sensed", "force")  # by muscles, in the step that the state stands before
 Rows = NDArray[np.int32]
 

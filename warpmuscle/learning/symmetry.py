@@ -75,6 +75,8 @@ def observed_image(numbers: Sequence[Number], about: About, body: BodySymmetry, 
     where = {(number.kind, number.place): k for k, number in enumerate(numbers)}
     found = []
     for number in numbers:
+        if number.kind not in rules:
+            raise SceneError(f"nobody knows the mirror image of {number.name!r}", key="learning.symmetric")
         place, sign, shift = rules[number.kind](number.place)
         if (number.kind, place) not in where:
             raise SceneError(f"the mirror image of {number.name!r} is not observed", key="learning.symmetric")

@@ -22,6 +22,7 @@ from warpmuscle.model.controllers.table import controller_fields, controller_sta
 from warpmuscle.model.couplings import couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
+from warpmuscle.model.parts import part_values
 from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Failure, InitialState, JointState, Scene
@@ -215,6 +216,10 @@ def _reference(scene: Scene, structure: Structure, device: Any, inputs: ModelInp
     }
 
 
+def _own_parts(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return {"part_values": to_device(part_values(scene, structure.parts), float, device)}
+
+
 def failure_limits(failure: Failure, device: Any) -> wp.array:
     """Limits of failure, whose numbers are floats or (n,) arrays, as `kernels.structs.Model.failure`."""
     limits = {field: rows([getattr(failure, field)]) for field in structs.FailureLimits.vars}
@@ -225,7 +230,7 @@ Part = Callable[[Scene, Structure, Any, ModelInputs], Fields]
 PARTS: dict[str, Part] = {  # a later one may replace fields of one before
     "settings": _settings, "bodies": _bodies, "slope": _slope, "controller": _controller, "objective": _objective,
     "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "touching": _touching,
-    "motion": _motion, "reference": _reference,
+    "motion": _motion, "reference": _reference, "own parts": _own_parts,
 }  # fmt: skip
 
 

@@ -13,7 +13,8 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective_terms import TERMS, Term
 from warpmuscle.kernels.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
-from warpmuscle.model.user_functions import Kind, custom_conditions, custom_terms
+from warpmuscle.model.found_parts import Kind, known_part
+from warpmuscle.model.parts import OwnParts, plain_function
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
 from warpmuscle.scene.ground import HELD, LIFTED, LOADED
@@ -34,19 +35,23 @@ LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 
 
 def counted_terms(objective: Objective) -> tuple[str, ...]:
-    """Names of the terms with a weight, in the order of `TERMS`, then custom ones; `torque` is always one."""
-    names = (*TERMS, *objective.custom)
-    return tuple(name for name in names if name == "torque" or np.any(rows([_weight(objective, name)])))
+    """Names of the terms that weigh or are reported, in the order of `TERMS`, then custom ones; `torque` always is."""
+    always = ("torque", *objective.reported)
+    names = dict.fromkeys((*TERMS, *objective.custom, *objective.reported))
+    return tuple(name for name in names if name in always or np.any(rows([_weight(objective, name)])))
 
 
 def described(name: str) -> Term:
-    """What a term is; little is known of those of users."""
-    return TERMS.get(name) or Term(name, "", "summed over time, a term of the scene's own", "batch")
+    """What a term is; little is known of one of a user's module that has not been imported."""
+    if name in TERMS:
+        return TERMS[name]
+    part, usual = known_part(name) or Term(), "summed over time, a term of the scene's own"
+    return Term(name, part.unit, part.description or usual, "batch", part.sign)
 
 
 def weight_of(objective: Objective, name: str) -> Any:
     """Weight of a term."""
-    return objective.custom[name] if name in objective.custom else getattr(objective, name)
+    return getattr(objective, name) if name in TERMS else objective.custom.get(name, 0.0)
 
 
 def _weight(objective: Objective, name: str) -> Any:
@@ -55,25 +60,40 @@ def _weight(objective: Objective, name: str) -> Any:
     return weight if isinstance(weight, float | int | np.ndarray) else 1.0
 
 
-def objective_kind(scene: Scene, has_muscles: bool) -> ObjectiveKind:
-    """The sums that a step makes for the terms of a scene."""
+def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = None) -> ObjectiveKind:
+    """The sums that a step makes for the terms of a scene.
+
+    Args:
+        parts: of the scene's own.
+    """
+    parts = parts or OwnParts({}, {}, {}, {})
     names = set(counted_terms(scene.objective))
     if names & {"metabolic", "cost_of_transport"}:
         names.add(f"metabolic_{scene.objective.metabolic_model}")
-    own = {name: found for name, found in custom_terms(scene).items() if name in names}
+    own = {name: found for name, found in parts.terms.items() if name in names}
+
+    declared = {name: term for name, term in TERMS.items() if name in names}
+    declared |= {name: found.part.declaration for name, found in own.items()}
 
     def summed(part: Kind, table: Iterable[str]) -> tuple[str, ...]:
         kinds = ("whole", "desired") if part == "whole" else (part,)
-        return (*(name for name in table if name in names), *(name for name, found in own.items() if found[0] in kinds))
+        table = tuple(table)
+        return (
+            *(name for name in table if name in names),
+            *(n for n, f in own.items() if f.part.kind in kinds and n not in table),
+        )
 
     return ObjectiveKind(
         muscle=summed("muscle", MUSCLE_TERMS) if has_muscles else (),
         body=summed("body", BODY_TERMS),
         whole=summed("whole", WHOLE_TERMS),
-        own=tuple((name, function) for name, (_, function) in own.items()),
-        desired=tuple(name for name, found in own.items() if found[0] == "desired"),
-        conditions=tuple(custom_conditions(scene.failure).items()),
+        own=tuple((name, plain_function(found, scene.character)) for name, found in own.items()),
+        desired=tuple(name for name, found in own.items() if found.part.kind == "desired"),
+        conditions=tuple((name, plain_function(one, scene.character)) for name, one in parts.conditions.items()),
         progress=greatest(scene, scene.failure.no_progress) > 0.0,
+        cycles=any(placed.part.declaration.follows_cycles for placed in parts.all),
+        accelerated=tuple(name for name, term in declared.items() if term.stage == "accelerations"),
+        earned=tuple(name for name, term in declared.items() if term.sign == "earned"),
     )
 
 
@@ -122,7 +142,7 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
 def term_values(
     names: tuple[str, ...], scene: Scene, kind: ObjectiveKind, state: structs.State, end_time: Floats, distance: Floats
 ) -> dict[str, Floats]:
-    """Values (n,) of the terms that count, of all instances.
+    """Values (n,) of the terms that count, of all instances; negative of those that are earned, as they lower the cost.
 
     Args:
         names: of the terms.
@@ -142,6 +162,7 @@ def term_values(
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)
     sums["metabolic"] = energy + np.asarray(basal_rate(scene.objective)) * mass * end_time
     sums["cost_of_transport"] = sums["metabolic"] / (np.maximum(mass, TINY_MASS) * np.maximum(distance, LEAST_DISTANCE))
+    sums |= {name: -sums[name] for name in kind.earned}
     return {name: np.asarray(sums.get(name, np.zeros_like(end_time))) for name in names}
 
 

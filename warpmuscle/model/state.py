@@ -50,6 +50,8 @@ def state_struct(
     table = actuation.table
     for name, array in term_arrays(objective, n, len(names.bodies), len(table.muscles), zeros).items():
         setattr(s, name, array)
+    rows, floats = structure.parts.memory
+    s.part_memory = zeros(n if rows else 0, rows, floats)
     capacity, excited = _ring_capacity(scene, actuation), structure.controller.excites
     sharing_bodies = len(names.bodies) if shared_joints(scene, names, actuation) > 0 else 0
     s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, zeros, excited, sharing_bodies)

@@ -14,7 +14,8 @@ from warpmuscle.model.controllers.table import compiled_controller
 from warpmuscle.model.forces import ForceEntries, force_kinds
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscles import ActuationMap, driven
-from warpmuscle.model.objective import objective_kind
+from warpmuscle.model.objective import counted_terms, objective_kind
+from warpmuscle.model.parts import OwnParts, own_parts
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
@@ -34,6 +35,7 @@ class Structure:
     objective: ObjectiveKind  # the sums that a step makes
     controller: Controller  # what a step has compiled in of it
     forces: tuple[ForceEntries, ...]  # besides those of muscles and controller, by kind
+    parts: OwnParts  # of the scene's own
 
     @property
     def force_kinds(self) -> tuple[Force, ...]:
@@ -50,6 +52,7 @@ def structure_of(scene: Scene) -> Structure:
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
+    parts = own_parts(scene, actuation.muscles, counted_terms(scene.objective))
     found = Structure(
         names=names,
         coordinate_names=coordinates,
@@ -58,9 +61,10 @@ def structure_of(scene: Scene) -> Structure:
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
         skeleton=compiled_skeleton(scene.character, scene.ground.law),
-        objective=objective_kind(scene, not actuation.by_torque_alone),
+        objective=objective_kind(scene, not actuation.by_torque_alone, parts),
         controller=compiled_controller(scene, actuation.muscles),
         forces=force_kinds(scene, names),
+        parts=parts,
     )
     check_reads(scene)
     return found

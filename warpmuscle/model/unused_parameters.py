@@ -14,8 +14,8 @@ from warpmuscle.core.errors import Error
 from warpmuscle.kernels.objective_terms import TERMS
 from warpmuscle.model.build import build_model, start_of
 from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
+from warpmuscle.model.parts import check_custom
 from warpmuscle.model.structure import Structure, structure_of
-from warpmuscle.model.user_functions import check_custom
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene

@@ -41,7 +41,7 @@ def scene_in(result: Result) -> Scene:
     if len(found) and int(found.stage.max()) >= max(len(scene.stages), 1):
         raise ResultError(f"damaged result file: its scene has no stage {found.stage.max()}")
     for name in found.term_names:
-        if name not in scene.objective.custom and name not in TERMS:
+        if name not in (*TERMS, *scene.objective.custom, *scene.objective.reported):
             raise ResultError(f"damaged result file: its objective has no term {name!r}")
     return scene
 

@@ -71,9 +71,8 @@ class Curriculum:
         asked = [
             counted_terms(stage_scene(scene, number, start_values(scene)).objective) for number in range(len(stages))
         ]
-        self._term_names = tuple(
-            name for name in (*TERMS, *scene.objective.custom) if any(name in names for names in asked)
-        )
+        every = dict.fromkeys((*TERMS, *scene.objective.custom, *scene.objective.reported))
+        self._term_names = tuple(name for name in every if any(name in names for names in asked))
         self._over: dict[int, _Over] = {}  # by stage; those before the current one count
         for number in range(earlier.stage if earlier is not None else 0):
             self._over[number] = self._recalled(number)

@@ -28,9 +28,11 @@ ABOUT = {
     "speed_names": "of the root, then of the joints",
     "joint_angle_names": "of the root, then of the joints",
     "controller_value_names": "what a declared controller lets be recorded",
+    "recorded_names": "quantities of the scene's own",
     "coordinate_units": "unit of each coordinate",
     "speed_units": "unit of each speed",
     "controller_value_units": "unit of each",
+    "recorded_units": "unit of each quantity of the scene's own",
 }
 _AXIS = {name: axis for table in (NAMED, UNITS) for axis, name in table.items()}
 KEPT = "quantities"  # attribute that names those which are there, if others are missing

@@ -151,13 +151,19 @@ class Recording:
         "controller's update at this time; each has its unit in controller_value_units",
         lambda raw: raw.arrays.get("memory", np.zeros((len(raw.time), 0))),
     )  # fmt: skip
+    recorded: Floats = quantity(
+        "as recorded_units", ("frame", "recorded"), "what the scene's own quantities say, see `Scene.recorded`; "
+        "each has its unit in recorded_units", lambda raw: raw["own"],
+    )  # fmt: skip
     coordinate_names: tuple[str, ...] = ()
     speed_names: tuple[str, ...] = ()
     joint_angle_names: tuple[str, ...] = ()
     controller_value_names: tuple[str, ...] = ()
+    recorded_names: tuple[str, ...] = ()
     coordinate_units: tuple[str, ...] = ()
     speed_units: tuple[str, ...] = ()
     controller_value_units: tuple[str, ...] = ()
+    recorded_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -194,9 +200,11 @@ class Recording:
         speed_names: tuple[str, ...] = (),
         joint_angle_names: tuple[str, ...] = (),
         controller_value_names: tuple[str, ...] = (),
+        recorded_names: tuple[str, ...] = (),
         coordinate_units: tuple[str, ...] = (),
         speed_units: tuple[str, ...] = (),
         controller_value_units: tuple[str, ...] = (),
+        recorded_units: tuple[str, ...] = (),
         *,
         kept: Sequence[str] | None = None,
     ) -> Self:
@@ -210,7 +218,7 @@ class Recording:
         present: dict[str, Any] = {**arrays}
         every = (
             joint_names, body_names, muscle_names, coordinate_names, speed_names, joint_angle_names,
-            controller_value_names,
+            controller_value_names, recorded_names,
         )  # fmt: skip
         texts: dict[str, Any] = dict(zip(NAMED.values(), every, strict=True))
         for name in QUANTITIES:
@@ -223,10 +231,9 @@ class Recording:
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
             raise ArgumentError(f"arrays of a recording lack {', '.join(missing)}")
         given = {name: present[name] for name in QUANTITIES}
-        return cls(
-            **given, **texts, coordinate_units=coordinate_units, speed_units=speed_units,
-            controller_value_units=controller_value_units,
-        )  # fmt: skip
+        texts |= {"coordinate_units": coordinate_units, "speed_units": speed_units, "recorded_units": recorded_units}
+        texts |= {"controller_value_units": controller_value_units}
+        return cls(**given, **texts)
 
     @classmethod
     def from_frames(
@@ -241,6 +248,8 @@ class Recording:
         speed_units: tuple[str, ...],
         controller_value_names: tuple[str, ...] = (),
         controller_value_units: tuple[str, ...] = (),
+        recorded_names: tuple[str, ...] = (),
+        recorded_units: tuple[str, ...] = (),
     ) -> Self:
         """A recording of what a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
@@ -249,6 +258,7 @@ class Recording:
             joint_names, body_names, muscle_names, **arrays, coordinate_names=coordinate_names, speed_names=speed_names,
             controller_value_names=controller_value_names, coordinate_units=coordinate_units, speed_units=speed_units,
             controller_value_units=controller_value_units,
+            recorded_names=recorded_names, recorded_units=recorded_units,
         )  # fmt: skip
 
     @property
@@ -331,10 +341,10 @@ class Recording:
         return self.body_position[:, self.body_names.index(body)]
 
 
-COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle", "controller_value")  # axes
+COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle", "controller_value", "recorded")  # axes
 NAMED = {axis: f"{axis}_names" for axis in COUNTED}
 UNITS = {  # of axes whose members have units of their own
-    axis: f"{axis}_units" for axis in ("coordinate", "speed", "controller_value")
+    axis: f"{axis}_units" for axis in ("coordinate", "speed", "controller_value", "recorded")
 }
 _DECLARED = [one for one in fields(Recording) if one.metadata]
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}

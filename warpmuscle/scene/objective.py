@@ -71,7 +71,8 @@ class Objective(_Weights):
     basal_rate: Annotated[Number | None, "W/kg"] = None  # at rest; by default that of the model
     torque_by_joint: Annotated[dict[str, Number], "1"] = {}  # how often a joint's feedback torque counts; others once
     failure_cost: Annotated[float, "1"] = 1.0e6
-    custom: Annotated[dict[str, Number], "1"] = {}  # weights of `module:function`, see `user_functions`
+    reported: list[str] = []  # terms that are summed up though they weigh nothing, by name or `module:name`
+    custom: Annotated[dict[str, Number], "1"] = {}  # weights of `module:function`, see `CustomPart`
 
 
 class Tracking(Part):

@@ -15,6 +15,7 @@ import msgspec
 
 from warpmuscle.scene.body_contact.part import BodyContact
 from warpmuscle.scene.controller import SIMBICON, Command, Controller
+from warpmuscle.scene.custom_part import CustomPart
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
 from warpmuscle.scene.learning.task import Task
@@ -50,7 +51,8 @@ from warpmuscle.scene.surfaces import (
 __all__ = [
     "PD", "Actuation", "Balance", "BallCoordinates", "Body", "BodyContact", "Box", "Capsule", "Character", "Command",
     "Component",
-    "Condition", "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CylinderSurface",
+    "Condition", "ContactMaterial", "Controller", "Coupling", "Curve", "CurveShape", "CustomPart",
+    "CylinderSurface",
     "DeGrooteCurves", "Displacement", "Drive", "EllipsoidSurface", "Excitation", "Failure", "Feedback", "Force",
     "Ground", "InitialState", "Joint", "JointState", "Ligament", "Marker", "MillardCurves", "Motion", "Muscle",
     "MuscleModel", "Objective", "OpenSim", "Part", "PathActuator", "PointMotion", "PolynomialPath", "Pulley", "Reflex",
@@ -254,6 +256,8 @@ class Scene(Part):
     controller: Controller | None = None
     custom_controller: str = ""  # `module:name` of one of one's own, in the place of parts of the controller
     custom_controller_parameters: Annotated[dict[str, Number], "1"] = {}
+    recorded: list[str] = []  # `module:name` each: quantities of one's own that recordings have
+    custom: dict[str, CustomPart] = {}  # by `module:name` of a term or other part of one's own
     description: str = ""
     commands: dict[str, Command] = {}  # what numbers of this scene follow, by names of one's own
     initial_state: InitialState = msgspec.field(default_factory=InitialState)

@@ -15,6 +15,7 @@ import msgspec
 from warpmuscle.core.arguments import as_path, in_words
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Scene
+from warpmuscle.scene.learning import Task
 
 ENTRY = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 CURVE_FIELDS = ("active_force_length", "passive_force_length", "force_velocity")
@@ -27,26 +28,45 @@ _everything = False
 def named_code(scene: Scene) -> dict[str, str]:
     """What a scene names, `module:function` by key."""
     found = {f"objective.custom.{entry}": entry for entry in scene.objective.custom}
+    found |= {f"objective.reported.{k}": name for k, name in enumerate(scene.objective.reported) if ":" in name}
     found |= {f"failure.custom.{entry}": entry for entry in scene.failure.custom}
     curves = {f"muscle_model.{field}": getattr(scene.muscle_model, field) for field in CURVE_FIELDS}
     found |= curves | {"custom_controller": scene.custom_controller}
     if scene.controller is not None and ":" in scene.controller.type:
         found["controller.type"] = scene.controller.type
+    found |= {f"recorded.{index}": entry for index, entry in enumerate(scene.recorded)}
+    found |= _of_task(scene.learning) if scene.learning is not None else {}
     found |= {f"forces.{name}.type": force.type for name, force in scene.forces.items() if ":" in force.type}
     return {key: entry for key, entry in found.items() if entry}
+
+
+def _of_task(task: Task) -> dict[str, str]:
+    """The same of what a policy learns."""
+    rewards = {f"learning.rewards.custom.{name}": name for name in task.rewards.custom}
+    senses = {f"learning.observations.{name}": name for name in task.observations}
+    found = {key: name for key, name in (rewards | senses).items() if ":" in name}
+    found |= {f"learning.goals.{name}.draw": goal.draw for name, goal in task.goals.items()}
+    found |= {f"learning.ends.{index}": entry for index, entry in enumerate(task.ends)}
+    return found | {"learning.curriculum": task.curriculum, "learning.variation.start": task.variation.start}
 
 
 def without_code(scene: Scene) -> Scene:
     """The scene without what it names, for those who ask for its geometry only; nothing has to be trusted then."""
     replace = msgspec.structs.replace
     model = replace(scene.muscle_model, **dict.fromkeys(CURVE_FIELDS, ""))
-    objective = replace(scene.objective, custom={})
+    objective = replace(scene.objective, custom={}, reported=_shipped(scene.objective.reported))
     forces = {name: force for name, force in scene.forces.items() if ":" not in force.type}
     failure = replace(scene.failure, custom=[])
     without = replace(scene, muscle_model=model, objective=objective, forces=forces, failure=failure)
     if scene.controller is not None and ":" in scene.controller.type:
         without = replace(without, controller=None)
-    return replace(without, custom_controller="", custom_controller_parameters={})
+    if scene.learning is not None and any(_of_task(scene.learning).values()):
+        without = replace(without, learning=None)
+    return replace(without, custom_controller="", custom_controller_parameters={}, custom={}, recorded=[])
+
+
+def _shipped(names: list[str]) -> list[str]:
+    return [name for name in names if ":" not in name]
 
 
 def check_entries(scene: Scene) -> None:

@@ -33,6 +33,7 @@ def term_parts(
     for part, array, owners in (("body", state.body_terms, joints), ("muscle", state.muscle_terms, muscles)):
         for index, name in enumerate(getattr(kind, part)):
             sums[name] = dict(zip(owners, h * array.numpy()[instance, index], strict=True))
+    sums |= {name: {owner: -v for owner, v in sums[name].items()} for name in kind.earned if name in sums}
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}")
     if energy is not None:
         mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)

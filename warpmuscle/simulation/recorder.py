@@ -55,6 +55,7 @@ SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array
     "coordinates": ("coordinates",),
     "speeds": ("speeds",),
     "muscle": (MUSCLE_PLACES, "muscles"),
+    "own": ("own",),
 }
 DTYPES = {place: dtype_at(place) for place in SIZES}
 FEW_BYTES = 2**28  # of recorded motion, for which there always is memory
@@ -82,6 +83,7 @@ def shapes(structure: Structure) -> dict[str, tuple[int, ...]]:
     names, muscles = structure.names, structure.actuation.muscles
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
     sizes["muscles"], sizes["recorded"] = max(len(muscles), 1), len(structure.controller.custom.recorded)
+    sizes["own"] = len(structure.parts.recorded_names)
     return {
         name: tuple(sizes[size] if isinstance(size, str) else size for size in shape) for name, shape in SIZES.items()
     }
@@ -139,7 +141,7 @@ class Recorder:
             RolloutError: so many frames are too long, or do not fit into the memory.
         """
         check_room(structure, len(chosen), -(-steps // every), device)
-        self.names, self.muscles = structure.names, structure.actuation.muscles
+        self.names, self.muscles, self._parts = structure.names, structure.actuation.muscles, structure.parts
         self.chosen, self.every, self.kind = chosen, every, kind
         slot = np.full(instances, -1, dtype=np.int32)
         slot[chosen] = np.arange(len(chosen))
@@ -159,7 +161,8 @@ class Recorder:
     def clear(self) -> None:
         """Forget what was recorded."""
         for name in self._kept:
-            attrgetter(name)(self.record).zero_()
+            if attrgetter(name)(self.record).size:
+                attrgetter(name)(self.record).zero_()
 
     def values(self, name: str, steps: int) -> Floats:
         """A quantity of all chosen instances (chosen, frames, ...) in the first `steps` steps, float32.
@@ -213,15 +216,18 @@ class Recorder:
             centers=self._centers(scene, instance),
         )
         named = *coordinate_names(names, scene.character), *coordinate_units(names, scene.character)
+        own = self._parts.recorded_names, self._parts.recorded_units
         motion = Recording.from_frames(
             frames, names.joints, names.bodies, self.muscles, *named,
-            tuple(name for name, _ in self._recorded), tuple(unit for _, unit in self._recorded),
+            tuple(name for name, _ in self._recorded), tuple(unit for _, unit in self._recorded), *own,
         )  # fmt: skip
         return with_joint_angles(motion, scene, instance)
 
     def _raw(self, row: int, first: int, count: int) -> dict[str, Floats]:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""
-        return {name: attrgetter(name)(self.record)[row, first:count].numpy().astype(float) for name in self._kept}
+        arrays = {name: attrgetter(name)(self.record) for name in self._kept}
+        kept = {name: array[row, first:count].numpy().astype(float) for name, array in arrays.items() if array.size}
+        return {"own": np.zeros((count - first, 0))} | kept
 
     def _centers(self, scene: Scene, instance: int) -> Floats:
         """Centres of mass from the joints, body axes, (bodies, 3), m."""

@@ -18,9 +18,9 @@ from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.record import NOTHING
 from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
+from warpmuscle.model.parts import check_custom, recorded_functions
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
-from warpmuscle.model.user_functions import check_custom
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
@@ -123,6 +123,8 @@ class Rollout(RolloutResults):
         recorded, asked = chosen(record, self.instances), record_kind(quantities)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
         kind = asked if recorded or self.device.is_cpu else NOTHING
+        if kind.whole:
+            kind = kind._replace(own=recorded_functions(structure.parts, scene.character))
         config = kernel_config(scene, structure, self.instances, self.device, lanes, kind)
         self.steps, self.lanes, self.block_dim = round(scene.duration / scene.time_step), config.lanes, config.block_dim
         if self.instances > FEW:

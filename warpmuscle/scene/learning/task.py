@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
+from warpmuscle.kernels.objective_terms import REWARDS
 from warpmuscle.scene.part import Part
 
 Interval = tuple[float, float]
@@ -19,44 +20,52 @@ class Sense(Part):
     noise: Annotated[float, "1"] = 0.0  # standard deviation of what is added, in the units of the group
 
 
-class Rewards(Part):
+if TYPE_CHECKING:
+
+    class _Weights(Part):
+        """One number a reward."""
+
+        def __init__(self, **fields: Any) -> None: ...
+        def __getattr__(self, reward: str) -> float: ...
+
+else:
+    _Weights = msgspec.defstruct(
+        "_Weights", [(one.name, Annotated[float, one.unit], one.weight) for one in REWARDS.values()], bases=(Part,)
+    )
+
+
+class Rewards(_Weights):
     """Weights of what a decision earns, and of what it costs; each counts for the time that a decision takes.
 
-    Earned: `speed`, exp(-((v - wanted)/speed_width)^2) of the speed along the wanted heading; `alive`, 1; `upright`,
-    the vertical part of the trunk's long axis; `pose`, exp(-mean squared error/pose_width^2) of wanted coordinates;
-    `imitation`, the weighted mean of exp(-(angle/imitation_width)^2) over joints, by the angle between a joint and that
-    of the imitated gait; `force`, the mean of exp(-((F - norm)/force_width)^2) over feet, by the vertical force F in
-    weights of the body as it is, smoothed over `force_smoothing`, and people's at this part of the cycle and this
-    speed, smoothed alike, see `scene.norms.walking_force`.
-    Taken off: `effort`, the mean of squared excitations, of squared torques over their limit, or, where joints are
-    aimed at targets, of squared activations; `action`, mean squared action, at most 4; `action_rate`, the mean squared
-    change of the action; `overload`, by how many weights of the body the vertical force on each foot, as it is at the
-    end of the decision, is greater than `force_limit`, their sum; `heading`, 1 - cos of the heading's error; `side`,
-    distance to the side of the wanted way, in m, at most 1. `objective` weighs what the decision adds to the scene's
-    weighted objective, and `failure` is taken off once where an episode ends by failing: these two do not count for
-    time.
+    Earned are `speed`, `alive`, `upright`, `pose`, `imitation` and `force`, whose people's norm is that at this part of
+    the cycle and this speed, smoothed as the force is, see `scene.norms.walking_force`. All others are taken off.
+    `effort` is of excitations, of torques over their limit, or, where joints are aimed at targets, of activations;
+    `overload` is summed over the feet, of the force at the end of the decision. `objective` weighs what the decision
+    adds to the scene's weighted objective, and `failure` is taken off once where an episode ends by failing: these two
+    do not count for time.
+    `custom` weighs terms of the objective, by name, and parts of one's own, `module:name`; what is summed up over time
+    counts as the decision adds to it. Its sign is that which it declares, see `kernels/declaration.py`.
     """
 
-    speed: Annotated[float, "1/s"] = 10.0
-    alive: Annotated[float, "1/s"] = 5.0
-    upright: Annotated[float, "1/s"] = 0.0
-    pose: Annotated[float, "1/s"] = 10.0
-    imitation: Annotated[float, "1/s"] = 20.0
-    force: Annotated[float, "1/s"] = 0.0
-    effort: Annotated[float, "1/s"] = 3.0
-    action: Annotated[float, "1/s"] = 1.0
-    action_rate: Annotated[float, "1/s"] = 0.0
-    overload: Annotated[float, "1/s"] = 0.0
-    heading: Annotated[float, "1/s"] = 3.0
-    side: Annotated[float, "1/(m s)"] = 3.0
-    objective: Annotated[float, "1"] = 0.0
-    failure: Annotated[float, "1"] = 0.0
     speed_width: Annotated[float, "m/s"] = 0.5
     pose_width: Annotated[float, "rad"] = 0.3
     imitation_width: Annotated[float, "rad"] = 0.2
     force_width: Annotated[float, "1"] = 0.25  # body weights
     force_smoothing: Annotated[float, "s"] = 0.02  # time constant of a low-pass of first order
     force_limit: Annotated[float, "1"] = 1.15  # body weights
+    custom: Annotated[dict[str, float], "1"] = {}  # weights of terms, and of parts of one's own
+
+
+class Goal(Part):
+    """What is wanted in an episode: a point in space, or another number; drawn anew where an episode begins.
+
+    Either it lies evenly between `low` and `high`, three numbers of a point, world, or one of something else; or a
+    function of one's own draws it. The group of observations `goal` has points as they are seen from the root.
+    """
+
+    low: Annotated[list[float], "m or 1"] = []
+    high: Annotated[list[float], "m or 1"] = []
+    draw: str = ""  # `module:name` in place of both
 
 
 class Imitation(Part):
@@ -100,6 +109,7 @@ class Variation(Part):
     # the start; ball joints turn about any axis
     pose: Annotated[dict[str, Interval], "rad or m"] = {}  # where coordinates of joints start, drawn from intervals
     poses: int = 256  # starts that are drawn so
+    start: str = ""  # `module:name` of one's own that changes each start, after all others
     start_file: str = ""  # whose states episodes start from, before joints are drawn: an .npz, see `learning.poses`, or
     # a result file, all of whose frames count; in place of the initial state and of states of the gait
     variants: int = 256  # of masses, strengths and slopes
@@ -148,7 +158,11 @@ class Task(Part):
     synergies: Annotated[dict[str, dict[str, float]], "1"] = {}  # weights of muscles, by synergy
     stiffness: Annotated[float, "N m/rad"] = 100.0
     damping: Annotated[float, "N m s/rad"] = 10.0
-    observations: dict[str, Sense] = {}  # by group, see `learning.senses.GROUPS`; by default the usual ones, at once
+    observations: dict[str, Sense] = {}  # by group, see `learning.senses.GROUPS`, or `module:name` of one's own; by
+    # default the usual ones, at once
+    goals: dict[str, Goal] = {}  # by names of one's own
+    ends: list[str] = []  # `module:name` each: what ends an episode besides failures and its time
+    curriculum: str = ""  # `module:name` of what makes the difficulty of the next episode, 0 to 1
     speed: Annotated[Interval, "m/s"] = (1.2, 1.2)  # that is wanted, drawn from this interval
     turning_rate: Annotated[Interval, "rad/s"] = (0.0, 0.0)  # of the wanted heading, positive to the left
     pose: Annotated[dict[str, Interval], "rad or m"] = {}  # wanted coordinates, by name

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.objective_terms import REWARDS, TERMS
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.learning import Imitation, Task, Tightening, Variation
+from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval
 from warpmuscle.scene.norms import WALKING
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
+from warpmuscle.scene.validation.objective import check_needs
 
 LONGEST_DELAY = 1.0  # s, longer than of any nerve; what was felt meanwhile is kept
 HIGHER_IS_WIDER = ("heading", "leg_crossing", "self_collision")  # limits of failure; of the others lower ones are
@@ -46,11 +48,32 @@ def check_task(check: Checks) -> None:
     rewards = task.rewards
     check.positive("learning.rewards", rewards, "speed_width", "pose_width", "imitation_width", "force_width")
     check.not_negative("learning.rewards", rewards, "force_smoothing", "force_limit", *_weights(task))
+    for name, weight in rewards.custom.items():
+        key = f"learning.rewards.custom.{name}"
+        if ":" not in name:
+            known(name, [term.name for term in TERMS.values() if term.scope != "batch"], "term", key)
+            check_needs(check.checked, name, key)
+        if not 0.0 <= weight < math.inf:
+            raise SceneError(f"must not be negative, is {weight:g}: a part declares its sign", key=key)
+    for name, goal in task.goals.items():
+        _goal(f"learning.goals.{name}", goal)
     _variation(check, task.variation)
     if task.imitation is not None:
         _imitation(check, task.imitation)
     if task.tightening is not None:
         _tightening(check, task, task.tightening)
+
+
+def _goal(key: str, goal: Goal) -> None:
+    """A goal is drawn in one way, and has one number or three."""
+    if bool(goal.draw) == bool(goal.low or goal.high):
+        raise SceneError("give either low and high, or draw", key=key)
+    if goal.draw:
+        return
+    if len(goal.low) != len(goal.high) or len(goal.low) not in (1, 3):
+        raise SceneError("low and high have three numbers each, of a point, or one", key=key)
+    for low, high in zip(goal.low, goal.high, strict=True):
+        _interval(key, (low, high))
 
 
 def _imitation(check: Checks, imitation: Imitation) -> None:
@@ -76,7 +99,7 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
 
 
 def _weights(task: Task) -> list[str]:
-    return [name for name in task.rewards.__struct_fields__ if not name.endswith(("_width", "_smoothing", "_limit"))]
+    return list(REWARDS)
 
 
 def _variation(check: Checks, variation: Variation) -> None:

@@ -32,14 +32,24 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
         checks.not_negative(key, objective, "basal_rate")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
-    if scene.tracking is None and checks.interval(objective.tracking)[1] > 0.0:
-        raise SceneError("there is no gait to track: name one in [tracking]", key=f"{key}.tracking")
-    for name in ("norms", "norm_force"):
+    for name in ("tracking", "norms", "norm_force", "step_width"):
         if checks.interval(getattr(objective, name))[1] > 0.0:
-            _check_legs(scene, f"{key}.{name}")
-    if scene.feet is None and checks.interval(objective.step_width)[1] > 0.0:
-        raise SceneError("there are no feet whose steps have a width", key=f"{key}.step_width")
+            check_needs(scene, name, f"{key}.{name}")
+    for index, name in enumerate(objective.reported):
+        if ":" not in name:
+            known(name, TERMS, "term", f"{key}.reported.{index}")
+            check_needs(scene, name, f"{key}.reported.{index}")
     checks.positive(key, objective, "failure_cost")
+
+
+def check_needs(scene: Scene, term: str, key: str) -> None:
+    """SceneError unless a scene has what a shipped term compares with."""
+    if term == "tracking" and scene.tracking is None:
+        raise SceneError("there is no gait to track: name one in [tracking]", key=key)
+    if term in ("norms", "norm_force"):
+        _check_legs(scene, key)
+    if term == "step_width" and scene.feet is None:
+        raise SceneError("there are no feet whose steps have a width", key=key)
 
 
 def _check_legs(scene: Scene, key: str) -> None:

@@ -19,7 +19,7 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
-from warpmuscle.scene.trusted_code import check_entries
+from warpmuscle.scene.trusted_code import check_entries, named_code
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
 from warpmuscle.scene.validation.contact import check_body_contact, check_ground, check_pairs
@@ -60,6 +60,8 @@ class _Check(Checks):
                 f"time_step {scene.time_step:g} is longer than the duration {scene.duration:g}", "time_step"
             )
         check_entries(scene)
+        for entry in scene.custom:
+            known(entry, named_code(scene).values(), "part", f"custom.{entry}", "that this scene uses")
         self.names(scene)
         check_skeleton(self)
         self.feet(scene)

@@ -1,0 +1,149 @@
+"""Parts of a scene's own by what they declare: found, sound in themselves, and given the parameters that they take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import check_size
+from warpmuscle.kernels.decision import Decision
+from warpmuscle.kernels.declaration import STAGES, Declaration, Stage
+from warpmuscle.kernels.structs import Model, Scratch, State
+from warpmuscle.kernels.term_functions import MuscleWork
+from warpmuscle.model.user_functions import FLOATS, arguments_of, checked_function, declared, placed
+from warpmuscle.scene import CustomPart, Scene
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.checks import Checks, known, near
+
+Kind = Literal["muscle", "body", "whole", "desired", "condition", "decision", "quantity"]
+
+WHOLE = (wp.int32, Model, State, Scratch)
+TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
+    "muscle": (wp.int32, wp.int32, MuscleWork, Model),
+    "body": (wp.int32, wp.int32, Model, State, Scratch),
+    "whole": WHOLE,
+}
+IN_STEP: tuple[Stage, ...] = ("forces", "accelerations")
+
+
+class Found(NamedTuple):
+    """A part as its module declares it, and what its function is of."""
+
+    entry: str  # `module:name`
+    kind: Kind
+    declaration: Declaration
+    base: str = "instance"  # what a part of a task takes, see `kernels.decision_parts`
+    result: Any = float  # what its function returns
+
+
+_known: dict[str, Declaration] = {}  # parts whose modules have been imported, by entry
+
+
+def known_part(entry: str) -> Declaration | None:
+    """What a part declares, if its module has been imported."""
+    return _known.get(entry)
+
+
+def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
+    """The declaration of a part of one's own, sound in itself.
+
+    Args:
+        entry: `module:name` of a `Declaration`, or of a Warp function, which then is one by itself.
+        stages: at one of which it must be called; the first is that of a function by itself.
+
+    Raises:
+        SceneError: there is no such thing, or it is not as it must be.
+    """
+    thing = declared(entry, key, Declaration)
+    if isinstance(thing, Declaration):
+        part = thing
+    else:
+        at_decision = "decision" in stages and Decision in arguments_of(thing)
+        part = Declaration(function=thing, stage="decision" if at_decision else stages[0])
+    checked_function(part.function, entry, key)
+    if part.parameters is not None:
+        fields = getattr(part.parameters, "vars", None)
+        if not fields or any(field.type is not wp.float32 for field in fields.values()):
+            raise SceneError(f"the parameters of {entry!r} are no @wp.struct of floats", key=key)
+    if not isinstance(part.memory, int) or isinstance(part.memory, bool) or part.memory < 0:
+        raise SceneError(f"the memory of {entry!r} is not a number of floats, but {part.memory!r}", key=key)
+    check_size("values", part.memory, lambda message: SceneError(message, key=key))
+    if part.sign not in ("cost", "earned"):
+        raise SceneError(f"the sign of {entry!r} is 'cost' or 'earned', not {part.sign!r}", key=key)
+    if part.stage not in stages:
+        asked = f"the stage of {entry!r} is {' or '.join(map(repr, stages))} here, not {part.stage!r}"
+        raise SceneError(asked + near(str(part.stage), [one for one in STAGES if one in stages]), key=key)
+    _check_numbers(part, entry, key)
+    taken = arguments_of(part.function)
+    for what, given in (("parameters", part.parameters), ("memory", FLOATS if part.memory else None)):
+        if given is not None and given not in taken:
+            raise SceneError(f"{placed(part.function, entry)} takes no {what}, which {entry!r} declares", key=key)
+    if FLOATS in taken and not part.memory:
+        raise SceneError(f"{placed(part.function, entry)} takes a memory: declare how many floats, memory=1", key=key)
+    _known[entry] = part
+    return part
+
+
+def _check_numbers(part: Declaration, entry: str, key: str) -> None:
+    """SceneError unless defaults and limits are numbers, of parameters that there are."""
+    names = [] if part.parameters is None else list(part.parameters.vars)
+    for what, sizes in (("defaults", 1), ("limits", 2)):
+        given = getattr(part, what)
+        if not isinstance(given, Mapping):
+            raise SceneError(f"{what} of {entry!r} are no table by parameter", key=key)
+        for name, value in given.items():
+            known(name, names, "parameter", key, f"in {what} of {entry!r}")
+            numbers = value if isinstance(value, tuple | list) else (value,)
+            if len(numbers) != sizes or not all(isinstance(number, float | int) for number in numbers):
+                wanted = "a number" if sizes == 1 else "lowest and highest value"
+                raise SceneError(f"{what} of {entry!r} have no {wanted} of {name!r}", key=key)
+
+
+def own_arguments(part: Declaration) -> tuple[Any, ...]:
+    """What a function of a part may take last: its parameters, then its memory."""
+    return (*([] if part.parameters is None else [part.parameters]), *([FLOATS] if part.memory else []))
+
+
+def takes(arguments: tuple[Any, ...], base: tuple[Any, ...], own: tuple[Any, ...]) -> bool:
+    """Whether arguments are those of a base, and then, in their order, of a part's own those that it wants."""
+    rest = arguments[len(base) :]
+    return arguments[: len(base)] == base and rest == tuple(one for one in own if one in rest)
+
+
+def check_parameters(scene: Scene, entry: str, part: Declaration, kind: Kind) -> None:
+    """SceneError unless a scene gives the parameters of a part, within their limits, and no others."""
+    given, key = scene.custom.get(entry, CustomPart()), f"custom.{entry}"
+    names = [] if part.parameters is None else list(part.parameters.vars)
+    of_bodies, of_muscles = list(scene.character.joints), list(scene.character.muscles)
+    owners = {"body": of_bodies, "muscle": of_muscles}.get(kind, [])
+    missing = [name for name in names if name not in given.parameters and name not in part.defaults]
+    if missing:
+        raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=f"{key}.parameters")
+    for owner in given.each:
+        if not owners:
+            raise SceneError(f"{entry!r} is one of the whole body: it has no numbers for each", key=f"{key}.each")
+        known(owner, owners, "joint" if kind == "body" else "muscle", f"{key}.each.{owner}")
+    checks = Checks(scene) if any(isinstance(number, Free) for _, _, number in _numbers(given)) else None
+    for place, name, number in _numbers(given):
+        if name not in names:
+            takes = f"takes {', '.join(names)}" if names else "takes none"
+            raise SceneError(f"no parameter is called {name!r}{near(name, names)}; it {takes}", key=f"{key}.{place}")
+        low, high = checks.interval(number) if checks is not None else (number, number)
+        least, most = part.limits.get(name, (-np.inf, np.inf))
+        if not least <= low <= high <= most:
+            wrong = low if low < least else high
+            raise SceneError(f"must be within {least:g} and {most:g}, is {wrong:g}", key=f"{key}.{place}")
+
+
+def _numbers(given: CustomPart) -> Iterator[tuple[str, str, Any]]:
+    """Place, name and value of all parameters that a scene gives a part."""
+    tables: Mapping[str, Mapping[str, Any]] = {"parameters": given.parameters} | {
+        f"each.{owner}": table for owner, table in given.each.items()
+    }
+    for place, table in tables.items():
+        for name, number in table.items():
+            yield f"{place}.{name}", name, number
