@@ -3,11 +3,15 @@
 Workers share Warp's folder of compiled kernels. The first that needs a module compiles it, and others wait for it.
 """
 
-import fcntl
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
 
 _loads = [0]  # how often a launch has asked for a module
 
@@ -21,7 +25,7 @@ def start() -> None:
     wp.Module.of_tests = True
     wp.config.log_level, wp.config.enable_backward = wp.LOG_WARNING, False
     wp.init()
-    load, compile_ = wp.Module.load, wp.Module._compile
+    load, compile_ = wp.Module.load, getattr(wp.Module, "_compile", None)
 
     def counted(module: Any, *arguments: Any, **options: Any) -> Any:
         _loads[0] += 1
@@ -32,7 +36,9 @@ def start() -> None:
         with alone(Path(wp.config.kernel_cache_dir) / "compiling" / name):
             return compile_(module, device, output_dir, *arguments, **options)
 
-    wp.Module.load, wp.Module._compile = counted, once
+    wp.Module.load = counted
+    if compile_ is not None:  # it is Warp's own affair; without it, workers compile what they have in common each
+        wp.Module._compile = once
 
 
 def loads() -> int:
@@ -45,5 +51,6 @@ def alone(file: Path) -> Iterator[None]:
     """Wait until no other process, or thread, is within for this file, which is made."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("w") as opened:
-        fcntl.flock(opened, fcntl.LOCK_EX)  # until it is closed
+        if fcntl is not None:
+            fcntl.flock(opened, fcntl.LOCK_EX)  # until it is closed
         yield
