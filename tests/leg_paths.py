@@ -9,7 +9,7 @@ from probes import turn_about
 from biped import biped
 from random_states import random_states
 from warpmuscle.kernels import stages
-from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.model.path_table import MusclePath, PathTable, path_table
 from warpmuscle.model.paths import paths_struct
 from warpmuscle.scene import Character, Condition, Scene, ViaPoint

@@ -17,7 +17,7 @@ from warpmuscle.formats import scene_names
 
 ROOT = Path(__file__).parents[1]
 USER_FILE = """import warpmuscle as wm
-from warpmuscle.kernels.muscle import fibre_force
+from warpmuscle.kernels.muscle.muscle import fibre_force
 scene = wm.load("walk56")
 reveal_type(scene)
 reveal_type(scene.duration)

@@ -27,7 +27,7 @@ def told(
     """How so many bodies of each command (n, 2), m/s and rad/s, do, with pushes of up to `push`, N s."""
     from warpmuscle.core.pose import twist_angle
     from warpmuscle.formats import load
-    from warpmuscle.kernels.rewards import COMPLETED, DECISIONS, FORWARD
+    from warpmuscle.kernels.learning.rewards import COMPLETED, DECISIONS, FORWARD
     from warpmuscle.learning.player import Player, learned_in, task_of
 
     learned = learned_in(policy)

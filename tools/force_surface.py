@@ -10,8 +10,8 @@ import time
 import numpy as np
 import warp as wp
 
-from warpmuscle.kernels.curves import MILLARD
-from warpmuscle.kernels.muscle import FIBRE_DAMPING, fibre_force
+from warpmuscle.kernels.curve.curves import MILLARD
+from warpmuscle.kernels.muscle.muscle import FIBRE_DAMPING, fibre_force
 
 side = 1000
 lengths, speeds = np.meshgrid(np.linspace(0.4, 1.7, side), np.linspace(-1.0, 1.0, side))  # over l_opt, over v_max

@@ -26,9 +26,9 @@ from warpmuscle.cli import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
 from warpmuscle.core.public import PUBLIC
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
-from warpmuscle.kernels.decision import Decision
-from warpmuscle.kernels.declaration import STAGES, Declaration
-from warpmuscle.kernels.objective_terms import REWARDS, TERMS
+from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.objective.declaration import STAGES, Declaration
+from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.kernels.stable import FIELDS, STABLE
 from warpmuscle.model.found_parts import IN_STEP, TERM_ARGUMENTS
 from warpmuscle.model.task_parts import DRAW, USES

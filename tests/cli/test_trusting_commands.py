@@ -12,7 +12,7 @@ from typer.main import get_command
 from warpmuscle.cli import COMMANDS, app
 
 PARTS = """import warp as wp
-from warpmuscle.kernels.term_functions import MuscleWork
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model
 
 @wp.func

@@ -8,7 +8,7 @@ from typing import Any
 
 from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import (
     Actuation,
     Body,
@@ -30,10 +30,10 @@ USER_CODE = '''"""A term, a curve, a controller and a force of a user's own."""
 
 import warp as wp
 
-from warpmuscle.kernels.control import CustomController
-from warpmuscle.kernels.forces import Force
+from warpmuscle.kernels.control.control import CustomController
+from warpmuscle.kernels.force.forces import Force
 from warpmuscle.kernels.structs import Model, State, Scratch
-from warpmuscle.kernels.term_functions import MuscleWork
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 
 
 @wp.func

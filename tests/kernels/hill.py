@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from probes import evaluate
 
-from warpmuscle.kernels import curves, muscle
-from warpmuscle.kernels.curves import MILLARD, THELEN
+from warpmuscle.kernels.curve import curves
+from warpmuscle.kernels.curve.curves import MILLARD, THELEN
+from warpmuscle.kernels.muscle import muscle
 
 PROPERTIES = {  # N, m, m, rad
     "BIClong": (624.3, 0.1157, 0.2723, 0.0),

@@ -6,7 +6,7 @@ from probes import evaluate
 
 from leg_paths import KNEE_BENT, gradient, on_the_knee, with_condition
 from warpmuscle.core.arrays import structs_to_device
-from warpmuscle.kernels import path
+from warpmuscle.kernels.path import path
 from warpmuscle.scene import Condition
 
 

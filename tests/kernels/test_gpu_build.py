@@ -8,8 +8,8 @@ import pytest
 import warp as wp
 
 from warpmuscle.formats import load
-from warpmuscle.kernels.record import NOTHING, RecordKind
-from warpmuscle.kernels.scratch import capacity_of
+from warpmuscle.kernels.memory.scratch import capacity_of
+from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import MAX_REGISTERS, step_kernel
 from warpmuscle.model.muscles import compiled_kind, driven
 from warpmuscle.model.objective import objective_kind

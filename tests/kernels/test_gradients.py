@@ -7,9 +7,10 @@ import pytest
 import warp as wp
 from probes import evaluate
 
-from warpmuscle.kernels import curves, muscle
-from warpmuscle.kernels.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN
-from warpmuscle.kernels.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.curve import curves
+from warpmuscle.kernels.curve.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN
+from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.muscle import muscle
 
 MODELS = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de groote": DE_GROOTE, "sarshari": SARSHARI}
 L_OPT, SLACK, V_MAX, DAMPING, TIME_STEP = 0.1, 0.2, 10.0, 0.1, 1.0 / 2000.0

@@ -13,9 +13,9 @@ from probes import evaluate
 from test_shaped_muscles import ours, pull
 
 from muscle_arm import ZERO, X, constant
-from warpmuscle.kernels.curve_sets import LEE
-from warpmuscle.kernels.millard import CURVES, sampled
-from warpmuscle.kernels.muscle import compliant_force, fibre_force
+from warpmuscle.kernels.curve.curve_sets import LEE
+from warpmuscle.kernels.curve.millard import CURVES, sampled
+from warpmuscle.kernels.muscle.muscle import compliant_force, fibre_force
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import (
     Actuation,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.joint_motion import piece_of
+from warpmuscle.kernels.body.joint_motion import piece_of
+from warpmuscle.kernels.memory.turns import in_turn
 from warpmuscle.kernels.structs import CubicPiece
-from warpmuscle.kernels.turns import in_turn
 
 
 @wp.kernel(enable_backward=False)

@@ -13,8 +13,8 @@ from scipy.interpolate import CubicSpline
 
 from muscle_arm import arm, constant
 from warpmuscle.core.array_types import Floats
-from warpmuscle.kernels import curves
-from warpmuscle.kernels.curves import LEE
+from warpmuscle.kernels.curve import curves
+from warpmuscle.kernels.curve.curves import LEE
 from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Actuation, Excitation, JointState, MuscleModel
 from warpmuscle.simulation.rollout import Rollout

@@ -10,11 +10,11 @@ import pytest
 import warp as wp
 from opensim_bench import MODELS, Bench, as_ours, bench_scene
 
-from warpmuscle.kernels import muscle
-from warpmuscle.kernels.curve_sets import DE_GROOTE, MILLARD, THELEN
-from warpmuscle.kernels.custom_curves import with_curves
-from warpmuscle.kernels.muscle import pennation_cosine, rigid_fibre_speed
-from warpmuscle.kernels.shaped_curves import Shaped, ShapedCurves
+from warpmuscle.kernels.curve.curve_sets import DE_GROOTE, MILLARD, THELEN
+from warpmuscle.kernels.curve.custom_curves import with_curves
+from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves
+from warpmuscle.kernels.muscle import muscle
+from warpmuscle.kernels.muscle.muscle import pennation_cosine, rigid_fibre_speed
 from warpmuscle.kernels.structs import Muscles
 from warpmuscle.model.muscles import muscles_struct
 from warpmuscle.scene import DeGrooteCurves, MillardCurves, Muscle, ThelenCurves

@@ -10,10 +10,10 @@ import pytest
 import warp as wp
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.decision import Decision
-from warpmuscle.kernels.forces import Wrench
+from warpmuscle.kernels.force.forces import Wrench
+from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.stable import FIELDS, STABLE
-from warpmuscle.kernels.term_functions import MuscleWork
 
 ROOT = Path(__file__).parents[2]
 POWER = "activation, excitation, length, speed, force, iso, slow, mass, negative_share"

@@ -10,8 +10,9 @@ from probes import filled
 from scipy.spatial.transform import Rotation
 
 import metabolic_powers
-from warpmuscle.kernels import term_functions as terms
-from warpmuscle.kernels.curve_sets import LEE
+from warpmuscle.kernels.curve.curve_sets import LEE
+from warpmuscle.kernels.objective import term_functions as terms
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -23,7 +24,6 @@ from warpmuscle.kernels.structs import (
     Skeleton,
     State,
 )
-from warpmuscle.kernels.term_functions import MuscleWork
 
 N, MUSCLES = 60, 3
 POWERS = {"bhargava": metabolic_powers.bhargava, "wang": metabolic_powers.wang, "umberger": metabolic_powers.umberger}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, touch_of
+from warpmuscle.kernels.path.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, touch_of
+from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE
+from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, INSIDE, Touch
 from warpmuscle.kernels.structs import RouteWrap
-from warpmuscle.kernels.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE
-from warpmuscle.kernels.wrap_touch import BESIDE, FREE, INSIDE, Touch
 from warpmuscle.model.routes import KINDS, METHODS, size_of
 from warpmuscle.scene import CylinderSurface, EllipsoidSurface, SphereSurface, Surface, TorusSurface
 from warpmuscle.scene.wrapping.route import half_of, touch

@@ -9,7 +9,7 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.formats import load
 from warpmuscle.gait.foot_contact import touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
-from warpmuscle.kernels.rewards import FORCE, IMITATION, TERMS
+from warpmuscle.kernels.learning.rewards import FORCE, IMITATION, TERMS
 from warpmuscle.learning import EpisodeBatch, Imitation, Rewards, Sense, Task, Variation
 from warpmuscle.learning.imitation import (
     BINS,

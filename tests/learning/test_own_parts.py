@@ -9,7 +9,7 @@ from importing import importable_from
 from muscle_arm import arm
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.formats import toml
-from warpmuscle.kernels.objective_terms import REWARDS
+from warpmuscle.kernels.objective.objective_terms import REWARDS
 from warpmuscle.learning import EpisodeBatch, Rewards, Sense, Task, Variation
 from warpmuscle.learning.player import Player, task_of, text_of
 from warpmuscle.results.learned import Layer, Learned, PolicyTable
@@ -22,9 +22,9 @@ MODULE = '''"""A hand that reaches."""
 
 import warp as wp
 
-from warpmuscle.kernels.accelerations import centre_acceleration
-from warpmuscle.kernels.decision import Decision, goal_point
-from warpmuscle.kernels.declaration import Declaration
+from warpmuscle.kernels.objective.accelerations import centre_acceleration
+from warpmuscle.kernels.learning.decision import Decision, goal_point
+from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 

@@ -7,7 +7,7 @@ import pytest
 from muscle_arm import arm
 from warpmuscle import Rollout
 from warpmuscle.core.errors import RolloutError, SceneError
-from warpmuscle.kernels.rewards import COUNT, TERMS
+from warpmuscle.kernels.learning.rewards import COUNT, TERMS
 from warpmuscle.learning import EpisodeBatch, Rewards, Sense, Task, Variation
 
 NOTHING = dict.fromkeys(TERMS, 0.0)

@@ -25,10 +25,10 @@ from warpmuscle.simulation.rollout import Rollout
 NAME = "unsound_parts"
 MODULE = '''
 import warp as wp
-from warpmuscle.kernels.control import CustomController
-from warpmuscle.kernels.forces import Force, Wrench
+from warpmuscle.kernels.control.control import CustomController
+from warpmuscle.kernels.force.forces import Force, Wrench
 from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
-from warpmuscle.kernels.term_functions import MuscleWork
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 
 
 @wp.func

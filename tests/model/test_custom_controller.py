@@ -18,7 +18,7 @@ from warpmuscle.simulation.rollout import Rollout
 NAME = "their_controllers"
 MODULE = '''
 import warp as wp
-from warpmuscle.kernels.control import CustomController
+from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
 
 ANGLE = wp.constant(7)  # behind the place of the fixed root

@@ -10,7 +10,7 @@ from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, constant
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
-from warpmuscle.kernels import devices
+from warpmuscle.kernels.force import devices
 from warpmuscle.model.unused_parameters import unused_parameters
 from warpmuscle.scene import Actuation, Body, Character, Failure, Force, InitialState, JointState, Scene
 from warpmuscle.scene.number import Free
@@ -19,7 +19,7 @@ from warpmuscle.simulation.rollout import Rollout
 NAME = "their_forces"
 MODULE = '''
 import warp as wp
-from warpmuscle.kernels.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import Force, Wrench
 from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from muscle_arm import leg
-from warpmuscle.kernels.contraction import COMPLIANT, EITHER, RIGID, SWITCH
-from warpmuscle.kernels.curve_sets import DE_GROOTE, LIGAMENT, MILLARD, PATH_ACTUATOR, THELEN
+from warpmuscle.kernels.curve.curve_sets import DE_GROOTE, LIGAMENT, MILLARD, PATH_ACTUATOR, THELEN
+from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER, RIGID, SWITCH
 from warpmuscle.model import muscle_shapes as model
 from warpmuscle.scene import Ligament, Muscle, MuscleModel, PathActuator
 from warpmuscle.scene.muscles.curves import DeGrooteCurves, MillardCurves, ThelenCurves

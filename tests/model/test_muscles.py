@@ -6,8 +6,8 @@ import warp as wp
 
 from muscle_arm import constant, leg
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.contraction import RIGID
-from warpmuscle.kernels.muscle_laws import HILL, IDEAL, LAWS, LEGACY
+from warpmuscle.kernels.muscle.contraction import RIGID
+from warpmuscle.kernels.muscle.muscle_laws import HILL, IDEAL, LAWS, LEGACY
 from warpmuscle.model import muscles as model
 from warpmuscle.scene import Actuation, Condition, Excitation, MuscleModel, Scene
 from warpmuscle.scene.number import Free

@@ -11,7 +11,7 @@ from mujoco_oracle import compile_model, state_to_qpos
 from random_states import random_states
 from warpmuscle.formats import load
 from warpmuscle.kernels import stages
-from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.model.muscles import driven
 from warpmuscle.scene import Actuation, Body, Character, Condition, Joint, Muscle, MuscleModel, Scene, ViaPoint
 from warpmuscle.scene.number import Free

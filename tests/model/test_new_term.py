@@ -65,7 +65,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
         assert cost == pytest.approx(2.0 * value)
     else:
         missing = {
-            "function": "term altitude of kernels/objective_terms.py has no function",
+            "function": "term altitude of kernels/objective/objective_terms.py has no function",
             "term": "no attribute 'altitude'",
         }
         assert missing[left_out] in done.stderr

@@ -21,10 +21,10 @@ MODULE = '''"""Parts that declare more than a function."""
 
 import warp as wp
 
-from warpmuscle.kernels.accelerations import centre_acceleration
-from warpmuscle.kernels.declaration import Declaration
+from warpmuscle.kernels.objective.accelerations import centre_acceleration
+from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.kernels.term_functions import MuscleWork
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 
 
 @wp.struct

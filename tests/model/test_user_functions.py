@@ -63,8 +63,8 @@ def broken(length: float) -> float:
 def plain(length: float) -> float:
     return length
 '''
-IMPORTS = """from warpmuscle.kernels.curves import hyperbolic_velocity
-from warpmuscle.kernels.term_functions import MuscleWork
+IMPORTS = """from warpmuscle.kernels.curve.curves import hyperbolic_velocity
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, ModelRef, State, StateRef, Scratch, ScratchRef
 """
 NAME = "their_parts"

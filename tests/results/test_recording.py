@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from biped import random_recording
-from warpmuscle.kernels.recorded import MUSCLE_PLACES
+from warpmuscle.kernels.recording.recorded import MUSCLE_PLACES
 from warpmuscle.results.quantity import RawFrames
 from warpmuscle.results.recording import (
     INTEGER_QUANTITIES,

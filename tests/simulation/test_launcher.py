@@ -9,12 +9,12 @@ import warp as wp
 from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
-from warpmuscle.kernels.record import NOTHING, RecordKind
-from warpmuscle.kernels.route_bends import RouteKind
-from warpmuscle.kernels.scratch import CONTROL, SECOND, SLOT_FLOATS
+from warpmuscle.kernels.memory.scratch import CONTROL, SECOND, SLOT_FLOATS
+from warpmuscle.kernels.objective.term_functions import ObjectiveKind
+from warpmuscle.kernels.path.route_bends import RouteKind
+from warpmuscle.kernels.path.stretch import PathKind
+from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import block_registers, blocks_of
-from warpmuscle.kernels.stretch import PathKind
-from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.model.controllers.outside import driven_from_outside
 from warpmuscle.model.controllers.simbicon import HELD
 from warpmuscle.model.muscles import muscle_kind

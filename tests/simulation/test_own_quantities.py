@@ -19,8 +19,8 @@ MODULE = '''"""What is recorded besides."""
 
 import warp as wp
 
-from warpmuscle.kernels.accelerations import centre_acceleration
-from warpmuscle.kernels.declaration import Declaration
+from warpmuscle.kernels.objective.accelerations import centre_acceleration
+from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 

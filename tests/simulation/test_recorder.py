@@ -8,7 +8,7 @@ import warp as wp
 
 from small_scene import muscle_scene
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.record import RecordKind
+from warpmuscle.kernels.recording.record import RecordKind
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import MUSCLE_QUANTITIES
 from warpmuscle.scene.topology import coordinate_names, coordinate_units

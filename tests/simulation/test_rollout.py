@@ -9,7 +9,7 @@ import pytest
 from short_walks import CANDIDATE, assert_same_bits, candidates, limp, plain_walk, short_walk
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
-from warpmuscle.kernels.scratch import work_floats
+from warpmuscle.kernels.memory.scratch import work_floats
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free

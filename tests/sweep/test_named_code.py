@@ -17,7 +17,7 @@ from warpmuscle.sweep.named_code import named_by, trusted_there
 from warpmuscle.sweep.run import sweep
 
 MODULE = """import warp as wp
-from warpmuscle.kernels.term_functions import MuscleWork
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model
 @wp.func
 def effort(instance: int, m: int, w: MuscleWork, model: Model) -> float: return w.activation * w.activation

@@ -140,9 +140,9 @@ def test_a_file_that_has_changed_is_not_mutated():
 
 
 def test_the_mirror_comes_first_then_what_imports_the_module():
-    tests = ordered_tests(ROOT, "warpmuscle/kernels/activation.py")
-    assert tests[0] == "tests/kernels/test_activation.py"
-    near, far = tests.index("tests/kernels/test_muscle_control.py"), tests.index("tests/search/test_random.py")
+    tests = ordered_tests(ROOT, "warpmuscle/kernels/muscle/activation.py")
+    assert tests[0] == "tests/kernels/muscle/test_activation.py"
+    near, far = tests.index("tests/kernels/muscle/test_muscle_control.py"), tests.index("tests/search/test_random.py")
     assert near < far
     assert not any(test.startswith(("tests/docs", "tests/tools")) for test in tests)
 

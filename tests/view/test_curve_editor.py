@@ -11,7 +11,7 @@ import warp as wp
 
 from live_viewer import PATIENCE, until
 from warpmuscle.formats import load
-from warpmuscle.kernels.spline import curve_value
+from warpmuscle.kernels.algebra.spline import curve_value
 from warpmuscle.kernels.structs import Knot
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun

@@ -21,8 +21,9 @@ from mutations.equal import EQUAL, EQUAL_CHANGES
 
 PHYSICS = ("warpmuscle/kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies")
 NO_PHYSICS = (  # how memory is laid out on a GPU, and how functions of users and parameters are put together
-    "warpmuscle/kernels/compiler_hints.py", "warpmuscle/kernels/extensions.py", "warpmuscle/model/extensions.py",
-    "warpmuscle/model/extension_arrays.py", "warpmuscle/model/user_functions.py",
+    "warpmuscle/kernels/memory/compiler_hints.py", "warpmuscle/kernels/force/extensions.py",
+    "warpmuscle/kernels/moved.py", "warpmuscle/model/extensions.py", "warpmuscle/model/extension_arrays.py",
+    "warpmuscle/model/user_functions.py",
 )  # fmt: skip
 SWAPPED_NAMES = {
     "sin": "cos", "cos": "sin", "min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum",

@@ -1,22 +1,23 @@
 """Lines whose changes change no result, for reasons that no rule can tell; and single changes of lines."""
 
 EQUAL: dict[tuple[str, str], str] = {
-    ("warpmuscle/kernels/policy_actions.py", "error = wp.vec3(0.0)"): "every part of it that is read is written first",
-    ("warpmuscle/kernels/simbicon.py", "work.torque[0] = wp.vec3(0.0, 0.0, 0.0)"):
+    ("warpmuscle/kernels/learning/policy_actions.py", "error = wp.vec3(0.0)"):
+        "every part of it that is read is written first",
+    ("warpmuscle/kernels/control/simbicon.py", "work.torque[0] = wp.vec3(0.0, 0.0, 0.0)"):
         "the root has no joint: nothing reads its torque, and recordings leave it out",
     ("warpmuscle/model/objective.py", "return weight if isinstance(weight, float | int | np.ndarray) else 1.0"):
         "of a free weight only counts that it is not 0",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
-    ("warpmuscle/kernels/failure.py", "gone = work.center[0] - state.passed[instance]",
+    ("warpmuscle/kernels/objective/failure.py", "gone = work.center[0] - state.passed[instance]",
      "(state.passed[instance] - work.center[0])"): "only the squares of its components are used",
-    ("warpmuscle/kernels/failure.py",
+    ("warpmuscle/kernels/objective/failure.py",
      "if limits.leg_crossing > 0.0 and has_crossed(feet_apart(model, work), limits.leg_crossing):",
      "limits.leg_crossing, feet_apart(model, work)"): "a >= -b where b >= -a, to the bit; neither for NaN",
-    ("warpmuscle/kernels/wrap_sphere.py", "if out[axis] * float(side) < 0.0:", "out[axis] / float(side)"):
+    ("warpmuscle/kernels/path/wrap_sphere.py", "if out[axis] * float(side) < 0.0:", "out[axis] / float(side)"):
         "side is 1 or -1 there, and x / 1 is x * 1, x / -1 is x * -1, to the bit",
-    ("warpmuscle/kernels/wrap_ellipsoid.py", "x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))", "k <= 2"):
+    ("warpmuscle/kernels/path/wrap_ellipsoid.py", "x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))", "k <= 2"):
         "they differ for k = 2 alone, for which the outer choice takes 0",
     ("warpmuscle/model/paths.py", "p.segment_points = to_device(table.segments or [(0, 0)], int, device)", "1"):
         "stands there where there are no segments, by whose numbers alone the array is read",

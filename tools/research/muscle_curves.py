@@ -13,7 +13,7 @@ import numpy as np
 import typer
 import warp as wp
 
-from warpmuscle.kernels import curves
+from warpmuscle.kernels.curve import curves
 
 MODELS = {"Lee 2014": curves.LEE, "Thelen 2003": curves.THELEN, "Millard 2013": curves.MILLARD}
 MODELS |= {"De Groote 2016": curves.DE_GROOTE, "Thelen, explicit": curves.THELEN_EXPLICIT}

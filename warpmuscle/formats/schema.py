@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from warpmuscle.kernels.objective_terms import REWARDS, TERMS
+from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.learning import Rewards
 from warpmuscle.scene.number import OF_OWNER, Free

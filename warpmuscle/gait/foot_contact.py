@@ -1,6 +1,6 @@
 """When feet are on the ground, from the vertical force on them: touch-downs, lift-offs, and the gait cycles between.
 
-`kernels.gait_cycle` follows the same rule step by step.
+`kernels.contact.gait_cycle` follows the same rule step by step.
 """
 
 from __future__ import annotations

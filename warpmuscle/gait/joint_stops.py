@@ -1,6 +1,6 @@
 """What the stops of a recorded joint do: the torque of its limits, in float64, from its pose and its motion.
 
-The law is that of `kernels.limits`: a one-sided spring-damper about each axis, linearly implicit in the step.
+The law is that of `kernels.body.limits`: a one-sided spring-damper about each axis, linearly implicit in the step.
 """
 
 from __future__ import annotations

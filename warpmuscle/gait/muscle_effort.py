@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.kernels import effort
+from warpmuscle.kernels.muscle import effort
 from warpmuscle.model.build import muscles_model
 from warpmuscle.model.muscle_shapes import shaped_kind
 from warpmuscle.results.recording import Recording

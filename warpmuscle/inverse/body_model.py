@@ -17,8 +17,8 @@ from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.load import load, scene_of
 from warpmuscle.inverse.coordinates import CoordinateMap, States
-from warpmuscle.kernels import inverse_dynamics as dynamics
-from warpmuscle.kernels import muscle_moments
+from warpmuscle.kernels.inverse import inverse_dynamics as dynamics
+from warpmuscle.kernels.inverse import muscle_moments
 from warpmuscle.model.build import with_fields
 from warpmuscle.model.muscles import muscle_kind, muscles_struct
 from warpmuscle.model.path_table import path_table
@@ -45,7 +45,7 @@ class BodyLoads(NamedTuple):
 
 
 class Dynamics(NamedTuple):
-    """What n frames need, world axes; see `kernels.inverse_dynamics`."""
+    """What n frames need, world axes; see `kernels.inverse.inverse_dynamics`."""
 
     effort: Floats  # (n, S) N and N m
     followed: Floats  # (n, S)

@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import to_device
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.smoothing import spline
-from warpmuscle.kernels.muscle_moments import tendon_lengths_of
+from warpmuscle.kernels.inverse.muscle_moments import tendon_lengths_of
 from warpmuscle.model.muscles import muscle_kind, muscles_struct
 
 

@@ -23,7 +23,7 @@ from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.dynamics import Prepared, prepare
 from warpmuscle.inverse.joint_frames import FrameOnBody, JointFrames, joint_frames
 from warpmuscle.inverse.trial import Coordinates, Loads
-from warpmuscle.kernels.muscle_wrenches import muscle_wrenches_of
+from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of
 from warpmuscle.model.routes import path_kind
 
 SIDES, FRAMES = ("child", "parent"), ("child", "parent", "ground")

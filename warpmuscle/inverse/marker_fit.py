@@ -1,4 +1,4 @@
-"""Fits of coordinates to markers on a device: `kernels.marker_fit` for any number of frames.
+"""Fits of coordinates to markers on a device: `kernels.inverse.marker_fit` for any number of frames.
 
 Which frames are fitted first, and from where the others start, is told by `fit_plan`.
 """
@@ -20,7 +20,7 @@ from warpmuscle.inverse.chain import Chain, Place
 from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in
 from warpmuscle.kernels import marker_fit_structs as structs
 from warpmuscle.kernels.body_structs import CubicPiece
-from warpmuscle.kernels.marker_fit import fit_markers
+from warpmuscle.kernels.inverse.marker_fit import fit_markers
 from warpmuscle.scene.opensim_root import root_values
 
 ROWS_ON_CPU, ROWS_ON_GPU = 64, 65536  # frames that are at work at once

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.arrays import starts, to_device
 from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.kernels import static_optimization as kernels
+from warpmuscle.kernels.inverse import static_optimization as kernels
 
 
 @dataclass(frozen=True)

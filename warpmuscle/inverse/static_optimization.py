@@ -1,7 +1,7 @@
 """Static optimisation of recorded motions: activations of least cost that make the moments a motion needs.
 
 As OpenSim's StaticOptimization: tendons are rigid, muscles make their active forces alone, every coordinate that is not
-locked counts. Costs are sums of w a^p; see `kernels.static_optimization` for how they are minimised. What comes out is
+locked counts. Costs are sums of w a^p; see `static_optimization` for how they are minimised. What comes out is
 computed from a motion and a model; it is no EMG.
 """
 
@@ -27,7 +27,7 @@ from warpmuscle.inverse.elastic_tendon import tendon_motion
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
 from warpmuscle.inverse.trial import Coordinates, Loads
-from warpmuscle.kernels import static_optimization as kernels
+from warpmuscle.kernels.inverse import static_optimization as kernels
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.muscles import given
 
@@ -176,7 +176,7 @@ class Solver:
         return np.full(len(names), float(told))
 
     def _cost(self, emg: Sequence[Emg | None]) -> tuple[Floats, Floats, float, int]:
-        """Gain and shift (frames or 1, M), exponent and law; see `kernels.static_optimization.Cost`."""
+        """Gain and shift (frames or 1, M), exponent and law; see `kernels.inverse.static_optimization.Cost`."""
         weight, power = self.weight[None], self.options.power
         if power > 2:
             return 1.0 / weight, np.zeros_like(weight), 1.0 / (power - 1), kernels.POWER

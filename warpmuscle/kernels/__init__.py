@@ -5,3 +5,5 @@ Names that programs of others may rely on stand in `stable.py`.
 May import: nothing.
 To add: an equation as a function in the module of its topic; what a step does with it to a stage, and that to `step`.
 """
+
+import warpmuscle.kernels.moved  # noqa: F401  finds modules by the names that they had

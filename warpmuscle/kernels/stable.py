@@ -4,31 +4,31 @@ All other names of these modules may change with any version. A name here keeps 
 """
 
 STABLE: dict[str, tuple[str, ...]] = {  # by module
-    "accelerations": ("centre_acceleration", "centre_of_mass"),
-    "activation": ("activation_rate", "activation_relaxed", "activation_step"),
-    "contact": ("friction_damping", "normal_force"),
-    "control": ("CustomController",),
-    "curve_sets": ("DE_GROOTE", "LEE", "MILLARD", "SARSHARI", "THELEN", "THELEN_EXPLICIT"),
-    "curves": (
+    "objective.accelerations": ("centre_acceleration", "centre_of_mass"),
+    "muscle.activation": ("activation_rate", "activation_relaxed", "activation_step"),
+    "contact.contact": ("friction_damping", "normal_force"),
+    "control.control": ("CustomController",),
+    "curve.curve_sets": ("DE_GROOTE", "LEE", "MILLARD", "SARSHARI", "THELEN", "THELEN_EXPLICIT"),
+    "curve.curves": (
         "active_force_length", "force_velocity", "force_velocity_slope", "passive_force_length", "tendon_force_slope",
         "tendon_force_strain",
     ),
-    "decision": ("Decision", "goal_point"),
-    "declaration": ("Declaration",),
-    "forces": ("Force", "Wrench"),
-    "hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
-    "joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
-    "metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),
-    "muscle": (
+    "learning.decision": ("Decision", "goal_point"),
+    "objective.declaration": ("Declaration",),
+    "force.forces": ("Force", "Wrench"),
+    "contact.hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
+    "control.joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
+    "muscle.metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),
+    "muscle.muscle": (
         "along_tendon", "bounded_fibre_length", "compliant_force", "compliant_step", "equilibrium_speed",
         "fibre_damping", "fibre_equilibrium", "fibre_force", "pennation_cosine", "rigid_fibre_length",
         "rigid_fibre_speed", "rigid_force", "tendon_strain",
     ),
-    "muscles": ("activate", "muscle_force_compliant", "muscle_force_rigid", "settle_fibres"),
+    "muscle.muscles": ("activate", "muscle_force_compliant", "muscle_force_rigid", "settle_fibres"),
     "stages": ("forward_dynamics", "forward_kinematics", "mass_matrix"),
     "status": ("Status",),
     "structs": ("Model", "ModelRef", "Scratch", "ScratchRef", "SimbiconState", "State", "StateRef"),
-    "term_functions": ("MuscleWork",),
+    "objective.term_functions": ("MuscleWork",),
 }  # fmt: skip
 
 FIELDS: dict[str, tuple[str, ...]] = {  # of structures, that functions of others may read

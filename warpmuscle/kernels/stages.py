@@ -11,20 +11,20 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.contact_laws import SPRING, body_contacts_of
-from warpmuscle.kernels.control import NO_CONTROLLER, Controller, control_stage_of
-from warpmuscle.kernels.coordinate_joint import coordinate_velocities
-from warpmuscle.kernels.dynamics import leave_for_parent
-from warpmuscle.kernels.inertia import body_inertia_of
-from warpmuscle.kernels.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
-from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.muscle_kind import MuscleKind
-from warpmuscle.kernels.muscle_stage import muscle_stage_of
-from warpmuscle.kernels.path import joint_velocities
-from warpmuscle.kernels.polynomial_path import monomials_stage
-from warpmuscle.kernels.scratch import coordinate_work_at, monomials_at
-from warpmuscle.kernels.spatial import full, symmetric, symmetric_times
-from warpmuscle.kernels.stretch import PathKind, any_stretch_of
+from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_times
+from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.body.dynamics import leave_for_parent
+from warpmuscle.kernels.body.inertia import body_inertia_of
+from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
+from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller, control_stage_of
+from warpmuscle.kernels.memory.scratch import coordinate_work_at, monomials_at
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
+from warpmuscle.kernels.path.path import joint_velocities
+from warpmuscle.kernels.path.polynomial_path import monomials_stage
+from warpmuscle.kernels.path.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import (
     BALL,
     DRIVING_HINGE,

@@ -5,19 +5,20 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.compiler_hints import known_rows_of
-from warpmuscle.kernels.control import NO_CONTROLLER, Controller
-from warpmuscle.kernels.forces import Force
-from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.muscle_kind import MuscleKind
-from warpmuscle.kernels.record import RecordKind, frame_of
-from warpmuscle.kernels.scratch import (
+from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
+from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.memory.compiler_hints import known_rows_of
+from warpmuscle.kernels.memory.scratch import (
     monomials_at,
     monomials_before_contacts,
     slots_of,
     work_floats,
     work_memory,
 )
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.objective.term_functions import ObjectiveKind
+from warpmuscle.kernels.recording.record import RecordKind, frame_of
 from warpmuscle.kernels.step_parts import BEGIN as BEGIN
 from warpmuscle.kernels.step_parts import (
     FAILURE,
@@ -43,7 +44,6 @@ from warpmuscle.kernels.structs import (
     afresh,
     whole,
 )
-from warpmuscle.kernels.term_functions import ObjectiveKind
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))

@@ -8,11 +8,19 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.collision import collision_stage_of
-from warpmuscle.kernels.conditions import failing_stage_of
-from warpmuscle.kernels.control import NO_CONTROLLER, Controller, control_stage_of, record_controller_of
-from warpmuscle.kernels.extensions import extension_list
-from warpmuscle.kernels.failure import (
+from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
+from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.contact.collision import collision_stage_of
+from warpmuscle.kernels.contact.gait_cycle import advance_cycles
+from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller, control_stage_of, record_controller_of
+from warpmuscle.kernels.force.extensions import extension_list
+from warpmuscle.kernels.force.forces import Force, body_forces_stage_of, joint_forces_stage_of
+from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
+from warpmuscle.kernels.objective.conditions import failing_stage_of
+from warpmuscle.kernels.objective.failure import (
     begin_step,
     condition_status,
     posture_status,
@@ -20,14 +28,14 @@ from warpmuscle.kernels.failure import (
     remember_place,
     step_status,
 )
-from warpmuscle.kernels.forces import Force, body_forces_stage_of, joint_forces_stage_of
-from warpmuscle.kernels.gait_cycle import advance_cycles
-from warpmuscle.kernels.hybrid import hybrid_integrate_stage
-from warpmuscle.kernels.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.muscle_kind import MuscleKind
-from warpmuscle.kernels.muscle_stage import muscle_stage_of
-from warpmuscle.kernels.record import RecordKind, own_recorder_of, record_given_way_of, recorders_of
-from warpmuscle.kernels.scratch import synchronize
+from warpmuscle.kernels.objective.term_functions import (
+    ObjectiveKind,
+    desired_stage_of,
+    effort_stage,
+    muscle_functions,
+    objective_stage_of,
+)
+from warpmuscle.kernels.recording.record import RecordKind, own_recorder_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -40,14 +48,6 @@ from warpmuscle.kernels.structs import (
     rolled,
     set_component,
 )
-from warpmuscle.kernels.term_functions import (
-    ObjectiveKind,
-    desired_stage_of,
-    effort_stage,
-    muscle_functions,
-    objective_stage_of,
-)
-from warpmuscle.kernels.touching import begin_looking, touching_stage_of
 
 # The stages of a step, in order, as they are timed.
 STAGES = (

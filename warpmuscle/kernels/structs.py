@@ -11,6 +11,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.algebra.spatial import symmetric
 from warpmuscle.kernels.body_structs import BodyPlan as BodyPlan
 from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions
@@ -63,7 +64,6 @@ from warpmuscle.kernels.route_structs import RouteSpan as RouteSpan
 from warpmuscle.kernels.route_structs import RouteWrap as RouteWrap
 from warpmuscle.kernels.route_structs import Variable as Variable
 from warpmuscle.kernels.route_structs import WrapRow as WrapRow
-from warpmuscle.kernels.spatial import symmetric
 from warpmuscle.kernels.status import Status
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2

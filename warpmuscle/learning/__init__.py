@@ -3,8 +3,8 @@
 `EpisodeBatch` needs Warp alone; `RolloutEnv` shows it as tensors of PyTorch, which the extra `learn` brings.
 
 May import: core, kernels, scene, results, model, formats, gait, simulation.
-To add: an observation to `senses`, and to `kernels/senses.py`, which computes it; a reward to `scene.learning.Rewards`,
-`rewards` and `kernels/rewards.py`; a way to act to `actions`; what differs between episodes to `starts`; another
+To add: an observation to `senses`, and to `senses.py`, which computes it; a reward to `scene.learning.Rewards`,
+`rewards` and `kernels.learning.rewards`; a way to act to `actions`; what differs between episodes to `starts`; another
 library's interface to a file of its name.
 """
 

@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number, first_row
-from warpmuscle.kernels import policy_actions, structs
-from warpmuscle.kernels.control import given_effort
+from warpmuscle.kernels import structs
+from warpmuscle.kernels.control.control import given_effort
+from warpmuscle.kernels.learning import policy_actions
 from warpmuscle.learning.symmetry import BodySymmetry, Image, action_image
 from warpmuscle.model.build import Fields, start_of
 from warpmuscle.scene.joints import joint_type

@@ -11,7 +11,7 @@ import warp as wp
 
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike
-from warpmuscle.kernels.rewards import COMPLETED, COUNT, DECISIONS, ENDED, FORWARD
+from warpmuscle.kernels.learning.rewards import COMPLETED, COUNT, DECISIONS, ENDED, FORWARD
 from warpmuscle.learning.episodes import EpisodeBatch
 from warpmuscle.scene.learning import Task
 from warpmuscle.simulation.extensions import words

@@ -17,9 +17,9 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike, scene_of
-from warpmuscle.kernels import episodes as kernels
-from warpmuscle.kernels import senses as sense_kernels
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.learning import episodes as kernels
+from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.imitation import Gait, gait_of, seen_time
 from warpmuscle.learning.own_parts import OwnParts

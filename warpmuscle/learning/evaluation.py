@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.formats import SceneLike
-from warpmuscle.kernels.rewards import COMPLETED, COUNT, DECISIONS, FORWARD
+from warpmuscle.kernels.learning.rewards import COMPLETED, COUNT, DECISIONS, FORWARD
 from warpmuscle.learning.player import Player
 from warpmuscle.results.learned import PolicyTable
 from warpmuscle.scene.joints import root_type

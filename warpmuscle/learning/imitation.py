@@ -20,7 +20,7 @@ from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate,
 from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
-from warpmuscle.kernels import rewards as kernels
+from warpmuscle.kernels.learning import rewards as kernels
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene

@@ -9,12 +9,12 @@ import warp as wp
 
 from warpmuscle.core.arrays import to_device
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels import decision_parts as kernels
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.decision import Decision
-from warpmuscle.kernels.episodes import Episodes
-from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.kernels.learning import decision_parts as kernels
+from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.learning.episodes import Episodes
+from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.learning.actions import Actions
 from warpmuscle.model.parts import Placed
 from warpmuscle.scene.learning import Task

@@ -10,7 +10,7 @@ from scipy.special import ndtr
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.policy import clip_noise, linear, normalize
+from warpmuscle.kernels.learning.policy import clip_noise, linear, normalize
 from warpmuscle.results.learned import ClippedNoise, PolicyTable, check_policy
 
 

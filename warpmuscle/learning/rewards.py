@@ -11,10 +11,10 @@ import warp as wp
 from warpmuscle.core.arrays import rows, to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.kernels import rewards as kernels
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.episodes import EpisodeRules, Episodes
-from warpmuscle.kernels.objective_terms import PER_DECISION, REWARDS
+from warpmuscle.kernels.learning import rewards as kernels
+from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
+from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS
 from warpmuscle.learning.actions import BY_MUSCLES, Actions
 from warpmuscle.learning.imitation import Gait, gait_table
 from warpmuscle.learning.own_parts import OwnParts, signed_weights
@@ -99,7 +99,7 @@ class Judge:
 
 
 def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
-    """Signed weights of the terms of a decision, in the order of `kernels.rewards.TERMS`."""
+    """Signed weights of the terms of a decision, in the order of `kernels.learning.rewards.TERMS`."""
     given = {name: getattr(task.rewards, name) for name in kernels.TERMS}
     if not moves:  # what goes nowhere is not rewarded for going
         given |= dict.fromkeys(("speed", "heading", "side"), 0.0)

@@ -10,9 +10,9 @@ import warp as wp
 
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels import senses as kernels
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.episodes import Episodes
+from warpmuscle.kernels.learning import senses as kernels
+from warpmuscle.kernels.learning.episodes import Episodes
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Sense, Task

@@ -11,7 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from warpmuscle.core.arrays import arrays_of, instance_zeros, named_arrays
-from warpmuscle.kernels.episodes import RestoredArray, restore_rows
+from warpmuscle.kernels.learning.episodes import RestoredArray, restore_rows
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import root_type
 from warpmuscle.simulation.extensions import words, words_a_row

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels import senses as kernels
+from warpmuscle.kernels.learning import senses as kernels
 from warpmuscle.learning.senses import About, Number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import TURN, VECTOR, check_muscles, counterpart, joint_image

@@ -13,8 +13,8 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.hunt_crossley import MARGIN
-from warpmuscle.kernels.scratch import capacity_of, slots_of
+from warpmuscle.kernels.contact.hunt_crossley import MARGIN
+from warpmuscle.kernels.memory.scratch import capacity_of, slots_of
 from warpmuscle.model.joints import joint_number, root_number
 from warpmuscle.scene import Box, ContactMaterial, Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.body_contact import body_contact_of
-from warpmuscle.kernels.forces import Force
+from warpmuscle.kernels.contact.body_contact import body_contact_of
+from warpmuscle.kernels.force.forces import Force
 from warpmuscle.model.collisions import FASTEST, CapsuleRows, capsule_of, steps_between_tests
 from warpmuscle.model.joints import has_turned_axes
 from warpmuscle.scene import Scene
@@ -54,7 +54,7 @@ def contact_kind(scene: Scene) -> Force:
 
 
 def contact_parameters(scene: Scene, pair: ShapePair) -> Mapping[str, Any]:
-    """Values of `kernels.body_contact.CapsulePair` for a pair of shapes, floats or (rows,) arrays.
+    """Values of `kernels.contact.body_contact.CapsulePair` for a pair of shapes, floats or (rows,) arrays.
 
     Args:
         scene: its numbers are floats, or (n,) arrays with one value an instance.

@@ -1,9 +1,18 @@
-"""Names of what ended instances: parts of the scene's own, and what was given from outside; see `kernels/causes.py`."""
+"""Names of what ended instances: parts of the scene's own, and what was given from outside; see `causes.py`."""
 
 from __future__ import annotations
 
 from warpmuscle.core.array_types import Integers
-from warpmuscle.kernels.causes import CONDITION, EFFORT, ENTRY, EXCITATION, FORCE, GIVEN_EXCITATION, GIVEN_TORQUE, TERM
+from warpmuscle.kernels.objective.causes import (
+    CONDITION,
+    EFFORT,
+    ENTRY,
+    EXCITATION,
+    FORCE,
+    GIVEN_EXCITATION,
+    GIVEN_TORQUE,
+    TERM,
+)
 from warpmuscle.model.controllers.declared import declared_name
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene

@@ -14,8 +14,8 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import rotate
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.collision import segment_distance_sq
-from warpmuscle.kernels.scratch import SHAPES_A_BODY, capacity_of
+from warpmuscle.kernels.contact.collision import segment_distance_sq
+from warpmuscle.kernels.memory.scratch import SHAPES_A_BODY, capacity_of
 from warpmuscle.model.bodies import stacked
 from warpmuscle.scene import Capsule, Character, Scene, Shape, Sphere
 from warpmuscle.scene.initial_pose import initial_pose

@@ -1,4 +1,4 @@
-"""Parameters and states of controller and forces on a device; `kernels/extensions.py` says where a step has them."""
+"""Parameters and states of controller and forces on a device; `kernels.force.extensions` says where a step has them."""
 
 from __future__ import annotations
 

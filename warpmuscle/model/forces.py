@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.devices import FORCES
-from warpmuscle.kernels.forces import Force, Wrench
+from warpmuscle.kernels.force.devices import FORCES
+from warpmuscle.kernels.force.forces import Force, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
 from warpmuscle.model.extensions import BODY, check_declaration
 from warpmuscle.model.user_functions import declared

@@ -10,10 +10,10 @@ import warp as wp
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
-from warpmuscle.kernels.decision import Decision
-from warpmuscle.kernels.declaration import STAGES, Declaration, Stage
+from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.objective.declaration import STAGES, Declaration, Stage
+from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.kernels.term_functions import MuscleWork
 from warpmuscle.model.user_functions import FLOATS, arguments_of, checked_function, declared, placed
 from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.number import Free
@@ -36,7 +36,7 @@ class Found(NamedTuple):
     entry: str  # `module:name`
     kind: Kind
     declaration: Declaration
-    base: str = "instance"  # what a part of a task takes, see `kernels.decision_parts`
+    base: str = "instance"  # what a part of a task takes, see `kernels.learning.decision_parts`
     result: Any = float  # what its function returns
 
 

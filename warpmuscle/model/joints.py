@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib import import_module
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.contact_laws import LAWS
-from warpmuscle.kernels.joint_motion import MotionOf, turning_motion
-from warpmuscle.kernels.joint_stages import SkeletonKind
+from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
+from warpmuscle.kernels.body.joint_stages import SkeletonKind
+from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.scene import Body, Character
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
 from warpmuscle.scene.topology import followed_drivers, followers, topology
@@ -26,7 +26,7 @@ def joint_number(name: str, character: Character) -> int:
 
 
 def by_coordinate(name: str, character: Character) -> bool:
-    """Whether a joint is one of those that are as in `kernels.coordinate_joint` on the device."""
+    """Whether a joint is one of those that are as in `kernels.body.coordinate_joint` on the device."""
     return joint_number(name, character) >= int(structs.FIRST_COORDINATE_JOINT)
 
 

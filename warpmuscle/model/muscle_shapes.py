@@ -10,11 +10,11 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.cables import PIECE
-from warpmuscle.kernels.contraction import COMPLIANT, EITHER, RIGID, SWITCH
-from warpmuscle.kernels.curve_sets import CURVES, LIGAMENT, PATH_ACTUATOR
-from warpmuscle.kernels.millard_tables import Numbers, table_of
-from warpmuscle.kernels.shaped_curves import FAMILIES, Shaped
+from warpmuscle.kernels.curve.curve_sets import CURVES, LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.curve.millard_tables import Numbers, table_of
+from warpmuscle.kernels.curve.shaped_curves import FAMILIES, Shaped
+from warpmuscle.kernels.muscle.cables import PIECE
+from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER, RIGID, SWITCH
 from warpmuscle.scene import (
     CurveShape,
     DeGrooteCurves,
@@ -141,7 +141,7 @@ def _cable(muscle: Muscle, tables: _Tables) -> dict[str, Any]:
 
 
 def ligament_table(ligament: Ligament) -> Floats:
-    """The function of a ligament as `kernels.cables.piecewise` reads it, (1 + PIECE pieces, 2)."""
+    """The function of a ligament as `kernels.muscle.cables.piecewise` reads it, (1 + PIECE pieces, 2)."""
     function = Displacement((1.0, 0.0, 0.0), x=ligament.x, y=[*ligament.y], ends=ligament.ends)
     start, coefficients = pieces(function)
     c = coefficients[0]

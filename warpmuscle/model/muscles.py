@@ -13,11 +13,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.core.pose import from_rotation_vector
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.contraction import RIGID
-from warpmuscle.kernels.curve_sets import CURVES
-from warpmuscle.kernels.muscle_kind import MuscleKind
-from warpmuscle.kernels.muscle_laws import LAWS
-from warpmuscle.kernels.scratch import PULLS_A_BODY
+from warpmuscle.kernels.curve.curve_sets import CURVES
+from warpmuscle.kernels.memory.scratch import PULLS_A_BODY
+from warpmuscle.kernels.muscle.contraction import RIGID
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle.muscle_laws import LAWS
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind

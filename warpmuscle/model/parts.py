@@ -1,6 +1,6 @@
 """Parts of a scene's own: found, checked against what they declare, and placed on the device.
 
-A part is a `kernels.declaration.Declaration` of a user's module, or a Warp function by itself. `kernels/parts.py` makes
+A part is a `declaration.Declaration` of a user's module, or a Warp function by itself. `parts.py` makes
 plain functions of them; this says where the parameters and the memory of each lie.
 """
 
@@ -16,12 +16,12 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels import parts as kernels
-from warpmuscle.kernels.declaration import Declaration
-from warpmuscle.kernels.desired_torques import term_of_desired
-from warpmuscle.kernels.objective_terms import TERMS
-from warpmuscle.kernels.record import OwnQuantity
-from warpmuscle.kernels.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS
+from warpmuscle.kernels.objective import parts as kernels
+from warpmuscle.kernels.objective.declaration import Declaration
+from warpmuscle.kernels.objective.desired_torques import term_of_desired
+from warpmuscle.kernels.objective.objective_terms import TERMS
+from warpmuscle.kernels.objective.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS
+from warpmuscle.kernels.recording.record import OwnQuantity
 from warpmuscle.model.found_parts import (
     IN_STEP,
     TERM_ARGUMENTS,
@@ -124,7 +124,7 @@ def own_parts(scene: Scene, muscles: tuple[str, ...], counted: Iterable[str] = (
 
 
 def plain_function(placed_: Placed, character: Character) -> Any:
-    """The Warp function of a part that takes nothing of its own, see `kernels.parts`."""
+    """The Warp function of a part that takes nothing of its own, see `kernels.objective.parts`."""
     kind, plug = placed_.part.kind, placed_.plug
     if kind == "desired":
         struct = arguments_of(plug.function)[-1]

@@ -131,7 +131,7 @@ def coordinate_numbers(moving: Kinematic) -> list[int]:
 
 
 def moved(moving: Kinematic, curves: Curves, time: float) -> Moved:
-    """Coordinates, speeds and accelerations of the kinematic coordinates at a time, s; see `kernels/motion.py`."""
+    """Coordinates, speeds and accelerations of the kinematic coordinates at a time, s; see `kernels/body/motion.py`."""
     value, rate, bend = curves.rates(time)
     coordinates = value.copy()
     plain = [entry[2] for entry in moving.angle]

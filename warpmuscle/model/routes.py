@@ -12,9 +12,9 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
-from warpmuscle.kernels.stretch import PathKind
-from warpmuscle.kernels.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
+from warpmuscle.kernels.path.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
+from warpmuscle.kernels.path.stretch import PathKind
+from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.polynomials import monomial_room, put_polynomials
 from warpmuscle.scene import (

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from warpmuscle.kernels.control import Controller
-from warpmuscle.kernels.forces import Force
-from warpmuscle.kernels.joint_stages import SkeletonKind
-from warpmuscle.kernels.term_functions import ObjectiveKind
+from warpmuscle.kernels.body.joint_stages import SkeletonKind
+from warpmuscle.kernels.control.control import Controller
+from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.objective.term_functions import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controllers.reads import check_reads
 from warpmuscle.model.controllers.table import compiled_controller

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.decision import Decision
-from warpmuscle.kernels.declaration import Declaration, Stage
+from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.objective.declaration import Declaration, Stage
 from warpmuscle.model.found_parts import (
     IN_STEP,
     WHOLE,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import Error
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.model.build import build_model, start_of
 from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
 from warpmuscle.model.parts import check_custom

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.custom_curves import OwnCurves
 from warpmuscle.kernels.structs import Model
 from warpmuscle.scene import MuscleModel
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, folders

@@ -11,7 +11,7 @@ from warpmuscle.core.arguments import as_kind, as_texts, as_whole
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.results.records import Result
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute, with_values

@@ -8,7 +8,7 @@ from dataclasses import replace as changed
 
 import numpy as np
 
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.model.objective import counted_terms
 from warpmuscle.optimization.evaluation import GenerationEvaluator
 from warpmuscle.optimization.progress import Tracker

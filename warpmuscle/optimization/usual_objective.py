@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import msgspec
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves
 from warpmuscle.scene.scene import Scene

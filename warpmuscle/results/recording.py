@@ -19,7 +19,7 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import multiply, rotate
-from warpmuscle.kernels.recorded import (
+from warpmuscle.kernels.recording.recorded import (
     ACTIVATION,
     DESIRED_FORCE,
     EXCITATION,

@@ -11,7 +11,7 @@ from warpmuscle.scene.masses import muscle_mass_text
 
 
 class Formula(NamedTuple):
-    """A published formula of metabolic power; `kernels/metabolics.py` has its heats."""
+    """A published formula of metabolic power; `kernels/muscle/metabolics.py` has its heats."""
 
     source: str
     work: str  # net: lengthening fibres give back what work they take; positive: they give nothing back

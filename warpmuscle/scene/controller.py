@@ -21,8 +21,8 @@ def own_value(table: Mapping[str, Mapping[str, Number]], name: str, parameter: s
 class Controller(Simbicon):
     """What controls joints and muscles.
 
-    `type`: `simbicon`, which takes the keys of a SIMBICON controller; or another one of `kernels/controllers.py`, or
-    `module:name` of a `kernels.control.CustomController` of one's own. These take parameters, numbers that may be free:
+    `type`: `simbicon`, which takes the keys of a SIMBICON controller; or another one of `control/controllers.py`, or
+    `module:name` of a `control.CustomController` of one's own. These take parameters, numbers that may be free:
     `parameters` of the whole, and of each joint, body or muscle what stands under its name, or else under `others`.
     """
 

@@ -165,7 +165,7 @@ REFERENCES = {
 
 
 def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]:
-    """Sagittal angles of human legs over the gait cycle of each leg, for `kernels.term_functions.norms`.
+    """Sagittal angles of human legs over the gait cycle of each leg, for `kernels.objective.term_functions.norms`.
 
     They are the key points of walking, or, where the scene means a run, the measured angles of running, in their mean
     standard deviation over the cycle.

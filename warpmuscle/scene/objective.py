@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part

@@ -1,6 +1,6 @@
 """Muscle reflexes of a scene: excitations from what legs feel, in place of those from wanted torques.
 
-Units are SI and radians; see `scene.py`. The equations stand in `kernels/reflex.py`.
+Units are SI and radians; see `scene.py`. The equations stand in `kernels/control/reflex.py`.
 """
 
 from __future__ import annotations

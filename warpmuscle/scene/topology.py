@@ -119,8 +119,8 @@ def is_near(character: Character, joint: str) -> bool:
 def followed_drivers(character: Character, names: Topology) -> tuple[int, ...]:
     """Bodies of the joints that others follow, if one is no neighbour of its own; else none.
 
-    Neighbours are eliminated with the joint that they follow (`kernels.follower`), all others together at the root
-    (`kernels.followed`).
+    Neighbours are eliminated with the joint that they follow (`kernels.body.follower`), all others together at the root
+    (`kernels.body.followed`).
     """
     following = [name for name, joint in character.joints.items() if joint.follows]
     if all(is_near(character, name) for name in following):

@@ -7,14 +7,14 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.core.arrays import arrays_of
-from warpmuscle.kernels.restart import put_rows
+from warpmuscle.kernels.body.restart import put_rows
 from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
 
 class Extensions:
-    """The last argument of a batch's kernel, see `kernels.extensions`.
+    """The last argument of a batch's kernel, see `kernels.force.extensions`.
 
     Attributes:
         struct: it. memories: the arrays of states in it, (instances, entries, floats) each.

@@ -24,12 +24,13 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import NO_CONTROLLER, Controller
-from warpmuscle.kernels.forces import Force
-from warpmuscle.kernels.joint_stages import SkeletonKind
-from warpmuscle.kernels.muscle_kind import MuscleKind
-from warpmuscle.kernels.record import RecordKind
-from warpmuscle.kernels.scratch import work_floats
+from warpmuscle.kernels.body.joint_stages import SkeletonKind
+from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
+from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.memory.scratch import work_floats
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.objective.term_functions import ObjectiveKind
+from warpmuscle.kernels.recording.record import RecordKind
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -41,7 +42,6 @@ from warpmuscle.kernels.step import (
     registers_of,
     step_kernel,
 )
-from warpmuscle.kernels.term_functions import ObjectiveKind
 from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner

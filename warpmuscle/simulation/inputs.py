@@ -165,7 +165,7 @@ class Inputs:
             if not self._simulated:
                 raise RolloutError("there are no muscles to excite: they drive no joint of this scene")
             count = len(self.muscle_names)
-            # On a GPU nobody looks at them here: an instance with what is no number diverges, see `kernels/causes.py`.
+            # On a GPU nobody looks at them here: an instance with what is no number diverges, see `causes.py`.
             values = rows_of(excitations, count, self._instances, self._device, "excitations", numbers=True)
             fields |= self._one_knot | {"muscles.knot_value": values}
         if torques is not None:

@@ -8,8 +8,8 @@ from typing import Any
 
 from warpmuscle.core.arguments import as_whole
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.record import NOTHING, RecordKind
-from warpmuscle.kernels.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
+from warpmuscle.kernels.memory.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
+from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import WARP
 from warpmuscle.model.bodies import foot_slots
 from warpmuscle.model.controllers.outside import driven_from_outside

@@ -16,9 +16,9 @@ from warpmuscle.core.arrays import put, rows
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.limits import check_size
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.record import RecordKind
-from warpmuscle.kernels.recorded import MUSCLE_PLACES
-from warpmuscle.kernels.spatial import symmetric
+from warpmuscle.kernels.algebra.spatial import symmetric
+from warpmuscle.kernels.recording.record import RecordKind
+from warpmuscle.kernels.recording.recorded import MUSCLE_PLACES
 from warpmuscle.model.controllers.table import recorded_places
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.degrees_of_freedom import with_joint_angles

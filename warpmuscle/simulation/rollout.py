@@ -16,7 +16,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.record import NOTHING
+from warpmuscle.kernels.recording.record import NOTHING
 from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
 from warpmuscle.model.parts import check_custom, recorded_functions
 from warpmuscle.model.state import state_struct

@@ -16,8 +16,8 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats import SceneLike
 from warpmuscle.kernels import stages, structs
-from warpmuscle.kernels.contact_laws import LAWS
-from warpmuscle.kernels.scratch import capacity_of, work_floats
+from warpmuscle.kernels.contact.contact_laws import LAWS
+from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
 from warpmuscle.model.joints import joint_number
 from warpmuscle.model.muscles import muscle_kind, shared_joints
@@ -48,7 +48,7 @@ class Contacts(NamedTuple):
     """Contacts of all B bodies with the ground in n states, at the start of a step.
 
     Over the step the force becomes less by C a + B^T alpha and the moment about its joint by A alpha + B a, where
-    the joint accelerates by a and the body turns faster by alpha (see `kernels.contact`).
+    the joint accelerates by a and the body turns faster by alpha (see `kernels.contact.contact`).
     """
 
     force: Floats  # (n, B, 3) N

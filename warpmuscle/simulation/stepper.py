@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.record import NOTHING
+from warpmuscle.kernels.recording.record import NOTHING
 from warpmuscle.model.controllers.outside import moved_by, telling
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 

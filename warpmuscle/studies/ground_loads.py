@@ -77,7 +77,7 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
 def step_accelerations(motion: Recording, time_step: float) -> Floats | None:
     """Accelerations (F, S) of the steps that begin with each frame, rates of the speeds; the last one as that before.
 
-    They follow from the recorded speeds, which leapfrog has put at the ends of steps (see `kernels.integration`).
+    They follow from the recorded speeds, which leapfrog has put at the ends of steps (see `kernels.body.integration`).
     None unless every step was recorded.
     """
     if motion.frames < 3 or not np.allclose(np.diff(motion.time), time_step, rtol=0.01):

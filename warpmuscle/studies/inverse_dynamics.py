@@ -1,6 +1,6 @@
 """Forces that a motion needs: inverse dynamics of a character's tree by recursive Newton-Euler, in float64.
 
-World axes about each body's joint, as in `kernels/dynamics.py` (Featherstone 2008, ch. 5). All states of a motion are
+World axes about each body's joint, as in `kernels.body.dynamics` (Featherstone 2008, ch. 5). All states of a motion are
 handled at once. Muscles, springs, joint limits and contacts play no part: the result is what they must sum up to.
 """
 

@@ -13,8 +13,8 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.warp_start import start_warp
-from warpmuscle.kernels.curve_sets import CURVES
-from warpmuscle.kernels.muscle import rigid_force
+from warpmuscle.kernels.curve.curve_sets import CURVES
+from warpmuscle.kernels.muscle.muscle import rigid_force
 from warpmuscle.scene import Muscle, Scene
 from warpmuscle.studies.moment_arms import muscle_geometry
 

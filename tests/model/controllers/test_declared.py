@@ -12,7 +12,7 @@ from muscle_arm import arm, leg
 from small_scene import muscle_scene
 from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.formats import load, toml
-from warpmuscle.kernels.controllers import CONTROLLERS
+from warpmuscle.kernels.control.controllers import CONTROLLERS
 from warpmuscle.model.structure import structure_of
 from warpmuscle.model.unused_parameters import unused_parameters
 from warpmuscle.results.records import Result, parameter_table
@@ -25,7 +25,7 @@ from warpmuscle.simulation.rollout import Rollout
 NAME = "controllers_by_joint"
 MODULE = '''
 import warp as wp
-from warpmuscle.kernels.control import CustomController
+from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import NO_CONTROLLER
+from warpmuscle.kernels.control.control import NO_CONTROLLER
 from warpmuscle.model.controllers.simbicon import HELD, SIMBICON, Knots, control_steps, model_fields, trajectory_bodies
 from warpmuscle.model.controllers.table import (
     compiled_controller,

@@ -7,8 +7,8 @@ import warp as wp
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.core.pose import about
 from warpmuscle.formats import sto
-from warpmuscle.kernels.joint import hinge_rotation
-from warpmuscle.kernels.joint_motion import JointMotion
+from warpmuscle.kernels.body.joint import hinge_rotation
+from warpmuscle.kernels.body.joint_motion import JointMotion
 from warpmuscle.kernels.structs import ModelRef, at
 from warpmuscle.scene import Actuation, Body, Character, Failure, Ground, InitialState, Joint, JointState, Scene
 from warpmuscle.scene.joints import TYPES, JointKinematics, joint_type, register

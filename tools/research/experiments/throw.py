@@ -22,7 +22,7 @@ from common import COLORS, STYLE, plt
 from scipy.ndimage import gaussian_filter1d
 
 from warpmuscle.formats import load
-from warpmuscle.kernels import curves
+from warpmuscle.kernels.curve import curves
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.computed_synergies import computed_excitation, factorized
 from warpmuscle.throw.fit import fit_motions

@@ -2,9 +2,9 @@
 
 import warp as wp
 
-from warpmuscle.kernels.accelerations import centre_acceleration
-from warpmuscle.kernels.decision import Decision, goal_point
-from warpmuscle.kernels.declaration import Declaration
+from warpmuscle.kernels.learning.decision import Decision, goal_point
+from warpmuscle.kernels.objective.accelerations import centre_acceleration
+from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 FOREARM = wp.constant(2)  # the root is 0, and bodies follow their parents

@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warpmuscle.kernels.accelerations import centre_acceleration
-from warpmuscle.kernels.declaration import Declaration
+from warpmuscle.kernels.objective.accelerations import centre_acceleration
+from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 

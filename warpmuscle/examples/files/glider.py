@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import Force, Wrench
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 

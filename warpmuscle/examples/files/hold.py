@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.control import CustomController
+from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 ANGLE = wp.constant(7)  # place of the joint's coordinate; the first seven are the root's

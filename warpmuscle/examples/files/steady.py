@@ -2,8 +2,8 @@
 
 import warp as wp
 
-from warpmuscle.kernels.control import CustomController
-from warpmuscle.kernels.joint_values import joint_coordinate, joint_speed, joint_speeds
+from warpmuscle.kernels.control.control import CustomController
+from warpmuscle.kernels.control.joint_values import joint_coordinate, joint_speed, joint_speeds
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 

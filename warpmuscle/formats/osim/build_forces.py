@@ -27,7 +27,10 @@ DEGREE = math.pi / 180.0
 ROOT = "acts on the root, on whose coordinates forces do not act here; it is left out"
 LOCKED = "acts on a coordinate that is locked or coupled; it is left out"
 
-EFFORTS, SHIFTS = ("mx", "my", "mz", "fx", "fy", "fz"), ("tx", "ty", "tz", "x", "y", "z")  # see `kernels/bushing.py`
+EFFORTS, SHIFTS = (
+    ("mx", "my", "mz", "fx", "fy", "fz"),
+    ("tx", "ty", "tz", "x", "y", "z"),
+)  # see `kernels/force/bushing.py`
 PLACES = tuple(f"{end}_{part}{axis}" for end in ("first", "second") for part in ("", "turn_") for axis in "xyz")
 
 LAWS: dict[str, Literal["hunt_crossley", "smooth_hunt_crossley"]] = {

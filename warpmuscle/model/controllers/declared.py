@@ -8,8 +8,8 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.control import PLACES, CustomController
-from warpmuscle.kernels.controllers import CONTROLLERS
+from warpmuscle.kernels.control.control import PLACES, CustomController
+from warpmuscle.kernels.control.controllers import CONTROLLERS
 from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.model.extensions import BODY, check_count, check_declaration, check_parameters
 from warpmuscle.model.user_functions import Table, declared

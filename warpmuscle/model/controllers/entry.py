@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.control import Controller
+from warpmuscle.kernels.control.control import Controller
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
 

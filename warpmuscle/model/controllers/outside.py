@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from warpmuscle.kernels.control import Controller, given_effort
-from warpmuscle.kernels.reflex import as_asked
+from warpmuscle.kernels.control.control import Controller, given_effort
+from warpmuscle.kernels.control.reflex import as_asked
 
 
 def driven_from_outside(controller: Controller) -> Controller:

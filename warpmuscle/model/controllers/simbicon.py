@@ -10,9 +10,9 @@ import warp as wp
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control import Controller
-from warpmuscle.kernels.coordinate_control import coordinate_control_stage
-from warpmuscle.kernels.simbicon import advance_machine, control_stage, held_control_stage, record_machine
+from warpmuscle.kernels.control.control import Controller
+from warpmuscle.kernels.control.coordinate_control import coordinate_control_stage
+from warpmuscle.kernels.control.simbicon import advance_machine, control_stage, held_control_stage, record_machine
 from warpmuscle.model.joints import by_coordinate
 from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, Scene, State
 from warpmuscle.scene.simbicon.checks import trajectory_joints
@@ -117,7 +117,7 @@ def _fill_gains(s: structs.Simbicon, controller: Simbicon, names: Topology, move
     off = PD(kp=0.0, kd=0.0, torque_limit=0.0, scale=(0.0, 0.0, 0.0))
     gains = [controller.pd.get(joint, off) for joint in ("root", *names.joints)]
     columns = {field: rows([getattr(pd, field) for pd in gains]) for field in structs.Gains.vars}
-    columns["scale"][:, moved] = 0.0  # PD follows their coordinate, see `kernels.coordinate_control`
+    columns["scale"][:, moved] = 0.0  # PD follows their coordinate, see `kernels.control.coordinate_control`
     s.gains = structs_to_device(structs.Gains, columns, device)
     hip = {
         "damping": controller.stance_hip_damping,

@@ -7,8 +7,8 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.control import NO_CONTROLLER, Controller
-from warpmuscle.kernels.reflex import reflex_force, reflex_stage
+from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
+from warpmuscle.kernels.control.reflex import reflex_force, reflex_stage
 from warpmuscle.model.controllers import simbicon
 from warpmuscle.model.controllers.declared import declared_controller, has_declared
 from warpmuscle.model.controllers.entry import Entry, Zeros

@@ -10,13 +10,13 @@ A joint whose pose is a function of one coordinate, as of a slide, a knee or a s
 1. a subclass of `coordinate.Coordinate` with `motion`: orientation, place, motion subspace S(q), S'(q) q'^2 in NumPy,
    and `shown`, which finds the coordinate in a pose; `unit`, if it is a length; `frame`, if axis a, along which torques
    are kept, is not the first of its `axes`; `check`, for what else can be wrong;
-2. a Warp function (instance, body, q, model) -> `kernels.joint_motion.JointMotion` with the same S(q) and dS/dq, which
+2. a Warp function (instance, body, q, model) -> `joint_motion.JointMotion` with the same S(q) and dS/dq, which
    the entry names in `kernel`. It is compiled into models that have such joints and into no other;
 3. `register(entry)`, or the entry in `TYPES` if it is to be shipped.
 
 All else follows: kinematics, dynamics, limits, muscles across it, control, prescribed motion, inverse dynamics, files,
 viewer, figures. `tests/scene/joints/test_new_type.py` adds a screw so. A joint of several speeds, or with a quaternion,
-needs stages of its own in `kernels.kinematics`, `dynamics`, `integration`, `limits` and `control` besides.
+needs stages of its own in `kernels.body.kinematics`, `dynamics`, `integration`, `limits` and `control` besides.
 
 May import: core, scene.
 To add: a type, as a `JointType` in a file here, and into `TYPES`.

@@ -14,7 +14,7 @@ from warpmuscle.scene.validation.checks import Checks
 
 
 class Coordinate(JointType):
-    """What such joints have in common. The device keeps their torques along axis a, see `kernels.coordinate_joint`."""
+    """What such joints have in common. The device keeps their torques along axis a, see `coordinate_joint`."""
 
     def check_state(self, checks: Checks, key: str, state: JointState) -> None:
         for field in ("orientation", "angular_velocity"):
@@ -50,7 +50,7 @@ class Slide(Coordinate):
 
 SLIDE = Slide(
     name="slide",
-    kernel="warpmuscle.kernels.joint_motion:slide_motion",
+    kernel="warpmuscle.kernels.body.joint_motion:slide_motion",
     coordinates=("",),
     speeds=("",),
     axes=1,

@@ -140,7 +140,7 @@ class Follower(Coupled):
 
 COUPLED = Coupled(
     name="coupled",
-    kernel="warpmuscle.kernels.joint_motion:coupled_motion",
+    kernel="warpmuscle.kernels.body.joint_motion:coupled_motion",
     coordinates=("",),
     speeds=("",),
     axes=0,

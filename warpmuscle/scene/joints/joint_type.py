@@ -44,7 +44,9 @@ class JointType:
 
     name: str  # in a scene
     device: str = ""  # name of the constant in `kernels.structs` that stands for it on the device
-    kernel: str = ""  # or, of a joint of one coordinate, `module:function` of its motion, see `kernels.joint_motion`
+    kernel: str = (
+        ""  # or, of a joint of one coordinate, `module:function` of its motion, see `kernels.body.joint_motion`
+    )
     coordinates: tuple[str, ...]  # words behind the joint's name in names of coordinates
     speeds: tuple[str, ...]  # the same of speeds
     axes: int  # that a scene gives

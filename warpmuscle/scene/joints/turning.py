@@ -59,7 +59,7 @@ class Ball(JointType):
         return about(np.eye(3)[axis], angles)
 
     def angles_of(self, joint: Joint, q: Floats) -> Floats:
-        """Those that its limits are of: about swing, swing x twist and twist, as in `kernels.limits.ball_angles`."""
+        """Those that its limits are of: about swing, swing x twist and twist, as in `limits.ball_angles`."""
         swing, twist = self.frame(joint)
         middle = np.cross(swing, twist)
 

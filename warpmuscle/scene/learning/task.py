@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
-from warpmuscle.kernels.objective_terms import REWARDS
+from warpmuscle.kernels.objective.objective_terms import REWARDS
 from warpmuscle.scene.part import Part
 
 Interval = tuple[float, float]
@@ -44,7 +44,7 @@ class Rewards(_Weights):
     adds to the scene's weighted objective, and `failure` is taken off once where an episode ends by failing: these two
     do not count for time.
     `custom` weighs terms of the objective, by name, and parts of one's own, `module:name`; what is summed up over time
-    counts as the decision adds to it. Its sign is that which it declares, see `kernels/declaration.py`.
+    counts as the decision adds to it. Its sign is that which it declares, see `kernels/objective/declaration.py`.
     """
 
     speed_width: Annotated[float, "m/s"] = 0.5

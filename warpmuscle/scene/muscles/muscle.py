@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, cast
 
-from warpmuscle.kernels.curve_sets import CurveSet
+from warpmuscle.kernels.curve.curve_sets import CurveSet
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles.cables import CABLES
 from warpmuscle.scene.muscles.curves import CurveShape
@@ -144,7 +144,7 @@ class Muscle(Part, kw_only=True):
 
 
 class MuscleModel(Part):
-    """What all muscles have in common; the sources of the curves stand in `kernels/curve_sets.py`.
+    """What all muscles have in common; the sources of the curves stand in `kernels/curve/curve_sets.py`.
 
     `tendon`: rigid; switch, rigid up to l_opt and infinitely compliant beyond it (Bergmann 2017, section 4.1.1); or
     compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
@@ -158,7 +158,7 @@ class MuscleModel(Part):
     from the average, or clip it to zero.
     `sharing`: whose torque a muscle gives. Each: every muscle the whole torque of its joints, on average over them
     (Bergmann 2017, section 5.1). Least effort: all muscles together what all joints want along the degrees of freedom
-    that muscles drive, by the activations of least sum of mass times activation squared; see `kernels/sharing.py`.
+    that muscles drive, by the activations of least sum of mass times activation squared; see `kernels.muscle.sharing`.
     `specific_tension`: force over physiological cross-section, from which the mass of muscles follows (see
     `masses.py`) and with it their metabolic heat, but no motion. The default is that of models of legs from which f_max
     is usually taken (Arnold 2010: 0.61 MPa for all muscles; Falisse 2022: 0.55 MPa in the mean). With it the leg

@@ -1,6 +1,6 @@
 """SIMBICON's part of a scene: its types, and what is checked of them that types cannot.
 
-Its kernels are `kernels/simbicon.py` and what that imports, its arrays on a device `model/controllers/simbicon.py`, and
+Its kernels are `control/simbicon.py` and what that imports, its arrays on a device `model/controllers/simbicon.py`, and
 what is recorded of it `results/simbicon.py`.
 
 May import: core, kernels, scene.

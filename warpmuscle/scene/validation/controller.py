@@ -41,7 +41,7 @@ def check_controller(check: Checks) -> None:
             if name != EVERY_OTHER:
                 known(name, _names(place, scene.character), what, f"controller.{place}.{name}")
     if ":" not in controller.type:
-        from warpmuscle.kernels.controllers import CONTROLLERS  # with Warp, for which others need not wait
+        from warpmuscle.kernels.control.controllers import CONTROLLERS  # with Warp, for which others need not wait
 
         types = (SIMBICON, *CONTROLLERS)
         if controller.type not in CONTROLLERS:
@@ -63,7 +63,7 @@ def check_declared_values(declared: Any, controller: Controller, character: Char
     """SceneError unless a controller has values of all that is declared, and of nothing else.
 
     Args:
-        declared: `kernels.control.CustomController`.
+        declared: `kernels.control.control.CustomController`.
     """
     check_values(declared.parameters, controller.parameters, "controller.parameters")
     for place, what in PLACES.items():

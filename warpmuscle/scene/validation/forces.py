@@ -33,7 +33,7 @@ def check_forces(check: Checks) -> None:
 
 def _check_shipped(check: Checks, force: Force, key: str) -> None:
     """There is such a kind of force, it acts on what is named, and it gets its parameters."""
-    from warpmuscle.kernels.devices import FORCES  # with Warp, for which no scene without forces has to wait
+    from warpmuscle.kernels.force.devices import FORCES  # with Warp, for which no scene without forces has to wait
 
     if force.type not in FORCES:
         there_are = f"there are {', '.join(FORCES)}"

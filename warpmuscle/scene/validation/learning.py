@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.objective_terms import REWARDS, TERMS
+from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval

@@ -10,7 +10,7 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
-from warpmuscle.kernels.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Robustness, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.norms import LEG_ANGLES

@@ -20,7 +20,7 @@ FAN, AXIAL = 0.7073, 0.9  # cosines of the greatest angle to an axis, between wh
 FADED = 0.3  # share of the chord near its ends where the axial method counts less
 SAMPLES = 300  # of the chord
 LEAST_SHARE = 1.0e-3  # of radii that something goes round
-ENTERED = 0.12  # see `kernels/wrap_ellipsoid.py`
+ENTERED = 0.12  # see `kernels/path/wrap_ellipsoid.py`
 PIECE = 0.001  # m, of the arc
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 

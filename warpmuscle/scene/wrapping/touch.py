@@ -34,7 +34,7 @@ def sign(x: float) -> int:
     return 1 if x >= 0.0 else -1
 
 
-GIVES = 4.0  # see `kernels/wrap_touch.py`
+GIVES = 4.0  # see `kernels/path/wrap_touch.py`
 
 
 def kept_size(near: float) -> float:

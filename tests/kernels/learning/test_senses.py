@@ -1,0 +1,190 @@
+"""Every kind of observation against float64, of free, planar and fixed roots, and what random states begin with."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+from probes import filled, matrix, turn_about
+
+from warpmuscle.kernels.learning import senses
+from warpmuscle.kernels.learning.episodes import Episodes
+from warpmuscle.kernels.learning.senses import Feature, Surroundings
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    HINGE,
+    ROOT_FIXED,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    MuscleState,
+    SimbiconState,
+    Skeleton,
+    State,
+)
+
+N, WEIGHT = 12, 640.0
+TYPES = (ROOT_FREE, BALL, FIXED, UNIVERSAL, HINGE)  # a chain whose last body is the head
+COORDINATES, SPEEDS = (7, 4, 0, 2, 1), (6, 3, 0, 2, 1)
+OF_ROOT = {ROOT_FREE: (7, 6), ROOT_PLANAR: (3, 3), ROOT_FIXED: (0, 0)}
+NORMAL, GROUND = (0.0, 0.8, 0.6), 0.15
+UP = np.array([0.0, 1.0, 0.0])
+
+
+def unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+@pytest.fixture(scope="module", params=OF_ROOT, ids=["free", "planar", "fixed"])
+def drawn(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """Numbers of all instances, and where the coordinates and speeds of bodies start."""
+    random, root = np.random.default_rng(5), request.param
+    counts = [np.cumsum([0, of, *table[1:]]) for of, table in zip(OF_ROOT[root], (COORDINATES, SPEEDS), strict=True)]
+    first, speed = counts
+    q, v = random.normal(0.0, 0.7, (N, first[-1])), random.normal(0.0, 0.7, (N, speed[-1]))
+    q[:, first[1] : first[1] + 4] = unit(q[:, first[1] : first[1] + 4])
+    if root == ROOT_FREE:
+        q[:, 3:7] = unit(q[:, 3:7])
+    return {
+        "root": root, "q": q, "v": v, "first": first, "speed": speed, "axis_a": unit(random.normal(size=(5, 3))),
+        "axis_b": unit(random.normal(size=(5, 3))), "activation": random.random((N, 3)),
+        "sensed": random.normal(size=(N, 3, 3)), "action": random.normal(size=(N, 4)),
+        "command": random.normal(size=(N, 4)), "phase": random.random(N), "stance": np.arange(N) % 2,
+        "push": random.normal(size=(N, 3)) * WEIGHT, "push_steps": np.stack([np.full(N, 4), np.full(N, 8)], axis=1),
+        "step": 2 + np.arange(N) % 8, "varied": random.normal(size=(3, 4)), "variant": np.arange(N) % 3,
+        "clock": random.random(N), "foot_force": random.normal(size=(N, 2, 3)) * WEIGHT,
+        "heading": random.normal(size=N), "side": random.normal(0.0, 1.2, N),
+    }  # fmt: skip
+
+
+def observed(d: dict[str, Any], features: list[tuple[int, int]], scale: float = 1.0) -> np.ndarray:
+    """What the kernel says (instances, features)."""
+    plan = {
+        "joint_type": TYPES, "parent": (-1, 0, 1, 2, 3), "coordinate_start": d["first"][:-1],
+        "speed_start": d["speed"][:-1],
+    }  # fmt: skip
+    row = {name: d[name][None] for name in ("axis_a", "axis_b")}
+    state = filled(
+        State, coordinates=d["q"], speeds=d["v"],
+        simbicon=filled(SimbiconState, phase=d["phase"], stance=d["stance"]), push=d["push"],
+        push_steps=d["push_steps"], step=d["step"], foot_force=d["foot_force"],
+        muscles=filled(MuscleState, activation=d["activation"], sensed=d["sensed"]),
+    )  # fmt: skip
+    names = ("command", "heading", "side", "variant")
+    episodes = filled(Episodes, **{name: d[name] for name in names}, phase=d["clock"])
+    around = filled(
+        Surroundings, root=d["root"], head=len(TYPES) - 1, skeleton=filled(Skeleton, plan=plan, row=row),
+        normal=[[NORMAL]], ground=[[GROUND]], body_weight=WEIGHT, action=d["action"], varied=d["varied"],
+    )  # fmt: skip
+    kind, index = np.transpose(features)
+    given = filled(Features, feature={"kind": kind, "index": index, "scale": np.full(len(kind), scale)})
+    result = wp.zeros((N, len(features)), device="cpu")
+    inputs = [given.feature, state, episodes, around, result]
+    wp.launch(senses.observe_now, result.shape, inputs, device="cpu")
+    return result.numpy().astype(float)
+
+
+@wp.struct
+class Features:
+    """What is observed."""
+
+    feature: wp.array[Feature]
+
+
+def root_motion(d: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Place, rotation, velocity and angular velocity of the root in the world."""
+    q, v, x = d["q"], d["v"], np.eye(3)[0]
+    if d["root"] == ROOT_FREE:
+        return q[:, :3], matrix(q[:, 3:7]), v[:, :3], v[:, 3:6]
+    if d["root"] == ROOT_PLANAR:
+        zero = np.zeros((N, 1))
+        place, velocity = (np.concatenate([zero, of[:, :2]], axis=1) for of in (q, v))
+        return place, matrix(turn_about(x, q[:, 2])), velocity, x * v[:, 2:3]
+    return np.zeros((N, 3)), np.broadcast_to(np.eye(3), (N, 3, 3)), np.zeros((N, 3)), np.zeros((N, 3))
+
+
+def head_motion(d: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation and angular velocity of the head in the world, from the root outwards."""
+    _, rotation, _, spin = root_motion(d)
+    q, v = d["q"], d["v"]
+    for body in range(1, len(TYPES)):
+        c, s, a, b = d["first"][body], d["speed"][body], d["axis_a"][body], d["axis_b"][body]
+        parent = rotation
+        if TYPES[body] == BALL:
+            rotation = parent @ matrix(q[:, c : c + 4])
+            spin = spin + np.einsum("nij,nj->ni", rotation, v[:, s : s + 3])
+        elif TYPES[body] == HINGE:
+            rotation = parent @ matrix(turn_about(a, q[:, c]))
+            spin = spin + (rotation @ a) * v[:, s : s + 1]
+        elif TYPES[body] == UNIVERSAL:
+            rotation = parent @ matrix(turn_about(b, q[:, c + 1])) @ matrix(turn_about(a, q[:, c]))
+            spin = spin + (rotation @ a) * v[:, s : s + 1] + (parent @ b) * v[:, s + 1 : s + 2]
+    return rotation, spin
+
+
+def into(rotation: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Vectors of the world in axes of a body."""
+    return np.einsum("nij,ni->nj", rotation, v)
+
+
+def yaw_of(rotation: np.ndarray) -> np.ndarray:
+    """Angle of the turn about the vertical that is left without the turn about a horizontal axis."""
+    return np.arctan2(rotation[:, 0, 2] - rotation[:, 2, 0], rotation[:, 0, 0] + rotation[:, 2, 2])
+
+
+def test_every_kind_of_feature_is_what_it_is_called(drawn: dict[str, Any]):
+    d = drawn
+    place, rotation, velocity, spin = root_motion(d)
+    yaw = yaw_of(rotation)
+    facing = matrix(turn_about(UP, yaw))
+    head, head_spin = head_motion(d)
+    up = np.broadcast_to(UP, (N, 3))
+    pushed = ((d["step"] >= 4) & (d["step"] < 8))[:, None]
+    clock, turn = 2.0 * np.pi * d["clock"], d["heading"] - yaw
+    forces = [into(facing, d["foot_force"][:, foot]) / WEIGHT for foot in (0, 1)]
+    expected = {
+        senses.HEIGHT: (place @ NORMAL - GROUND)[:, None], senses.UP: into(rotation, up),
+        senses.VELOCITY: into(facing, velocity), senses.ANGULAR_VELOCITY: into(rotation, spin),
+        senses.COORDINATE: d["q"], senses.JOINT_SPEED: d["v"], senses.FOOT_FORCE: np.concatenate(forces, axis=1),
+        senses.ACTIVATION: d["activation"], senses.FIBRE_LENGTH: d["sensed"][:, :, 0] - 1.0,
+        senses.FIBRE_VELOCITY: d["sensed"][:, :, 1], senses.FIBRE_FORCE: d["sensed"][:, :, 2],
+        senses.COMMAND: d["command"],
+        senses.COURSE: np.stack([np.sin(turn), np.cos(turn), np.clip(d["side"], -1.0, 1.0)], axis=1),
+        senses.ACTION: d["action"], senses.PHASE: d["phase"][:, None], senses.STANCE: d["stance"][:, None],
+        senses.PUSH_FORCE: np.where(pushed, d["push"] / WEIGHT, 0.0), senses.VARIED: d["varied"][d["variant"]],
+        senses.HEAD_UP: into(head, up), senses.HEAD_ANGULAR_VELOCITY: into(head, head_spin),
+        senses.CLOCK: np.stack([np.sin(clock), np.cos(clock)], axis=1),
+    }  # fmt: skip
+    assert sorted(expected) == list(range(senses.CLOCK + 1))
+    features = [(kind, k) for kind, values in expected.items() for k in range(values.shape[1])]
+    got = observed(d, features)
+    for column, (kind, k) in enumerate(features):
+        np.testing.assert_allclose(got[:, column], expected[kind][:, k], atol=3e-6, err_msg=f"{kind}, {k}")
+    np.testing.assert_allclose(observed(d, features, 0.3), 0.3 * got, atol=1e-6)
+
+
+def test_what_is_no_number_is_nothing_and_what_is_great_is_bounded(drawn: dict[str, Any]):
+    phase = drawn["phase"].copy()
+    phase[:5] = np.nan, np.inf, 1e4, -1e4, 99.0
+    got = observed(drawn | {"phase": phase}, [(senses.PHASE, 0)])
+    np.testing.assert_array_equal(got[:5, 0], [0.0, 0.0, 100.0, -100.0, 99.0])
+
+
+SLOTS = 4
+
+
+def test_what_is_told_is_as_old_as_the_delay_and_noise_has_its_deviation():
+    delay, noise = np.array([0, 1, 3, 2]), np.array([0.0, 0.0, 0.0, 0.25])
+    features = filled(Features, feature={"kind": np.full(4, senses.PHASE), "delay": delay, "noise": noise}).feature
+    ring = np.random.default_rng(1).normal(size=(2000, SLOTS, 4)).astype(np.float32)
+    result = wp.zeros((len(ring), 4), device="cpu")
+    for decision in (5, 6, 7):
+        episodes = filled(Episodes, decision=np.full(len(ring), decision), seed=[3])
+        inputs = [features, wp.array(ring, dtype=float, device="cpu"), episodes, result]
+        wp.launch(senses.observe, result.shape, inputs, device="cpu")
+        for k in range(3):
+            np.testing.assert_array_equal(result.numpy()[:, k], ring[:, (decision - delay[k]) % SLOTS, k])
+        heard = result.numpy()[:, 3] - ring[:, (decision - 2) % SLOTS, 3]
+        assert heard.std() == pytest.approx(0.25, rel=0.06)
+        assert abs(heard.mean()) < 0.02

@@ -1,0 +1,43 @@
+"""Rows of small matrices: each is read and written alone, against NumPy."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpmuscle.kernels.memory.register_rows import rows_of
+
+COUNT = 3
+ROWS = rows_of(COUNT)
+matrix = wp.types.matrix(shape=(COUNT, 3), dtype=float)
+numbers = wp.types.vector(length=COUNT, dtype=int)
+lengths = wp.types.vector(length=COUNT, dtype=float)
+row, with_row, with_sum = ROWS.row, ROWS.with_row, ROWS.with_sum
+number, with_number, length, with_length = ROWS.number, ROWS.with_number, ROWS.length, ROWS.with_length
+
+
+@wp.kernel(enable_backward=False)
+def change(
+    k: int, value: wp.vec3, m: wp.array[matrix], v: wp.array[numbers], x: wp.array[lengths], read: wp.array[wp.vec3]
+):
+    read[0] = row(m[0], k)
+    read[1] = wp.vec3(float(number(v[0], k)), length(x[0], k), 0.0)
+    m[1] = with_row(m[0], k, value)
+    m[2] = with_sum(m[0], k, value)
+    v[1] = with_number(v[0], k, 7)
+    x[1] = with_length(x[0], k, 0.5)
+
+
+@pytest.mark.parametrize("k", range(COUNT))
+def test_one_row_is_read_or_changed_and_no_other(k: int):
+    before, value = np.arange(9.0).reshape(3, 3), np.array([10.0, 20.0, 30.0])
+    m = wp.array(np.stack([before] * 3), dtype=matrix, device="cpu")
+    v = wp.array(np.array([[4, 5, 6]] * 2), dtype=numbers, device="cpu")
+    x = wp.array(np.array([[1.5, 2.5, 3.5]] * 2), dtype=lengths, device="cpu")
+    read = wp.zeros(2, dtype=wp.vec3, device="cpu")
+    wp.launch(change, 1, [k, wp.vec3(*value), m, v, x, read], device="cpu")
+    np.testing.assert_array_equal(read.numpy(), [before[k], [4 + k, 1.5 + k, 0.0]])
+    chosen = np.arange(3) == k
+    np.testing.assert_array_equal(m.numpy()[1], np.where(chosen[:, None], value, before))
+    np.testing.assert_array_equal(m.numpy()[2], before + chosen[:, None] * value)
+    np.testing.assert_array_equal(v.numpy()[1], np.where(chosen, 7, [4, 5, 6]))
+    np.testing.assert_array_equal(x.numpy()[1], np.where(chosen, 0.5, [1.5, 2.5, 3.5]))

@@ -1,0 +1,155 @@
+"""Parts of a path round an ellipsoid, in closed form or by what they must fulfil."""
+
+import numpy as np
+import pytest
+import warp as wp
+from probes import evaluate, units, vectors
+from scipy.integrate import quad
+
+from warpmuscle.kernels.path import wrap_ellipsoid
+from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT, Guide
+from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, Touch
+
+RADII = np.array([0.035, 0.02, 0.025])
+METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
+
+
+@wp.kernel(enable_backward=False)
+def guides(start: wp.array[wp.vec3], chord: wp.array[wp.vec3], r: wp.vec3, method: int, result: wp.array[Guide]):
+    i = wp.tid()
+    result[i] = wrap_ellipsoid.guide_of(start[i], chord[i], r, method)
+
+
+@wp.kernel(enable_backward=False)
+def touches(
+    a: wp.array[wp.vec3], b: wp.array[wp.vec3], r: wp.vec3, axis: int, side: int, method: int, result: wp.array[Touch]
+):
+    i = wp.tid()
+    result[i] = wrap_ellipsoid.ellipsoid_touch(a[i], b[i], r, axis, side, method)
+
+
+def launched(kernel, struct, a: np.ndarray, b: np.ndarray, radii: np.ndarray, *more: int) -> np.ndarray:
+    given = [wp.array(np.float32(v), dtype=wp.vec3, device="cpu") for v in (a, b)]
+    result = wp.zeros(len(a), dtype=struct, device="cpu")
+    wp.launch(kernel, len(a), [*given, wp.vec3(*radii.tolist()), *more, result], device="cpu")
+    return result.numpy()
+
+
+def test_of_two_tangents_to_a_circle_the_outward_one_is_taken():
+    """Both ends of the chord of contact: from m, v r^2/|v|^2 +- n x v r sqrt(|v|^2 - r^2)/|v|^2."""
+    count, rng = 400, np.random.default_rng(0)
+    normal, middle = units(count, 1), vectors(count, 2, 0.3)
+    v = np.cross(normal, vectors(count, 3))
+    v *= (rng.uniform(1.01, 4.0, count) / np.linalg.norm(v, axis=1))[:, None]
+    outward = np.cross(normal, vectors(count, 4, 0.2))
+    radius = rng.uniform(0.2, 1.0, count)
+    far, across = np.sum(v * v, axis=1), np.cross(normal, v)
+    leg = radius * np.sqrt(far - radius**2)
+    both = [middle + (v * radius[:, None] ** 2 + sign * across * leg[:, None]) / far[:, None] for sign in (1.0, -1.0)]
+    ahead = np.sum((both[0] - both[1]) * outward, axis=1)
+    expected = np.where(ahead[:, None] > 0.0, *both)
+    got = evaluate(wrap_ellipsoid.circle_tangent, middle + v, middle, normal, radius**2, outward)
+    clear = np.abs(ahead) > 1e-3
+    assert clear.sum() > 380
+    np.testing.assert_allclose(got[clear], expected[clear], atol=2e-5)
+    np.testing.assert_allclose(np.linalg.norm(got - middle, axis=1), radius, atol=2e-5)
+
+
+def test_an_end_on_the_circle_is_its_own_tangent():
+    end, (_, y, z) = np.array([[0.5, 0.0, 0.0], [0.3, 0.0, 0.0]]), np.eye(3)
+    got = evaluate(wrap_ellipsoid.circle_tangent, end, np.zeros(3), z, 0.25, y)
+    np.testing.assert_allclose(got, end, atol=1e-7)
+
+
+def test_arcs_are_as_long_as_their_integrals():
+    count = 60
+    u = units(count, 5)
+    v = np.cross(u, units(count, 6))
+    v /= np.linalg.norm(v, axis=1, keepdims=True)
+    angle = np.random.default_rng(7).uniform(0.05, 2.0, count)
+    expected = [
+        quad(lambda t, k=k: np.linalg.norm(RADII * (v[k] * np.cos(t) - u[k] * np.sin(t))), 0.0, angle[k])[0]
+        for k in range(count)
+    ]
+    got = evaluate(wrap_ellipsoid.arc_on_ellipsoid, u, v, angle, RADII)
+    np.testing.assert_allclose(got, expected, rtol=2e-4)
+    np.testing.assert_allclose(
+        evaluate(wrap_ellipsoid.arc_on_ellipsoid, u, v, angle, np.full(3, 0.03)), 0.03 * angle, rtol=1e-6
+    )
+
+
+def test_the_nearest_place_is_on_the_ellipsoid_and_its_normal_leads_there():
+    place = vectors(300, 8, 0.04)
+    place = place[np.abs(place).min(axis=1) > 2e-3]
+    got = evaluate(wrap_ellipsoid.nearest_on_ellipsoid, place, RADII, -1)
+    np.testing.assert_allclose(np.sum((got / RADII) ** 2, axis=1), 1.0, atol=2e-3)
+    normal, away = got / RADII**2, place - got
+    sine = np.linalg.norm(np.cross(normal, away), axis=1) / np.linalg.norm(normal, axis=1)
+    assert np.quantile(sine, 0.98) < 2e-5
+    others = np.linalg.norm(place[:40, None] - units(10000, 9) * RADII, axis=2).min(axis=1)
+    assert np.all(np.linalg.norm(away[:40], axis=1) < others + 1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_mean_direction_counts_where_a_chord_is_along_no_axis(method: str):
+    """All where its greatest direction cosine is below 0.7073, not at all above 0.9, in proportion between."""
+    cosine = np.array([0.58, 0.65, 0.70, 0.75, 0.80, 0.8537, 0.89, 0.95, 1.0])
+    other = np.sqrt((1.0 - cosine**2) / 2.0)
+    chord, radii = 0.8 * np.stack([other, cosine, -other], axis=1), RADII / RADII.mean()
+    guide = launched(guides, Guide, -0.5 * chord + [0.1, 0.05, 0.2], chord, radii, METHODS[method])
+    expected = np.clip((0.9 - cosine) / (0.9 - 0.7073), 0.0, 1.0)
+    np.testing.assert_allclose(guide["fan"], expected, atol=1e-5)
+    np.testing.assert_allclose(np.sum((guide["point"] / radii) ** 2, axis=1), 1.0, atol=5e-3)
+
+
+@pytest.mark.parametrize(("method", "axis"), [("midpoint", 0), ("midpoint", 2), ("axial", 0)])
+def test_a_path_that_may_not_stay_on_its_side_goes_round_between_both(method: str, axis: int):
+    """Of a chord along no axis: in the plane through the ends and the place that is on neither half of a ball."""
+    count, radius, rng = 4000, 0.03, np.random.default_rng(10)
+    way = np.array([1.0, 1.1, 0.9]) * rng.choice([-1.0, 1.0], (count, 3)) * rng.uniform(0.95, 1.05, (count, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    middle = vectors(count, 11, 0.006)
+    a, b = middle - 0.06 * way, middle + 0.07 * way
+    side = 1
+    guide = launched(guides, Guide, *chord_in_ball(a, b, radius), np.full(3, radius), METHODS[method])
+    assert guide["fan"].min() == 1.0
+    touch = launched(touches, Touch, a, b, np.full(3, radius), axis, side, METHODS[method])
+    place = guide["point"].astype(float)
+    wrong = (touch["kind"] >= BESIDE) & (place[:, axis] * side < -2e-3)
+    place[:, axis] = 0.0
+    flat = np.linalg.norm(place, axis=1)
+    clear = wrong & (flat > 0.2 * radius)
+    place *= (radius / np.maximum(flat, 1e-9))[:, None]
+    normal = np.cross(b - a, place - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    clear &= np.linalg.norm(np.cross(b - a, place - a), axis=1) > 2e-4
+    assert clear.sum() > 300
+    for name in ("first", "second"):
+        off = np.abs(np.sum((touch[name] - a) * normal, axis=1))
+        assert np.quantile(off[clear], 0.98) < 2e-4, name
+
+
+def chord_in_ball(a: np.ndarray, b: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Where segments go into a ball, and the part of them that is inside."""
+    d = b - a
+    t = -np.sum(a * d, axis=1) / np.sum(d * d, axis=1)
+    near = a + t[:, None] * d
+    half = np.sqrt(radius**2 - np.sum(near * near, axis=1)) / np.linalg.norm(d, axis=1)
+    return near - half[:, None] * d, 2.0 * half[:, None] * d
+
+
+def test_round_a_ball_every_path_is_the_shortest_one_also_from_close_by():
+    """Tangents sqrt(|a|^2 - R^2) and an arc R (angle - acos(R/|a|) - acos(R/|b|)), where a segment runs through."""
+    count, radius, rng = 3000, 0.03, np.random.default_rng(12)
+    near, far = radius * (1.0 + 10.0 ** rng.uniform(-2.5, 0.3, (2, count)))
+    a, b = units(count, 13) * near[:, None], units(count, 14) * far[:, None]
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.sum(a * b, axis=1))
+    arc = angle - np.arccos(radius / near) - np.arccos(radius / far)
+    touch = launched(touches, Touch, a, b, np.full(3, radius), 0, 0, MIDPOINT)
+    assert np.all(touch["kind"][arc > 0.02] >= BESIDE)
+    assert np.all(touch["kind"][arc < -0.02] == FREE)
+    length = np.linalg.norm(touch["first"] - a, axis=1) + np.linalg.norm(touch["second"] - b, axis=1) + touch["arc"]
+    expected = np.sqrt(near**2 - radius**2) + np.sqrt(far**2 - radius**2) + radius * arc
+    clear = (arc > 0.02) & (angle < 3.0)  # nearly opposite, the plane is anyone's
+    assert clear.sum() > 1000
+    np.testing.assert_allclose(length[clear], expected[clear], atol=2e-5)

@@ -1,0 +1,56 @@
+"""Where a line is nearest to the circle within a torus: against MINPACK, whose search OpenSim's path follows."""
+
+import numpy as np
+from probes import evaluate
+from scipy.optimize import leastsq
+
+from warpmuscle.kernels.path import wrap_torus
+
+
+class Line:
+    """A line from a to b beside a circle about z, by the distance u along it from a; in float64."""
+
+    def __init__(self, a: np.ndarray, b: np.ndarray, ring: float) -> None:
+        self.a, self.n, self.ring = a, (b - a) / np.linalg.norm(b - a), ring
+
+    def excess(self, u: float) -> float:
+        """Twice the place along the line, less 4 R times how fast it moves away from the axis: OpenSim's equation."""
+        place = self.a + u * self.n
+        return 2.0 * place @ self.n - 4.0 * self.ring * (place[:2] @ self.n[:2]) / np.hypot(*place[:2])
+
+    def slope(self, u: float) -> float:
+        place = self.a + u * self.n
+        flat = np.hypot(*place[:2])
+        bend = self.n[:2] @ self.n[:2] / flat - (place[:2] @ self.n[:2]) ** 2 / flat**3
+        return float(2.0 - 4.0 * self.ring * bend)
+
+    def found(self) -> np.ndarray:
+        """Where Levenberg's and Marquardt's method as MINPACK has it ends, from a on."""
+        options = {"factor": 0.2, "ftol": 1e-4, "xtol": 1e-4, "gtol": 0.0, "maxfev": 100}
+        u = leastsq(lambda u: self.excess(u[0]), [0.0], Dfun=lambda u: [[self.slope(u[0])]], **options)[0][0]
+        return self.a + u * self.n
+
+
+def test_the_equation_of_the_nearest_place_and_its_derivative():
+    rng = np.random.default_rng(1)
+    ends, u, ring = rng.normal(size=(200, 2, 3)) * 0.1, rng.normal(size=200) * 0.1, 0.07
+    lines = [Line(*pair, ring) for pair in ends]
+    n = np.array([line.n for line in lines])
+    along, flat = np.sum(ends[:, 0] * n, axis=1), np.sum(ends[:, 0, :2] * n[:, :2], axis=1)
+    square, rest = np.sum(n[:, :2] ** 2, axis=1), np.sum(ends[:, 0, :2] ** 2, axis=1)
+    got = evaluate(wrap_torus.circle_slope, u, along, flat, square, rest, ring)
+    step = 1e-6
+    slope = [(one.excess(x + step) - one.excess(x - step)) / (2.0 * step) for one, x in zip(lines, u, strict=True)]
+    np.testing.assert_allclose(got[:, 0], [one.excess(x) for one, x in zip(lines, u, strict=True)], atol=1e-5)
+    np.testing.assert_allclose(got[:, 1], slope, rtol=2e-4, atol=2e-3)
+
+
+def test_of_several_nearest_places_the_one_is_found_that_minpack_finds():
+    """Some lines lie so that the last bit says which one that is."""
+    for size, count in ((0.05, 2000), (0.2, 1000)):
+        ends = (np.random.default_rng(2).normal(size=(count, 2, 3)) * size).astype(np.float32).astype(float)
+        got = evaluate(wrap_torus.place_from, ends[:, 0], ends[:, 1], 0.8 * size)
+        expected = np.array([Line(*pair, 0.8 * size).found() for pair in ends])
+        off = np.linalg.norm(got - expected, axis=1)
+        assert np.mean(off < 0.004 * size) > 0.9985
+        assert np.median(off) < 1e-5 * size

@@ -1,0 +1,103 @@
+"""The stages of a step that know of joints' types and of how inertia lies in bodies, as a model has them."""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+from warpmuscle.kernels.body.coordinate_joint import (
+    accelerate_any,
+    accelerate_any_remaining,
+    move_any_of,
+    place_any,
+    prescribe_any,
+    reduce_any,
+    reduce_any_remaining,
+)
+from warpmuscle.kernels.body.dynamics import (
+    acceleration_stage,
+    acceleration_stage_of,
+    backward_pass_of,
+    forward_pass_of,
+)
+from warpmuscle.kernels.body.followed import (
+    accelerate_followed_of,
+    followed_acceleration_stage_of,
+    followed_hybrid_stage_of,
+)
+from warpmuscle.kernels.body.followed_reduction import reduce_followed_of
+from warpmuscle.kernels.body.follower import (
+    backward_pass_of_clusters,
+    forward_pass_of_clusters,
+    integrate_drivers_stage,
+    reduce_any_cluster,
+    reduce_remaining_cluster,
+)
+from warpmuscle.kernels.body.hybrid import hybrid_acceleration_stage, hybrid_acceleration_stage_of
+from warpmuscle.kernels.body.inertia import inertia_stage_of
+from warpmuscle.kernels.body.integration import integrate_stage
+from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, has_displacements
+from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
+from warpmuscle.kernels.body.motion import prescribe_stage
+from warpmuscle.kernels.contact.contact_laws import SPRING
+from warpmuscle.kernels.memory.scratch import coordinate_work_at, followed_work_at_of, work_at
+from warpmuscle.kernels.structs import FOLLOWER
+
+
+class SkeletonKind(NamedTuple):
+    """What a step has compiled in for bodies and joints."""
+
+    joints: tuple[MotionOf, ...] = ()  # types of joints of one coordinate
+    turned: bool = False  # principal axes of inertia lie in some body as its `inertia_axes` say
+    contact: int = SPRING  # law of the ground's contacts, see `contact_laws.py`
+    followed: int = 0  # coordinates that joints far from theirs follow, and all others that are followed then
+
+    @property
+    def follows(self) -> bool:
+        """Whether some joints follow others."""
+        return any(joint.number == FOLLOWER for joint in self.joints)
+
+
+class JointStages(NamedTuple):
+    """Warp functions of these stages."""
+
+    work_at: Any
+    kinematics: Any
+    prescribe: Any
+    inertia: Any
+    acceleration: Any
+    hybrid_acceleration: Any
+    integrate: Any
+
+
+@cache
+def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
+    """The stages of a model with such bodies and joints."""
+    inertia_stage = inertia_stage_of(kind.turned, kind.contact)
+    if not kind.joints:
+        return JointStages(
+            work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,
+            integrate_stage,
+        )  # fmt: skip
+    displaced = across and has_displacements(kind.joints)
+    prepare = displacements_stage if displaced else None
+    backward, forward = backward_pass_of, forward_pass_of
+    reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
+    if kind.follows:
+        backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
+        reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
+    if kind.followed:
+        acceleration, hybrid = (
+            stage_of(backward_pass_of(reduce_followed_of(rest)), forward_pass_of(accelerate_followed_of(rest)))
+            for stage_of, rest in ((followed_acceleration_stage_of, False), (followed_hybrid_stage_of, True))
+        )
+    else:
+        acceleration = acceleration_stage_of(backward(reduce), forward(accelerate_any))
+        hybrid = hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining))
+    return JointStages(
+        followed_work_at_of(kind.followed) if kind.followed else coordinate_work_at,
+        kinematics_stage_of(move_any_of(kind.joints, displaced), place_any, prepare),
+        prescribe_any,
+        inertia_stage,
+        acceleration,
+        hybrid,
+        integrate,
+    )

@@ -1,0 +1,158 @@
+"""Ground contact: spring-damper points with regularised Coulomb friction, linearly implicit in the step.
+
+A contact at point r (from the body's joint) with depth y < 0 gives the force f = f0 - K a over a step of length h,
+with f0 the force at the velocity before the step, a the acceleration of the point, and K = h (d + h k) along the
+normal and h d_t across it. K enters the body's articulated inertia, so that no stiffness is unstable.
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
+from warpmuscle.kernels.contact.soft_constraint import constraint_force
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
+
+
+@wp.func
+def above_ground(instance: int, point: wp.vec3, model: ModelRef) -> float:
+    """Distance of a point from the plane of the ground, m: on a slope, a walk loses or gains no height."""
+    return wp.dot(at(model.contacts.normal, instance, 0), point) - at(model.contacts.height, instance, 0)
+
+
+@wp.func
+def body_weight(instance: int, model: ModelRef) -> float:
+    """Weight of the whole character, N."""
+    return at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
+
+
+@wp.func
+def normal_force(depth: float, speed: float, stiffness: float, damping: float, time_step: float) -> float:
+    """Force of a contact along the normal at the start of a step, N: k depth - (d + h k) speed, never negative.
+
+    Args:
+        depth: penetration, m, positive inside the ground. speed: of the point along the normal, m/s.
+    """
+    return wp.max(stiffness * depth - (damping + time_step * stiffness) * speed, 0.0)
+
+
+@wp.func
+def friction_damping(normal: float, slip: float, damping: float, friction: float) -> float:
+    """Damping across the normal, N s/m: `damping` while that force stays below friction * normal, less beyond it."""
+    return wp.min(damping, friction * normal / (slip + 1.0e-9))
+
+
+@wp.func
+def contact_tensor(normal: wp.vec3, along: float, across: float) -> symmetric:
+    """across (1 - n n^T) + along n n^T."""
+    s = symmetric_outer(normal, along - across)
+    return symmetric(s[0] + across, s[1], s[2], s[3] + across, s[4], s[5] + across)
+
+
+@wp.func
+def minus_skew_product(b: wp.mat33, r: wp.vec3) -> symmetric:
+    """-B [r]x for a product that is symmetric, as [r]x K [r]x^T is with B = [r]x K."""
+    return symmetric_product(b, wp.transpose(wp.skew(r)))
+
+
+@wp.struct
+class ContactSum:
+    """All contacts of a body: force and moment about its joint at the start of the step, and their tensors."""
+
+    force: wp.vec3  # N
+    moment: wp.vec3  # N m
+    a: symmetric  # sum of [r]x K [r]x^T
+    b: wp.mat33  # sum of [r]x K
+    c: symmetric  # sum of K
+
+
+@cache
+def point_contacts_of(soft: bool) -> Any:
+    """The Warp function of the contacts of one body with the ground at points; zero if it is clear of it.
+
+    Args:
+        soft: whether points are soft constraints, see `soft_constraint.py`, or spring-dampers.
+    """
+
+    @wp.func
+    def point_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
+        contacts = model.contacts
+        h = model.time_step
+        total = ContactSum()
+        normal = at(contacts.normal, instance, 0)
+        height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
+        if height > at(contacts.reach, instance, body):
+            return total
+        ground = at(contacts.ground, instance, 0)
+        stiffness = ground.stiffness
+        damping = ground.damping
+        middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last
+        spin = work.angular_velocity[body] - work.lag_angular[body]
+        up = wp.transpose(work.rotation[body]) * normal
+        plan = model.skeleton.plan[body]
+        for k in range(plan.first_point, plan.end_point):
+            point = at(contacts.point, instance, k)
+            depth = point.radius - height - wp.dot(up, point.place)
+            if depth > 0.0:
+                r = work.rotation[body] * point.place - point.radius * normal
+                velocity = middle + wp.cross(spin, r)
+                speed = wp.dot(normal, velocity)
+                if wp.static(soft):
+                    constraint = at(contacts.soft, instance, 0)
+                    along = constraint_force(depth, speed, constraint, h)
+                    gives = h / constraint.softness
+                else:
+                    along = normal_force(depth, speed, stiffness, damping, h)
+                    gives = h * (damping + h * stiffness)
+                if along > 0.0:
+                    slip = velocity - normal * speed
+                    across = friction_damping(along, wp.length(slip), ground.tangential_damping, point.friction)
+                    force = normal * along - slip * across
+                    c = contact_tensor(normal, gives, h * across)
+                    b = cross_rows(r, c)
+                    total.a += minus_skew_product(b, r)
+                    total.b += b
+                    total.c += c
+                    total.force += force
+                    total.moment += wp.cross(r, force)
+        return total
+
+    return point_contacts
+
+
+@cache
+def contact_stage_of(contacts_of_body: Any, touches: float = 0.0) -> Any:
+    """The Warp function that lets the ground act on a body, by a function such as that of `point_contacts_of`.
+
+    Args:
+        touches: N, the force from which on a body that is no foot has touched the ground; 0 for any.
+    """
+
+    @wp.func
+    def contact_stage(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        """Add the contacts of one body to its articulated inertia and bias force, and keep what the foot needs."""
+        plan = model.skeleton.plan[body]
+        slot = plan.foot_slot
+        if slot >= 0:
+            work.contact_c[slot] = symmetric(0.0)
+            work.contact_b[slot] = wp.mat33(0.0)
+            work.contact_force[slot] = wp.vec3(0.0)
+        if plan.end_point == plan.first_point:
+            return
+        total = contacts_of_body(instance, body, model, work)
+        if wp.length_sq(total.force) == 0.0:
+            return
+        work.block_a[body] = work.block_a[body] + total.a
+        work.block_b[body] = work.block_b[body] + total.b
+        work.block_c[body] = work.block_c[body] + total.c
+        work.bias_moment[body] = work.bias_moment[body] - total.moment
+        work.bias_force[body] = work.bias_force[body] - total.force
+        if slot >= 0:
+            work.contact_c[slot] = total.c
+            work.contact_b[slot] = total.b
+            work.contact_force[slot] = total.force
+        elif wp.static(touches == 0.0) or wp.length(total.force) > touches:
+            work.flags[0] = 1
+
+    return contact_stage

@@ -1,0 +1,9 @@
+"""Controllers that a scene chooses by `type` in its `[controller]`, besides SIMBICON; to add one, name it here."""
+
+from warpmuscle.kernels.control.control import CustomController
+from warpmuscle.kernels.control.joint_pd import joint_pd
+
+CONTROLLERS: dict[str, CustomController] = {
+    "joint_pd": joint_pd,
+}
+CONTROLLERS = {name: controller._replace(shipped=True) for name, controller in CONTROLLERS.items()}

@@ -1,0 +1,383 @@
+"""The SIMBICON controller: targets from a phase-driven state machine with balance feedback, PD torques, hip rules.
+
+Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 1.5 (Coros, Beaudoin, van de Panne
+2009). A joint torque acts positively on the parent and negatively on the child.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.angles import pd_error
+from warpmuscle.kernels.algebra.spatial import heading, symmetric, symmetric_rotated
+from warpmuscle.kernels.algebra.spline import curve_value
+from warpmuscle.kernels.body.joint import hinge_rotation
+from warpmuscle.kernels.contact.contact import above_ground
+from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.structs import (
+    REVERSE,
+    RIGHT,
+    SAME,
+    ModelRef,
+    RecordRef,
+    ScratchRef,
+    Simbicon,
+    StateRef,
+    at,
+    rolled,
+    whole,
+)
+
+LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
+
+
+@wp.func
+def balance_feedback(distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: wp.vec2, limits: wp.vec4) -> float:
+    """Linear balance feedback, rad: cd clamp(d . axis) + cv clamp(v . axis) (Yin 2007, eq. 1).
+
+    Args:
+        distance: d, from the stance foot to the centre of mass, character frame, m.
+        velocity: v of the centre of mass, character frame, m/s.
+        gain: cd, cv. limits: lowest and highest d . axis, then v . axis.
+    """
+    d = wp.clamp(wp.dot(distance, axis), limits[0], limits[1])
+    v = wp.clamp(wp.dot(velocity, axis), limits[2], limits[3])
+    return gain[0] * d + gain[1] * v
+
+
+@wp.func
+def pd_torque(
+    error: wp.vec3, velocity: wp.vec3, kp: float, kd: float, strength: float, scale: wp.vec3, limit: float
+) -> wp.vec3:
+    """PD torque along the child's axes, N m, as it acts on the parent: scale strength (-kp e + kd w), then clamped.
+
+    Args:
+        error: see `pd_error`. velocity: angular velocity towards which the error is measured, child axes, rad/s.
+        scale: factor by axis on torque and limit. limit: largest torque, N m.
+    """
+    return clamp_torque(wp.cw_mul(scale, (kd * velocity - kp * error) * strength), torque_bound(scale, limit))
+
+
+@wp.func
+def torque_bound(scale: wp.vec3, limit: float) -> wp.vec3:
+    """Largest torque by child axis, N m."""
+    return wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
+
+
+@wp.func
+def clamp_torque(torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
+    """Every component within its own bound."""
+    return wp.vec3(
+        wp.clamp(torque[0], -bound[0], bound[0]),
+        wp.clamp(torque[1], -bound[1], bound[1]),
+        wp.clamp(torque[2], -bound[2], bound[2]),
+    )
+
+
+@wp.func
+def hip_damping(relative_yaw_rate: float, damping: float, largest: float) -> float:
+    """Yaw torque of the stance hip, N m: -k w |w|, w the root's yaw rate relative to the thigh within +-largest."""
+    w = wp.clamp(relative_yaw_rate, -largest, largest)
+    return -damping * w * wp.abs(w)
+
+
+@wp.func
+def stance_share(stance_force: float, swing_force: float) -> float:
+    """Part of the root's torque that the stance hip takes, by vertical foot forces; -1 if neither foot is loaded."""
+    total = stance_force + swing_force
+    if wp.abs(total) < 1.0e-10:
+        return -1.0
+    return stance_force / total
+
+
+@wp.func
+def strength_by_height(height: float) -> float:
+    """Factor on all torques that lets a fallen character go limp: 1 above 0.4 m, 0 below 0.2 m."""
+    return wp.clamp((height - 0.2) / 0.2, 0.0, 1.0)
+
+
+@wp.func
+def transition_due(phase: float, longest: float, on_foot_down: int, swing_force: float) -> bool:
+    """Whether a state ends: at its longest phase, or after phase 0.5 when the swing foot carries more than 20 N."""
+    return phase >= longest or (on_foot_down == 1 and phase > 0.5 and wp.abs(swing_force) > 20.0)
+
+
+@wp.func
+def stance_after(stance: int, rule: int) -> int:
+    """Stance after entering a state with this rule."""
+    if rule == REVERSE:
+        return 1 - stance
+    if rule == SAME:
+        return stance
+    return rule
+
+
+@wp.func
+def component_rotation(
+    simbicon: Simbicon, instance: int, c: int, phase: float, stance: int, distance: wp.vec3, velocity: wp.vec3
+) -> wp.quat:
+    """Rotation of component c: its base angle, reversed in one stance if it says so, plus balance feedback."""
+    plan = simbicon.components[c]
+    row = at(simbicon.component_rows, instance, c)
+    angle = curve_value(simbicon.knots, instance, plan.first_knot, plan.end_knot, phase)
+    if plan.reverse == stance:
+        angle = -angle
+    if plan.has_feedback == 1:
+        angle += balance_feedback(distance, velocity, row.feedback_axis, row.feedback_gain, row.feedback_limits)
+    return hinge_rotation(row.axis, wp.where(wp.abs(angle) <= LARGEST_TARGET, angle, wp.nan))
+
+
+@wp.func
+def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, phase: float, stance: int) -> wp.vec3:
+    """Desired d (first = 0) or v (first = 4) of a state; its x part changes sign in right stance."""
+    k = simbicon.balance_knots
+    x = curve_value(simbicon.knots, instance, k[row, first], k[row, first + 1], phase)
+    z = curve_value(simbicon.knots, instance, k[row, first + 2], k[row, first + 3], phase)
+    if stance == RIGHT:
+        x = -x
+    return wp.vec3(x, 0.0, z)
+
+
+@wp.func
+def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
+    simbicon = model.simbicon
+    for i in range(lane, model.body_count, lanes):
+        rolled()
+        work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
+        work.strength[i] = 1.0
+        work.frame[i] = 0
+    synchronize()
+    stance = state.simbicon.stance[instance]
+    row = state.simbicon.machine_state[instance]
+    phase = wp.min(state.simbicon.phase[instance], 1.0)
+    foot = model.feet.left
+    if stance == RIGHT:
+        foot = model.feet.right
+    frame = heading(work.orientation[0])
+    foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
+    distance = wp.quat_rotate_inv(frame, work.center[0] - foot_center)
+    velocity = wp.quat_rotate_inv(frame, work.center[1])
+    if simbicon.balance_knots[row, 7] >= 0:
+        distance -= balance_set_point(simbicon, instance, row, 0, phase, stance)
+        velocity -= balance_set_point(simbicon, instance, row, 4, phase, stance)
+    control = simbicon.states[row]
+    for t in range(control.first_trajectory + lane, control.end_trajectory, lanes):
+        trajectory = simbicon.trajectories[t]
+        body = wp.where(stance == RIGHT, trajectory.right_body, trajectory.left_body)
+        q = wp.quat(0.0, 0.0, 0.0, 1.0)
+        for c in range(trajectory.first_component, trajectory.end_component):
+            q = component_rotation(simbicon, instance, c, phase, stance, distance, velocity) * q
+        first = trajectory.first_knot
+        end = trajectory.end_knot
+        if body >= 0:
+            work.target[body] = q
+            work.frame[body] = trajectory.character_frame
+            if not (wp.dot(q, q) < 2.0):
+                work.flags[1] = 1  # no rotation; clamped torques would hide it
+            if end > first:
+                work.strength[body] = curve_value(simbicon.knots, instance, first, end, phase)
+    synchronize()
+
+
+@wp.func
+def pd_inertia(kp: float, kd: float, strength: float, scale: wp.vec3, time_step: float) -> wp.vec3:
+    """What a PD controller that is linearised over the step adds to the joint's inertia, by child axis, kg m^2.
+
+    With the velocity after the step in the damper and the angle after the step in the spring: h (kd + h kp).
+    """
+    return scale * (strength * time_step * (kd + time_step * kp))
+
+
+@wp.func
+def unless_clamped(inertia: wp.vec3, torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
+    """The implicit inertia, but none about axes whose torque is at its limit and so does not depend on velocity."""
+    return wp.vec3(
+        wp.where(wp.abs(torque[0]) < bound[0], inertia[0], 0.0),
+        wp.where(wp.abs(torque[1]) < bound[1], inertia[1], 0.0),
+        wp.where(wp.abs(torque[2]) < bound[2], inertia[2], 0.0),
+    )
+
+
+@wp.func
+def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: ModelRef, work: ScratchRef):
+    """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
+    simbicon = model.simbicon
+    rotation = work.rotation[body]
+    base = frame
+    angular = work.angular_velocity[body] - work.lag_angular[body]
+    if not in_character_frame:
+        parent = whole(model.skeleton.plan[body].parent)
+        base = work.orientation[parent]
+        angular = angular - work.angular_velocity[parent] + work.lag_angular[parent]
+    error = pd_error(work.orientation[body], base * work.target[body])
+    velocity = wp.transpose(rotation) * angular
+    gains = at(simbicon.gains, instance, body)
+    kp = gains.kp
+    kd = gains.kd
+    strength = work.strength[body]
+    scale = gains.scale
+    limit = gains.torque_limit
+    work.stiffness[body] = symmetric(0.0)
+    if model.implicit_pd == 1:
+        torque = pd_torque(error, velocity, kp, kd + model.time_step * kp, strength, scale, limit)
+        inertia = pd_inertia(kp, kd, strength, scale, model.time_step)
+        work.stiffness[body] = symmetric_rotated(rotation, unless_clamped(inertia, torque, torque_bound(scale, limit)))
+        work.torque[body] = rotation * torque
+    else:
+        work.torque[body] = rotation * pd_torque(error, velocity, kp, kd, strength, scale, limit)
+
+
+@wp.func
+def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """Torque that keeps the root upright and on its heading, world, N m."""
+    simbicon = model.simbicon
+    rotation = work.rotation[0]
+    facing = frame
+    if simbicon.heading_control == 1:
+        facing = hinge_rotation(wp.vec3(0.0, 1.0, 0.0), at(simbicon.hip, instance, 0).desired_heading)
+    error = pd_error(work.orientation[0], facing * work.target[0])
+    velocity = wp.transpose(rotation) * (work.angular_velocity[0] - work.lag_angular[0])
+    gains = at(simbicon.gains, instance, 0)
+    return rotation * pd_torque(error, velocity, gains.kp, gains.kd, 1.0, gains.scale, gains.torque_limit)
+
+
+@wp.func
+def hip_share(share: float, torque: wp.vec3, part: wp.vec3, rotation: wp.mat33, bound: wp.vec3) -> wp.vec3:
+    """A hip's torque with its share of the root's, within the limits along the thigh's axes, world, N m."""
+    child = wp.transpose(rotation) * (torque + part * share)
+    return rotation * clamp_torque(child, bound)
+
+
+@wp.func
+def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
+    """Torque limits of a hip by axis of the thigh, N m."""
+    gains = at(simbicon.gains, instance, hip)
+    return torque_bound(gains.scale, gains.torque_limit)
+
+
+@wp.func
+def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Give the hips what the root needs: together with all torques on the root they make the root's PD torque."""
+    simbicon = model.simbicon
+    stance_hip = simbicon.left_hip
+    swing_hip = simbicon.right_hip
+    foot = model.feet.left
+    stance_force = state.foot_force[instance, 0][1]
+    swing_force = state.foot_force[instance, 1][1]
+    if state.simbicon.stance[instance] == RIGHT:
+        stance_hip = simbicon.right_hip
+        swing_hip = simbicon.left_hip
+        foot = model.feet.right
+        stance_force = state.foot_force[instance, 1][1]
+        swing_force = state.foot_force[instance, 0][1]
+    if lane == 0:
+        share = stance_share(stance_force, swing_force)
+        strength = wp.clamp(work.strength[0], 0.0, 1.0)
+        if share == -1.0:
+            strength = 0.0
+        hip = at(simbicon.hip, instance, 0)
+        on_root = root_torque(instance, frame, model, work)
+        for child in range(
+            model.skeleton.plan[0].first_child, model.skeleton.plan[0].first_child + model.skeleton.plan[0].child_count
+        ):
+            rolled()
+            on_root += work.torque[child]
+        foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
+        lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
+        missing = wp.quat_rotate(frame, wp.vec3(0.0, 0.0, hip.predictive_scale * 9.8 * lateral)) - on_root
+        damping = 0.0
+        if hip.damping > 0.0:
+            spin = work.angular_velocity[0] - work.lag_angular[0]
+            thigh = work.angular_velocity[stance_hip] - work.lag_angular[stance_hip]
+            damping = hip_damping(spin[1] - thigh[1], hip.damping, hip.max_velocity)
+        stance_torque = work.torque[stance_hip] + wp.vec3(0.0, damping, 0.0)
+        work.torque[stance_hip] = hip_share(
+            share * strength,
+            stance_torque,
+            missing,
+            work.rotation[stance_hip],
+            hip_bound(simbicon, instance, stance_hip),
+        )
+        work.torque[swing_hip] = hip_share(
+            (1.0 - share) * strength,
+            work.torque[swing_hip],
+            missing,
+            work.rotation[swing_hip],
+            hip_bound(simbicon, instance, swing_hip),
+        )
+    synchronize()
+
+
+@wp.func
+def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Torque of every joint from the targets. Ends with a barrier."""
+    simbicon = model.simbicon
+    frame = heading(work.orientation[0])
+    swing_hip = simbicon.right_hip
+    if state.simbicon.stance[instance] == RIGHT:
+        swing_hip = simbicon.left_hip
+    if lane == 0:
+        work.torque[0] = wp.vec3(0.0, 0.0, 0.0)
+    for i in range(1 + lane, model.body_count, lanes):
+        in_character_frame = work.frame[i] == 1 or i == swing_hip
+        joint_torque(instance, i, in_character_frame, frame, model, work)
+    synchronize()
+    hips_stage(instance, lane, frame, model, state, work)
+    factor = strength_by_height(above_ground(instance, work.position[0], model))
+    if factor < 1.0:
+        for i in range(1 + lane, model.body_count, lanes):
+            work.torque[i] = work.torque[i] * factor
+            work.stiffness[i] = work.stiffness[i] * factor
+    synchronize()
+
+
+@wp.func
+def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Targets and torques. Ends with a barrier."""
+    targets_stage(instance, lane, lanes, model, state, work)
+    torques_stage(instance, lane, lanes, model, state, work)
+
+
+@wp.func
+def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
+    held = state.simbicon
+    renewed = state.step[instance] % model.simbicon.every == 0
+    if renewed:
+        targets_stage(instance, lane, lanes, model, state, work)
+    for i in range(lane, model.body_count, lanes):
+        rolled()
+        if renewed:
+            held.target[instance, i] = work.target[i]
+            held.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))
+        else:
+            plan = held.target_plan[instance, i]
+            work.target[i] = held.target[instance, i]
+            work.strength[i] = plan[0]
+            work.frame[i] = int(plan[1])
+    synchronize()
+    torques_stage(instance, lane, lanes, model, state, work)
+
+
+@wp.func
+def advance_machine(instance: int, model: ModelRef, state: StateRef):
+    """Phase, state and stance after a step, with the foot forces of that step. One lane calls it."""
+    simbicon = model.simbicon
+    row = state.simbicon.machine_state[instance]
+    stance = state.simbicon.stance[instance]
+    time = at(simbicon.state_time, instance, row)
+    phase = state.simbicon.phase[instance] + model.time_step / time[0]
+    control = simbicon.states[row]
+    if transition_due(phase, time[1], control.on_foot_down, state.foot_force[instance, 1 - stance][1]):
+        row = control.next_state
+        state.simbicon.machine_state[instance] = row
+        state.simbicon.stance[instance] = stance_after(stance, simbicon.states[row].stance_rule)
+        phase = 0.0
+    state.simbicon.phase[instance] = phase
+
+
+@wp.func
+def record_machine(instance: int, row: int, frame: int, state: StateRef, record: RecordRef):
+    """Write phase, stance and state of the machine. One lane calls it."""
+    record.simbicon.phase[row, frame] = state.simbicon.phase[instance]
+    record.simbicon.stance[row, frame] = state.simbicon.stance[instance]
+    record.simbicon.machine_state[row, frame] = state.simbicon.machine_state[instance]

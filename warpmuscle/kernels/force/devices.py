@@ -1,0 +1,130 @@
+"""Passive devices and drag: the kinds of forces that scenes know by name, see `forces.py`."""
+
+import warp as wp
+
+from warpmuscle.kernels.force.bushing import Bushing, bushing
+from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
+
+
+@wp.struct
+class BilinearSpring:
+    """A torsion spring with another stiffness on either side of its rest angle, 0 where it is slack."""
+
+    rest_angle: float  # rad
+    stiffness_above: float  # N m/rad
+    stiffness_below: float  # N m/rad
+    damping: float  # N m s/rad, where it is not slack
+
+
+@wp.func
+def bilinear_spring_effort(angle: float, speed: float, spring: BilinearSpring) -> float:
+    """Effort of a spring that is engaged over part of the range, N m: -k (q - q0) - d v, k by the side of q0.
+
+    As of a passive ankle exoskeleton whose spring is slack on one side (Collins, Wiggin, Sawicki 2015).
+    """
+    stretch = angle - spring.rest_angle
+    stiffness = wp.where(stretch > 0.0, spring.stiffness_above, spring.stiffness_below)
+    if stiffness == 0.0:
+        return 0.0
+    return -stiffness * stretch - spring.damping * speed
+
+
+@wp.func
+def bilinear_spring(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, spring: BilinearSpring
+) -> wp.vec3:
+    """Effort along the first coordinate of a hinge or universal joint."""
+    plan = model.skeleton.plan[body]
+    angle = state.coordinates[instance, plan.coordinate_start]
+    return wp.vec3(bilinear_spring_effort(angle, state.speeds[instance, plan.speed_start], spring), 0.0, 0.0)
+
+
+@wp.struct
+class CoordinateLimit:
+    """Springs and dampers that set in beyond the ends of a range, on a coordinate that is an angle or a length."""
+
+    low: float  # rad or m
+    high: float
+    stiffness_below: float  # N m/rad or N/m
+    stiffness_above: float
+    damping: float  # N m s/rad or N s/m, of either, as far as it has set in
+    transition: float  # rad or m beyond an end, over which they set in
+
+
+@wp.func
+def smooth_step(x: float) -> float:
+    """A step from 0 at x = 0 to 1 at x = 1 whose first and second derivatives do not jump: 10 x^3 - 15 x^4 + 6 x^5."""
+    t = wp.clamp(x, 0.0, 1.0)
+    return t * t * t * (10.0 + t * (6.0 * t - 15.0))
+
+
+@wp.func
+def coordinate_limit_effort(q: float, v: float, limit: CoordinateLimit) -> float:
+    """Effort of springs and dampers beyond the ends of a range, N m or N: OpenSim's CoordinateLimitForce."""
+    above = smooth_step((q - limit.high) / limit.transition)
+    below = smooth_step((limit.low - q) / limit.transition)
+    pushed = below * limit.stiffness_below * (limit.low - q) - above * limit.stiffness_above * (q - limit.high)
+    return pushed - (above + below) * limit.damping * v
+
+
+@wp.func
+def coordinate_limit(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, limit: CoordinateLimit
+) -> wp.vec3:
+    """Effort along the first coordinate of a joint."""
+    plan = model.skeleton.plan[body]
+    q, v = state.coordinates[instance, plan.coordinate_start], state.speeds[instance, plan.speed_start]
+    return wp.vec3(coordinate_limit_effort(q, v, limit), 0.0, 0.0)
+
+
+@wp.struct
+class CoordinateSpring:
+    """A spring and a damper along a coordinate."""
+
+    rest: float  # rad or m
+    stiffness: float  # N m/rad or N/m
+    damping: float  # N m s/rad or N s/m
+
+
+@wp.func
+def coordinate_spring(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, spring: CoordinateSpring
+) -> wp.vec3:
+    """Effort -k (q - q0) - d v along the first coordinate of a joint: OpenSim's SpringGeneralizedForce."""
+    plan = model.skeleton.plan[body]
+    q, v = state.coordinates[instance, plan.coordinate_start], state.speeds[instance, plan.speed_start]
+    return wp.vec3(-spring.stiffness * (q - spring.rest) - spring.damping * v, 0.0, 0.0)
+
+
+@wp.struct
+class AirDrag:
+    """What air does to a body that moves through it."""
+
+    drag_area: float  # m^2, drag coefficient times frontal area
+    density: float  # kg/m^3, some 1.2
+
+
+@wp.func
+def drag_force(velocity: wp.vec3, drag: AirDrag) -> wp.vec3:
+    """Quadratic drag, N: -1/2 rho (c_d A) |v| v."""
+    return velocity * (-0.5 * drag.density * drag.drag_area * wp.length(velocity))
+
+
+@wp.func
+def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, drag: AirDrag) -> Wrench:
+    """Drag at the centre of mass of a body in still air."""
+    c = work.rotation[body] * at(model.skeleton.row, instance, body).com
+    w = Wrench()
+    w.force = drag_force(work.velocity[body] + wp.cross(work.angular_velocity[body], c), drag)
+    return w
+
+
+FORCES = {
+    "bilinear_spring": Force(effort=bilinear_spring, parameters=BilinearSpring),
+    "coordinate_limit": Force(effort=coordinate_limit, parameters=CoordinateLimit, positive=("transition",)),
+    "coordinate_spring": Force(effort=coordinate_spring, parameters=CoordinateSpring),
+    "bushing": Force(pair=bushing, parameters=Bushing),
+    "air_drag": Force(wrench=air_drag, parameters=AirDrag),
+}
+FORCES = {name: force._replace(shipped=True) for name, force in FORCES.items()}

@@ -1,0 +1,191 @@
+"""What muscles can do to every coordinate: moment arms, and forces at full and at no activation with rigid tendons."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
+from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
+from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
+from warpmuscle.kernels.muscle.muscle import (
+    LARGEST_SPEED,
+    bounded_fibre_length,
+    bounded_passive,
+    pennation_cosine,
+    rigid_fibre_length,
+    rigid_fibre_speed,
+)
+from warpmuscle.kernels.path.stretch import PathKind
+from warpmuscle.kernels.stages import angular_axis, stretch_all_of, work_of
+from warpmuscle.kernels.structs import Model, ModelRef, Muscles, ScratchRef, State, at
+
+HALVINGS = 30  # of the strains between which a tendon's is looked for
+LARGEST_STRAIN = 0.5
+
+
+@wp.struct
+class Lever:
+    """A pair of a muscle and a speed that it acts on."""
+
+    crossing: int  # of the muscle's path
+    body: int  # whose joint has the speed
+    axis: int  # which of the joint's
+
+
+@wp.func
+def fibre_forces(model: int, length: float, speed: float, cosine: float) -> wp.vec2:
+    """Active force at full activation, and passive force, along the tendon and over f_max.
+
+    Args:
+        length: over l_opt. speed: over v_max. cosine: of the pennation.
+    """
+    v = wp.clamp(speed, -LARGEST_SPEED, LARGEST_SPEED)
+    active = wp.max(active_force_length(model, length) * force_velocity(model, v, 1.0), 0.0)
+    return wp.vec2(active, bounded_passive(model, length)) * cosine
+
+
+@wp.func
+def strain_of(model: int, force: float) -> float:
+    """Strain of a tendon that bears a force over f_max, by halving; none at no force."""
+    low = wp.float32(0.0)
+    high = wp.float32(LARGEST_STRAIN)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if tendon_force_strain(model, middle) < force:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@wp.func
+def lever_axis(instance: int, lever: Lever, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """World axis along which moment arms of a joint's speed are kept, see `coordinate_joint.py`."""
+    if has_motion(model.skeleton.plan[lever.body].joint_type):
+        return coordinate_axis(instance, lever.body, model, work)
+    return angular_axis(instance, lever.body, lever.axis, model, work)
+
+
+@cache
+def muscle_moments_of(paths: PathKind) -> Any:
+    """The kernel (model, state, workspace, levers, arm, length, speed, moment_arm) of all muscles in every frame.
+
+    Args:
+        paths: what is compiled in, as of `muscle_stage.MuscleKind`.
+
+    What it gives:
+        arm: (frames, crossings) m, room for moment arm vectors. length, speed: (frames, muscles) m and m/s, of paths.
+        moment_arm: (frames, levers) m, -dl/dq: a tension F makes the generalised force F times it.
+    """
+    stretch_all = stretch_all_of(paths)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def kernel(
+        # in
+        model: Model, state: State, workspace: wp.array2d[float], levers: wp.array[Lever],
+        # out
+        arm: wp.array2d[wp.vec3], length: wp.array2d[float], speed: wp.array2d[float], moment_arm: wp.array2d[float],
+    ):  # fmt: skip
+        i = wp.tid()
+        work = work_of(i, model, workspace)
+        stretch_all(i, model, state, work, length[i], speed[i], arm[i])
+        for k in range(levers.shape[0]):
+            lever = levers[k]
+            moment_arm[i, k] = -wp.dot(arm[i, lever.crossing], lever_axis(i, lever, model, work))
+
+    return kernel
+
+
+@cache
+def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
+    """The kernel (model, tendon, length, speed, fibre, active, passive) of forces of all muscles in every frame.
+
+    Args:
+        curves, own: what is compiled in, as of `muscle_stage.MuscleKind`.
+
+    What it takes and gives, all (frames, muscles):
+        tendon: (2, frames, muscles) length of the tendon, m, and its lengthening speed, m/s; rigid ones where it is
+            empty. length, speed: of paths, m and m/s.
+        fibre: (2, frames, muscles) length over l_opt and speed over v_max of fibres.
+        active, passive: N, along the tendon, at full activation and at any.
+    """
+    forces, bounded, rigid_length = (
+        with_curves(function, own, curves) for function in (fibre_forces, bounded_fibre_length, rigid_fibre_length)
+    )
+    shaped = isinstance(own, Shaped)
+
+    @wp.func
+    def of_all(instance: int, m: int, model: ModelRef) -> int:
+        return curves
+
+    curves_of = shaped_curves if shaped else of_all
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def kernel(
+        # in
+        model: Model, tendon: wp.array3d[float], length: wp.array2d[float], speed: wp.array2d[float],
+        # out
+        fibre: wp.array3d[float], active: wp.array2d[float], passive: wp.array2d[float],
+    ):  # fmt: skip
+        i, m = wp.tid()
+        row = at(model.muscles.row, i, m)
+        of_muscle = curves_of(i, m, model)
+        slack = row.l_slack
+        stretching = wp.float32(0.0)
+        if tendon.shape[0] > 0:
+            slack = tendon[0, i, m]
+            stretching = tendon[1, i, m]
+        fibre_length = rigid_length(length[i, m], row.l_opt, slack, row.width)
+        if wp.static(shaped):
+            fibre_length = wp.max(fibre_length, bounded(of_muscle.row.shortest * row.l_opt, row.l_opt, row.width))
+        fibre_speed = rigid_fibre_speed(speed[i, m] - stretching, fibre_length, row.width)
+        x = fibre_length / row.l_opt
+        v = fibre_speed / (row.v_max * row.l_opt)
+        force = forces(of_muscle, x, v, pennation_cosine(fibre_length, row.width)) * row.f_max
+        fibre[0, i, m] = x
+        fibre[1, i, m] = v
+        active[i, m] = force[0]
+        passive[i, m] = force[1]
+
+    return kernel
+
+
+@cache
+def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
+    """The kernel (muscles, force, length) of tendons that bear forces (frames, muscles), N: their lengths, m.
+
+    Args:
+        curves, own: what is compiled in, as of `muscle_stage.MuscleKind`.
+    """
+    strain = with_curves(strain_of, own, curves)
+    shaped = isinstance(own, Shaped)
+
+    @wp.func
+    def of_all(instance: int, m: int, muscles: Muscles) -> int:
+        return curves
+
+    @wp.func
+    def of_one(instance: int, m: int, muscles: Muscles) -> ShapedCurves:
+        own_curves = ShapedCurves()
+        own_curves.row = at(muscles.shape, instance, m)
+        own_curves.table = muscles.curve_table
+        return own_curves
+
+    curves_of = of_one if shaped else of_all
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def kernel(
+        # in
+        muscles: Muscles, force: wp.array2d[float],
+        # out
+        length: wp.array2d[float],
+    ):  # fmt: skip
+        i, m = wp.tid()
+        row = at(muscles.row, i, m)
+        of_muscle = curves_of(i, m, muscles)
+        length[i, m] = row.l_slack * (1.0 + strain(of_muscle, force[i, m] / row.f_max))
+
+    return kernel

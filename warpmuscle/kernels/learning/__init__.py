@@ -1,0 +1,6 @@
+"""Policies, what they sense, and what their decisions are worth.
+
+May import: kernels.
+
+To add: an observation to `senses`, a reward to `rewards`.
+"""

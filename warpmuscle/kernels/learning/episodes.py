@@ -1,0 +1,223 @@
+"""Episodes of learning: how they begin, what is wanted in them, pushes. One thread an instance, nothing on the host."""
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.random_numbers import COMMAND, PUSH, START, VARIANT, VELOCITY, random_of
+from warpmuscle.kernels.algebra.spatial import heading_angle
+from warpmuscle.kernels.body.kinematics import coordinate_quat, coordinate_vector
+from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
+
+wp.set_module_options({"enable_backward": False})
+
+SPEED, TURNING_RATE, FIRST_POSE = 0, 1, 2  # of the commands
+LEAST_PACE = 0.1  # of the clock's speed
+
+
+@wp.struct
+class Episodes:
+    """Where every instance is in its episode."""
+
+    seed: wp.array[int]  # (1,) of all random numbers
+    decision: wp.array[int]  # (instances,) decisions so far, in all episodes
+    number: wp.array[int]  # (instances,) episodes begun
+    length: wp.array[int]  # (instances,) decisions in this episode
+    start_row: wp.array[int]  # (instances,) which start it has
+    variant: wp.array[int]  # (instances,) which masses, strengths and slope
+    command: wp.array2d[float]  # (instances, commands) m/s, rad/s, then wanted coordinates
+    phase: wp.array[float]  # (instances,) of the imitated gait, 0 to 1 from a contact of the left foot to its next
+    heading: wp.array[float]  # (instances,) rad, that is wanted now
+    side: wp.array[float]  # (instances,) m, to the left of the wanted way
+    place: wp.array[wp.vec3]  # (instances,) m, of the root at the last decision
+    start_place: wp.array[wp.vec3]  # (instances,) m
+    start_step: wp.array[int]  # (instances,) the step that the start stands at
+    next_push: wp.array[int]  # (instances,) number of the decision in which it comes
+    mask: wp.array[bool]  # (instances,) whose episode ended, so that a new one begins
+
+
+@wp.struct
+class EpisodeRules:
+    """What is drawn for episodes, the same for all of them."""
+
+    root: int  # ROOT_FREE ...
+    starts: int
+    variants: int
+    command_decisions: int  # after which other commands are drawn; 0: never within an episode
+    command_low: wp.array[float]
+    command_high: wp.array[float]
+    cycle_rate: float  # 1/s, of the imitated gait at the clock's speed; 0: there is none
+    clock_speed: float  # m/s
+    cadence_power: float
+    start_phase: wp.array[float]  # (starts,)
+    velocity_noise: float  # m/s
+    push: float  # N s
+    push_decisions: int  # between two pushes, in the mean; 0: there are none
+    push_steps: int
+    time_step: float  # s, of the simulation
+    decision_time: float  # s
+
+
+@wp.struct
+class RestoredArray:
+    """An array of the state, and the starts that its rows can have, in 4-byte words."""
+
+    target: wp.uint64  # (instances, elements, size), or if side by side (elements, instances, size)
+    source: wp.uint64  # (starts or variants, words)
+    words: int  # of an instance
+    size: int  # words of an element
+    side_by_side: int  # 1: elements of neighbouring instances are, see `core.arrays.instance_zeros`
+
+
+@wp.func
+def root_place(root: int, instance: int, state: State) -> wp.vec3:
+    """Position of the root, m."""
+    read = state
+    if root == ROOT_FREE:
+        return coordinate_vector(read, instance, 0)
+    if root == ROOT_PLANAR:
+        return wp.vec3(0.0, state.coordinates[instance, 0], state.coordinates[instance, 1])
+    return wp.vec3(0.0)
+
+
+@wp.func
+def root_orientation(root: int, instance: int, state: State) -> wp.quat:
+    """Orientation of the root."""
+    read = state
+    if root == ROOT_FREE:
+        return coordinate_quat(read, instance, 3)
+    if root == ROOT_PLANAR:
+        return wp.quat_from_axis_angle(wp.vec3(1.0, 0.0, 0.0), state.coordinates[instance, 2])
+    return wp.quat(0.0, 0.0, 0.0, 1.0)
+
+
+@wp.func
+def draw_commands(instance: int, counter: int, episodes: Episodes, rules: EpisodeRules):
+    """Draw what is wanted, evenly between its bounds."""
+    generator = random_of(episodes.seed[0], instance, counter, COMMAND)
+    for k in range(rules.command_low.shape[0]):
+        episodes.command[instance, k] = wp.lerp(rules.command_low[k], rules.command_high[k], wp.randf(generator))
+
+
+@wp.func
+def clock_rate(speed: float, rules: EpisodeRules) -> float:
+    """Cycles a second of the imitated gait at a wanted speed, m/s; it never stands still."""
+    if rules.cadence_power == 0.0:
+        return rules.cycle_rate
+    return rules.cycle_rate * wp.pow(wp.max(speed / rules.clock_speed, LEAST_PACE), rules.cadence_power)
+
+
+@wp.func
+def push_wait(generator: wp.uint32, rules: EpisodeRules) -> int:
+    """Decisions until the next push: half of those in the mean to three halves."""
+    return wp.max(int((0.5 + wp.randf(generator)) * float(rules.push_decisions)), 1)
+
+
+@wp.kernel
+def begin_decision(
+    # in
+    rules: EpisodeRules,
+    # in and out
+    episodes: Episodes, state: State,
+):  # fmt: skip
+    """Count, draw commands and pushes that are due, and remember where the root is. Launch with dim = instances."""
+    i = wp.tid()
+    decision = episodes.decision[i] + 1
+    length = episodes.length[i]
+    episodes.decision[i] = decision
+    episodes.length[i] = length + 1
+    episodes.place[i] = root_place(rules.root, i, state)
+    if rules.command_decisions > 0 and length > 0 and length % rules.command_decisions == 0:
+        draw_commands(i, decision, episodes, rules)
+    episodes.heading[i] = episodes.heading[i] + episodes.command[i, TURNING_RATE] * rules.decision_time
+    phase = episodes.phase[i] + clock_rate(episodes.command[i, SPEED], rules) * rules.decision_time
+    episodes.phase[i] = phase - wp.floor(phase)
+    if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
+        generator = random_of(episodes.seed[0], i, decision, PUSH)
+        angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
+        impulse = wp.randf(generator) * rules.push
+        force = impulse / (float(rules.push_steps) * rules.time_step)
+        state.push[i] = wp.vec3(force * wp.sin(angle), 0.0, force * wp.cos(angle))
+        step = state.step[i]
+        state.push_steps[i, 0] = step
+        state.push_steps[i, 1] = step + rules.push_steps
+        episodes.next_push[i] = decision + push_wait(generator, rules)
+
+
+@wp.kernel
+def draw_starts(
+    # in
+    rules: EpisodeRules,
+    # in and out
+    episodes: Episodes,
+):  # fmt: skip
+    """Draw start and variant of the episodes that begin. Launch with dim = instances."""
+    i = wp.tid()
+    if not episodes.mask[i]:
+        return
+    number = episodes.number[i] + 1
+    episodes.number[i] = number
+    episodes.length[i] = 0
+    seed = episodes.seed[0]
+    generator = random_of(seed, i, number, START)
+    episodes.start_row[i] = wp.min(int(wp.randf(generator) * float(rules.starts)), rules.starts - 1)
+    generator = random_of(seed, i, number, VARIANT)
+    episodes.variant[i] = wp.min(int(wp.randf(generator) * float(rules.variants)), rules.variants - 1)
+
+
+@wp.kernel
+def restore_rows(
+    # in
+    mask: wp.array[bool], row: wp.array[int], arrays: wp.array[RestoredArray], rows: int, lanes: int,
+):  # fmt: skip
+    """Copy rows of the instances of a mask into arrays of the state. Launch with dim = (instances, lanes)."""
+    i, lane = wp.tid()
+    if not mask[i]:
+        return
+    for k in range(arrays.shape[0]):
+        entry = arrays[k]
+        instances = mask.shape[0]
+        count = entry.words // entry.size
+        in_rows = wp.array(ptr=entry.target, shape=(instances, count, entry.size), dtype=int)
+        beside = wp.array(ptr=entry.target, shape=(count, instances, entry.size), dtype=int)
+        source = wp.array(ptr=entry.source, shape=(rows, entry.words), dtype=int)
+        for word in range(lane, entry.words, lanes):
+            element = word // entry.size
+            part = word % entry.size
+            value = source[row[i], word]
+            if entry.side_by_side == 1:
+                beside[element, i, part] = value
+            else:
+                in_rows[i, element, part] = value
+
+
+@wp.kernel
+def begin_episodes(
+    # in
+    rules: EpisodeRules,
+    # in and out
+    episodes: Episodes, state: State,
+):  # fmt: skip
+    """Begin episodes whose state has been put to its start: noise, commands, pushes. Launch with dim = instances."""
+    i = wp.tid()
+    if not episodes.mask[i]:
+        return
+    seed = episodes.seed[0]
+    number = episodes.number[i]
+    generator = random_of(seed, i, number, VELOCITY)
+    if rules.root != ROOT_FIXED and rules.velocity_noise > 0.0:
+        moving = wp.where(rules.root == ROOT_FREE, 3, 2)
+        for k in range(moving):
+            state.speeds[i, k] = state.speeds[i, k] + rules.velocity_noise * wp.randn(generator)
+    draw_commands(i, episodes.decision[i], episodes, rules)
+    place = root_place(rules.root, i, state)
+    episodes.place[i] = place
+    episodes.start_place[i] = place
+    episodes.start_step[i] = state.step[i]
+    episodes.heading[i] = heading_angle(root_orientation(rules.root, i, state))
+    episodes.side[i] = 0.0
+    episodes.phase[i] = rules.start_phase[episodes.start_row[i]]
+    state.push[i] = wp.vec3(0.0)
+    state.push_steps[i, 0] = 0
+    state.push_steps[i, 1] = 0
+    if rules.push_decisions > 0:
+        generator = random_of(seed, i, number, PUSH)
+        episodes.next_push[i] = episodes.decision[i] + push_wait(generator, rules)

@@ -1,0 +1,390 @@
+"""What decisions of a policy are worth, and when an episode ends. One thread an instance."""
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.spatial import heading_angle
+from warpmuscle.kernels.learning.episodes import FIRST_POSE, SPEED, EpisodeRules, Episodes, root_orientation, root_place
+from warpmuscle.kernels.learning.senses import up_in_trunk
+from warpmuscle.kernels.objective.objective_terms import REWARDS
+from warpmuscle.kernels.objective.term_functions import bin_of
+from warpmuscle.kernels.structs import RUNNING, State, at
+
+wp.set_module_options({"enable_backward": False})
+
+TERMS = tuple(REWARDS)  # in the order in which they are logged
+COUNT = len(TERMS)
+SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
+    TERMS.index,
+    ("speed", "alive", "upright", "pose", "imitation", "force", "effort", "action", "action_rate", "overload"),
+)
+HEADING, SIDE, OBJECTIVE, FAILURE = map(TERMS.index, ("heading", "side", "objective", "failure"))
+# What is logged of an episode behind its terms.
+FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
+LOGGED = COUNT + 4
+QUATERNION = 4  # coordinates of a ball joint
+LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+REACHES, FAILS = wp.constant(1), wp.constant(2)
+UNKNOWN = -1.0  # smoothed force of an episode that has just begun
+
+term_values = wp.types.vector(length=COUNT, dtype=float)
+
+
+@wp.struct
+class GaitTable:
+    """A gait over one cycle, which is imitated, at some wanted speeds."""
+
+    coordinate: wp.array2d[float]  # (speeds * bins, coordinates), bins of the first speed first
+    up: wp.array[wp.vec3]  # (bins,) the vertical in axes of the trunk
+    first: wp.array[int]  # (joints,) coordinate of each
+    end: wp.array[int]
+    weight: wp.array[float]  # (joints,), which adds up to 1 with `up_weight`
+    up_weight: float
+    width: float  # rad
+    force: wp.array2d[float]  # (speeds, bins) people's vertical force on the left foot, body weights
+    right: float  # part of the cycle after which the right foot touches down
+    speeds: int
+    first_speed: float  # m/s
+    speed_step: float  # m/s, from one speed to the next
+
+
+@wp.struct
+class RewardRules:
+    """What is rewarded."""
+
+    weight: term_values  # signed; of what counts for time times that
+    speed_width: float  # m/s
+    pose_width: float
+    pose: wp.array[int]  # numbers of the wanted coordinates
+    gait: GaitTable
+    force_width: float  # body weights
+    force_limit: float  # body weights
+    force_share: float  # of the present force in the smoothed one
+    total_mass: wp.array2d[float]  # (rows, 1) kg
+    gravity: wp.array2d[float]  # (rows, 1) m/s^2
+    longest: int  # decisions of an episode
+    effort: int  # what is mean-squared: EXCITATIONS, ACTIVATIONS or ACTIONS
+
+
+EXCITATIONS, ACTIVATIONS, ACTIONS = 0, 1, 2
+
+
+@wp.struct
+class ObjectiveWeights:
+    """Weights of the sums that a batch makes for the terms of the scene's objective, times the time step."""
+
+    torque: wp.float64
+    muscle: wp.array[wp.float64]
+    body: wp.array[wp.float64]
+    whole: wp.array[wp.float64]
+    basal: wp.float64  # weight of the energy at rest, per step
+    energy: int  # which sum over muscles is metabolic energy; -1: none
+    transport: wp.float64  # weight of the cost of transport
+    mass: wp.float64  # kg
+    basal_power: wp.float64  # W
+    time_step: wp.float64  # s
+
+
+@wp.struct
+class Gains:
+    """What instances have gained."""
+
+    action: wp.array2d[float]
+    previous: wp.array2d[float]  # (instances, actions) the action before
+    excitation: wp.array2d[float]  # (instances, muscles), where actions give it
+    foot_force: wp.array2d[float]  # (instances, feet) smoothed vertical force, body weights, or UNKNOWN
+    objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
+    sums: wp.array2d[float]  # (instances, LOGGED) of the episode
+    finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
+    own: wp.array2d[float]  # (instances, rewards) values of rewards of the scene's own in this decision
+    own_weight: wp.array[float]  # (rewards,) signed; of what counts for time times that
+    own_sums: wp.array2d[float]  # (instances, rewards) what they were worth in the episode
+    own_finished: wp.array2d[float]  # (instances, rewards) in the last one that ended
+    own_end: wp.array2d[float]  # (instances, ends) 1: it is met; no instances without ends of the scene's own
+    end_fails: wp.array[int]  # (ends,) 1: who meets it has failed
+    reward: wp.array[float]
+    terminated: wp.array[bool]
+    truncated: wp.array[bool]
+    reached: wp.array[bool]  # (instances,) ended as an end that is earned; none without ends of the scene's own
+
+
+@wp.func
+def mean_square(values: wp.array2d[float], instance: int) -> float:
+    """Mean of the squares of a row."""
+    total = wp.float32(0.0)
+    for k in range(values.shape[1]):
+        total += values[instance, k] * values[instance, k]
+    return total / float(wp.max(values.shape[1], 1))
+
+
+@wp.func
+def mean_square_change(values: wp.array2d[float], before: wp.array2d[float], instance: int) -> float:
+    """Mean of the squared changes of a row."""
+    total = wp.float32(0.0)
+    for k in range(values.shape[1]):
+        change = values[instance, k] - before[instance, k]
+        total += change * change
+    return total / float(wp.max(values.shape[1], 1))
+
+
+@wp.func
+def objective_so_far(
+    instance: int, weights: ObjectiveWeights, rules: EpisodeRules, episodes: Episodes, state: State
+) -> wp.float64:
+    """The scene's weighted objective since the start of the episode, see `model.objective.term_values`."""
+    total = wp.float64(0.0)
+    if weights.torque != wp.float64(0.0):
+        for body in range(state.torque_integral.shape[1]):
+            total += weights.torque * state.torque_integral[instance, body]
+    energy = wp.float64(0.0)
+    for term in range(weights.muscle.shape[0]):
+        if weights.muscle[term] != wp.float64(0.0) or term == weights.energy:
+            summed = wp.float64(0.0)
+            for m in range(state.muscle_terms.shape[2]):
+                summed += state.muscle_terms[instance, term, m]
+            total += weights.muscle[term] * summed
+            if term == weights.energy:
+                energy = summed * weights.time_step
+    for term in range(weights.body.shape[0]):
+        for body in range(state.body_terms.shape[2]):
+            total += weights.body[term] * state.body_terms[instance, term, body]
+    for term in range(weights.whole.shape[0]):
+        total += weights.whole[term] * state.whole_terms[instance, term]
+    steps = wp.float64(state.step[instance] - episodes.start_step[instance])
+    total += weights.basal * steps
+    if weights.transport != wp.float64(0.0):
+        gone = root_place(rules.root, instance, state) - episodes.start_place[instance]
+        distance = wp.max(wp.length(wp.vec3(gone[0], 0.0, gone[2])), LEAST_DISTANCE)
+        energy += weights.basal_power * steps * weights.time_step
+        total += weights.transport * energy / (weights.mass * wp.float64(distance))
+    return total
+
+
+@wp.func
+def pose_error(instance: int, reward: RewardRules, episodes: Episodes, state: State) -> float:
+    """Mean squared difference of the wanted coordinates."""
+    total = wp.float32(0.0)
+    for k in range(reward.pose.shape[0]):
+        error = state.coordinates[instance, reward.pose[k]] - episodes.command[instance, FIRST_POSE + k]
+        total += error * error
+    return total / float(wp.max(reward.pose.shape[0], 1))
+
+
+@wp.func
+def closeness(squared_angle: float, width: float) -> float:
+    """exp(-(angle/width)^2)."""
+    return wp.exp(-squared_angle / (width * width))
+
+
+@wp.func
+def speed_row(speed: float, gait: GaitTable) -> int:
+    """The speed of the table that is nearest to a wanted one, m/s."""
+    if gait.speeds < 2:
+        return 0
+    return wp.clamp(int(wp.round((speed - gait.first_speed) / gait.speed_step)), 0, gait.speeds - 1)
+
+
+@wp.func
+def smoothed(before: float, now: float, share: float) -> float:
+    """A low-pass of first order, which begins with the first value."""
+    if before < 0.0:
+        return now
+    return before + share * (now - before)
+
+
+@wp.func
+def wanted_force(phase: float, row: int, gait: GaitTable) -> float:
+    """People's vertical force at a part of the cycle, body weights."""
+    return gait.force[row, bin_of(phase, gait.force.shape[1])]
+
+
+@wp.func
+def foot_load(instance: int, foot: int, reward: RewardRules, state: State) -> float:
+    """Vertical force on a foot, in weights of the body as it is, not less than 0."""
+    weight = at(reward.total_mass, instance, 0) * at(reward.gravity, instance, 0)
+    return wp.max(state.foot_force[instance, foot][1] / weight, 0.0)
+
+
+@wp.func
+def overload(instance: int, reward: RewardRules, state: State) -> float:
+    """Weights of the body above the limit, summed over the feet."""
+    total = wp.float32(0.0)
+    for foot in range(state.foot_force.shape[1]):
+        total += wp.max(foot_load(instance, foot, reward, state) - reward.force_limit, 0.0)
+    return total
+
+
+@wp.func
+def force_closeness(
+    instance: int, phase: float, row: int, reward: RewardRules, gains: Gains, state: State,
+) -> float:  # fmt: skip
+    """Mean over the feet of how near the smoothed force is to people's, at most 1; the smoothed force goes on."""
+    total = wp.float32(0.0)
+    feet = gains.foot_force.shape[1]
+    for foot in range(feet):
+        load = foot_load(instance, foot, reward, state)
+        now = smoothed(gains.foot_force[instance, foot], load, reward.force_share)
+        gains.foot_force[instance, foot] = now
+        lag = wp.where(foot == 0, 0.0, reward.gait.right)
+        away = now - wanted_force(phase - lag - wp.floor(phase - lag), row, reward.gait)
+        total += closeness(away * away, reward.force_width)
+    return total / float(wp.max(feet, 1))
+
+
+@wp.func
+def imitation(instance: int, phase: float, speed: int, up: wp.vec3, gait: GaitTable, state: State) -> float:
+    """Weighted mean of how near joints, and the vertical in the trunk, are to those of the gait, at most 1.
+
+    Of a ball joint 4 (1 - (p q)^2) stands for the squared angle between quaternions p and q, near which it is.
+    """
+    bins = gait.up.shape[0]
+    bin = bin_of(phase, bins)
+    row = speed * bins + bin
+    away = up - gait.up[bin]
+    total = gait.up_weight * closeness(wp.dot(away, away), gait.width)
+    for joint in range(gait.first.shape[0]):
+        squared = wp.float32(0.0)
+        product = wp.float32(0.0)
+        for k in range(gait.first[joint], gait.end[joint]):
+            error = state.coordinates[instance, k] - gait.coordinate[row, k]
+            squared += error * error
+            product += state.coordinates[instance, k] * gait.coordinate[row, k]
+        if gait.end[joint] - gait.first[joint] == QUATERNION:
+            squared = 4.0 * wp.max(1.0 - product * product, 0.0)
+        total += gait.weight[joint] * closeness(squared, gait.width)
+    return total
+
+
+@wp.func
+def task_terms(
+    instance: int, forward: float, reward: RewardRules, rules: EpisodeRules, episodes: Episodes, gains: Gains,
+    state: State,
+) -> term_values:  # fmt: skip
+    """Values of the terms that count for time."""
+    q = root_orientation(rules.root, instance, state)
+    values = term_values()
+    miss = (forward - episodes.command[instance, SPEED]) / reward.speed_width
+    values[SPEED_TERM] = wp.exp(-miss * miss)
+    values[ALIVE] = 1.0
+    values[UPRIGHT] = up_in_trunk(q)[1]
+    if reward.weight[POSE] != 0.0:
+        error = pose_error(instance, reward, episodes, state)
+        values[POSE] = wp.exp(-error / (reward.pose_width * reward.pose_width))
+    if reward.weight[IMITATION] != 0.0:
+        row = speed_row(episodes.command[instance, SPEED], reward.gait)
+        values[IMITATION] = imitation(instance, episodes.phase[instance], row, up_in_trunk(q), reward.gait, state)
+    if reward.weight[FORCE] != 0.0:
+        row = speed_row(episodes.command[instance, SPEED], reward.gait)
+        values[FORCE] = force_closeness(instance, episodes.phase[instance], row, reward, gains, state)
+    if reward.weight[OVERLOAD] != 0.0:
+        values[OVERLOAD] = overload(instance, reward, state)
+    if reward.weight[EFFORT] != 0.0:
+        if reward.effort == EXCITATIONS:
+            values[EFFORT] = mean_square(gains.excitation, instance)
+        elif reward.effort == ACTIVATIONS:
+            values[EFFORT] = mean_square(state.muscles.activation, instance)
+        else:
+            values[EFFORT] = mean_square(gains.action, instance)
+    if reward.weight[ACTION] != 0.0:
+        values[ACTION] = wp.min(mean_square(gains.action, instance), 4.0)
+    if reward.weight[ACTION_RATE] != 0.0:
+        values[ACTION_RATE] = mean_square_change(gains.action, gains.previous, instance)
+    values[HEADING] = 1.0 - wp.cos(episodes.heading[instance] - heading_angle(q))
+    values[SIDE] = wp.min(wp.abs(episodes.side[instance]), 1.0)
+    return values
+
+
+@wp.func
+def own_ending(instance: int, gains: Gains) -> int:
+    """How ends of the scene's own end an episode: 0 as none is met, REACHES, or FAILS."""
+    found = wp.int32(0)
+    for k in range(gains.own_end.shape[1]):
+        if gains.own_end[instance, k] > 0.0:
+            found = wp.max(found, wp.where(gains.end_fails[k] == 1, FAILS, REACHES))
+    return found
+
+
+@wp.kernel
+def judge(
+    # in
+    reward: RewardRules, weights: ObjectiveWeights, rules: EpisodeRules,
+    # in and out
+    episodes: Episodes, state: State,
+    # out
+    gains: Gains,
+):  # fmt: skip
+    """Reward of the decision, whether the episode ends, and what is logged of it. Launch with dim = instances."""
+    i = wp.tid()
+    failed = state.status[i] != RUNNING
+    moved = root_place(rules.root, i, state) - episodes.place[i]
+    wanted = episodes.heading[i]
+    forward = (moved[0] * wp.sin(wanted) + moved[2] * wp.cos(wanted)) / rules.decision_time
+    aside = moved[0] * wp.cos(wanted) - moved[2] * wp.sin(wanted)
+    if not (wp.abs(forward) + wp.abs(aside) < 1.0e6):
+        failed = True
+        forward = 0.0
+        aside = 0.0
+    episodes.side[i] = episodes.side[i] + aside
+    ending = own_ending(i, gains)
+    if ending == FAILS:
+        failed = True
+    reached = ending == REACHES and not failed
+    terms = term_values()
+    if failed:
+        terms[FAILURE] = 1.0
+    else:
+        terms = task_terms(i, forward, reward, rules, episodes, gains, state)
+        if reward.weight[OBJECTIVE] != 0.0:
+            so_far = objective_so_far(i, weights, rules, episodes, state)
+            terms[OBJECTIVE] = float(so_far - gains.objective[i])
+            gains.objective[i] = so_far
+    total = wp.float32(0.0)
+    for k in range(COUNT):
+        worth = reward.weight[k] * terms[k]
+        if not (wp.abs(worth) < 1.0e6):
+            worth = 0.0
+        total += worth
+        gains.sums[i, k] = gains.sums[i, k] + worth
+    for k in range(gains.own_weight.shape[0]):
+        worth = gains.own_weight[k] * gains.own[i, k]
+        if failed:
+            worth = 0.0
+        total += worth
+        gains.own_sums[i, k] = gains.own_sums[i, k] + worth
+    gains.sums[i, FORWARD] = gains.sums[i, FORWARD] + forward
+    gains.reward[i] = total
+    late = episodes.length[i] >= reward.longest
+    gains.terminated[i] = failed or reached
+    gains.truncated[i] = late and not (failed or reached)
+    if gains.reached.shape[0] > 0:
+        gains.reached[i] = reached
+    episodes.mask[i] = failed or late or reached
+    if failed or late or reached:
+        for k in range(gains.own_weight.shape[0]):
+            gains.own_finished[i, k] = gains.own_sums[i, k]
+        gains.sums[i, DECISIONS] = float(episodes.length[i])
+        gains.sums[i, COMPLETED] = wp.where(failed, 0.0, 1.0)
+        gains.sums[i, ENDED] = 1.0
+        for k in range(LOGGED):
+            gains.finished[i, k] = gains.sums[i, k]
+
+
+@wp.kernel
+def forget(
+    # in
+    mask: wp.array[bool],
+    # out
+    gains: Gains,
+):  # fmt: skip
+    """Begin to count again for episodes that begin. Launch with dim = instances."""
+    i = wp.tid()
+    if not mask[i]:
+        return
+    gains.objective[i] = wp.float64(0.0)
+    for k in range(gains.own_weight.shape[0]):
+        gains.own_sums[i, k] = 0.0
+    for k in range(LOGGED):
+        gains.sums[i, k] = 0.0
+    for k in range(gains.action.shape[1]):
+        gains.action[i, k] = 0.0
+    for foot in range(gains.foot_force.shape[1]):
+        gains.foot_force[i, foot] = UNKNOWN

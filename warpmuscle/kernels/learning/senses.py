@@ -1,0 +1,253 @@
+"""What a policy senses: numbers of the state as a body could know them, delayed and noisy as nerves have them."""
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.random_numbers import NOISE, random_of
+from warpmuscle.kernels.algebra.spatial import heading, heading_angle
+from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
+from warpmuscle.kernels.learning.episodes import Episodes, root_orientation, root_place
+from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Skeleton, State, StateRef, at
+
+wp.set_module_options({"enable_backward": False})
+
+GREATEST = 100.0  # of an observation, which is 0 where it is not a number
+
+# Kinds of features.
+(
+    HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
+    FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
+    HEAD_ANGULAR_VELOCITY, CLOCK, OWN, GOAL, GOAL_POINT,
+) = range(24)  # fmt: skip
+
+
+@wp.struct
+class Feature:
+    """One number that is observed."""
+
+    kind: int
+    index: int  # which one of its kind
+    scale: float
+    delay: int  # whole decisions
+    noise: float  # standard deviation
+
+
+@wp.struct
+class Surroundings:
+    """What features need besides the state."""
+
+    root: int
+    head: int  # the body that carries the organ of balance
+    skeleton: Skeleton
+    normal: wp.array2d[wp.vec3]  # (1 or instances, 1) of the ground
+    ground: wp.array2d[float]  # (1 or instances, 1) m, from the origin along the normal
+    body_weight: float  # N
+    action: wp.array2d[float]  # (instances, actions) of the last decision
+    varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
+    own: wp.array2d[float]  # (instances, numbers) of observations of the scene's own, as they are now
+    goal: wp.array2d[float]  # (instances, numbers) see `decision.Decision`
+
+
+@wp.func
+def up_in_trunk(q: wp.quat) -> wp.vec3:
+    """The vertical in axes of the trunk."""
+    return wp.quat_rotate_inv(q, wp.vec3(0.0, 1.0, 0.0))
+
+
+@wp.func
+def root_velocity(root: int, instance: int, state: State) -> wp.vec3:
+    """Velocity of the root, m/s, world."""
+    read = state
+    if root == ROOT_FREE:
+        return speed_vector(read, instance, 0)
+    if root == ROOT_PLANAR:
+        return wp.vec3(0.0, state.speeds[instance, 0], state.speeds[instance, 1])
+    return wp.vec3(0.0)
+
+
+@wp.func
+def root_angular_velocity(root: int, instance: int, state: State) -> wp.vec3:
+    """Angular velocity of the root, rad/s, world."""
+    read = state
+    if root == ROOT_FREE:
+        return speed_vector(read, instance, 3)
+    if root == ROOT_PLANAR:
+        return wp.vec3(state.speeds[instance, 2], 0.0, 0.0)
+    return wp.vec3(0.0)
+
+
+@wp.func
+def joint_rate(skeleton: Skeleton, instance: int, body: int, state: StateRef) -> wp.vec3:
+    """Angular velocity of a body relative to its parent, rad/s, its own axes; of joints that only turn."""
+    plan = skeleton.plan[body]
+    row = at(skeleton.row, instance, body)
+    first = plan.speed_start
+    if plan.joint_type == BALL:
+        return speed_vector(state, instance, first)
+    if plan.joint_type == FIXED:
+        return wp.vec3(0.0)
+    rate = row.axis_a * state.speeds[instance, first]
+    if plan.joint_type == UNIVERSAL:  # the second axis is one of the parent
+        q = joint_orientation(skeleton, state, instance, body)
+        rate += wp.quat_rotate_inv(q, row.axis_b) * state.speeds[instance, first + 1]
+    return rate
+
+
+@wp.func
+def of_head(kind: int, instance: int, state: State, around: Surroundings) -> wp.vec3:
+    """The vertical, or the angular velocity of the head, rad/s, in axes of the head."""
+    moving = state
+    value = wp.vec3(0.0)
+    body = around.head
+    turned = wp.quat(0.0, 0.0, 0.0, 1.0)  # the head in the body that the loop has come to
+    while body > 0:
+        if kind == HEAD_ANGULAR_VELOCITY:
+            value += wp.quat_rotate_inv(turned, joint_rate(around.skeleton, instance, body, moving))
+        turned = joint_orientation(around.skeleton, moving, instance, body) * turned
+        body = around.skeleton.plan[body].parent
+    q = root_orientation(around.root, instance, state) * turned
+    if kind == HEAD_UP:
+        return up_in_trunk(q)
+    return value + wp.quat_rotate_inv(q, root_angular_velocity(around.root, instance, state))
+
+
+@wp.func
+def course(index: int, instance: int, q: wp.quat, episodes: Episodes) -> float:
+    """Where the wanted way is: sine and cosine of the turn towards it, and how far it is to the right, m, at most 1."""
+    if index == 2:
+        return wp.clamp(episodes.side[instance], -1.0, 1.0)
+    turn = episodes.heading[instance] - heading_angle(q)
+    return wp.where(index == 0, wp.sin(turn), wp.cos(turn))
+
+
+@wp.func
+def seen_goal(first: int, axis: int, instance: int, state: State, around: Surroundings) -> float:
+    """A goal that is a point, whose first number is this one, from the root and as that faces, m."""
+    point = wp.vec3(around.goal[instance, first], around.goal[instance, first + 1], around.goal[instance, first + 2])
+    facing = heading(root_orientation(around.root, instance, state))
+    return wp.quat_rotate_inv(facing, point - root_place(around.root, instance, state))[axis]
+
+
+@wp.func
+def feature_value(feature: Feature, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
+    """A feature now."""
+    kind = feature.kind
+    k = feature.index
+    value = wp.float32(0.0)
+    if kind == COORDINATE:
+        value = state.coordinates[instance, k]
+    elif kind == JOINT_SPEED:
+        value = state.speeds[instance, k]
+    elif kind == ACTIVATION:
+        value = state.muscles.activation[instance, k]
+    elif kind == FIBRE_LENGTH:
+        value = state.muscles.sensed[instance, k][0] - 1.0
+    elif kind == FIBRE_VELOCITY:
+        value = state.muscles.sensed[instance, k][1]
+    elif kind == FIBRE_FORCE:
+        value = state.muscles.sensed[instance, k][2]
+    elif kind == ACTION:
+        value = around.action[instance, k]
+    elif kind == COMMAND:
+        value = episodes.command[instance, k]
+    elif kind == PHASE:
+        value = state.simbicon.phase[instance]
+    elif kind == STANCE:
+        value = float(state.simbicon.stance[instance])
+    elif kind == PUSH_FORCE:
+        step = state.step[instance]
+        if step >= state.push_steps[instance, 0] and step < state.push_steps[instance, 1]:
+            value = state.push[instance][k] / around.body_weight
+    elif kind == VARIED:
+        value = around.varied[episodes.variant[instance], k]
+    elif kind == CLOCK:
+        angle = wp.static(2.0 * wp.PI) * episodes.phase[instance]
+        value = wp.where(k == 0, wp.sin(angle), wp.cos(angle))
+    elif kind == OWN:
+        value = around.own[instance, k]
+    elif kind == GOAL:
+        value = around.goal[instance, k]
+    elif kind == GOAL_POINT:
+        value = seen_goal(k // 3, k % 3, instance, state, around)
+    elif kind >= HEAD_UP:
+        value = of_head(kind, instance, state, around)[k]
+    else:  # of the root
+        q = root_orientation(around.root, instance, state)
+        if kind == HEIGHT:
+            place = root_place(around.root, instance, state)
+            value = wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
+        elif kind == UP:
+            value = up_in_trunk(q)[k]
+        elif kind == VELOCITY:
+            value = wp.quat_rotate_inv(heading(q), root_velocity(around.root, instance, state))[k]
+        elif kind == ANGULAR_VELOCITY:
+            value = wp.quat_rotate_inv(q, root_angular_velocity(around.root, instance, state))[k]
+        elif kind == FOOT_FORCE:
+            force = wp.quat_rotate_inv(heading(q), state.foot_force[instance, k / 3])
+            value = force[k % 3] / around.body_weight
+        elif kind == COURSE:
+            value = course(k, instance, q, episodes)
+    value = value * feature.scale
+    if not (wp.abs(value) < wp.static(1.0e30)):
+        return 0.0
+    return wp.clamp(value, -GREATEST, GREATEST)
+
+
+@wp.kernel
+def sample(
+    # in
+    features: wp.array[Feature], chosen: wp.array[int], state: State, episodes: Episodes, around: Surroundings,
+    # out
+    ring: wp.array3d[float],
+):  # fmt: skip
+    """Put chosen features into the ring, (instances, decisions, features). Launch with dim = (instances, chosen)."""
+    i, c = wp.tid()
+    number = chosen[c]
+    slot = episodes.decision[i] % ring.shape[1]
+    ring[i, slot, number] = feature_value(features[number], i, state, episodes, around)
+
+
+@wp.kernel
+def sample_first(
+    # in
+    features: wp.array[Feature], state: State, episodes: Episodes, around: Surroundings,
+    # out
+    ring: wp.array3d[float],
+):  # fmt: skip
+    """Fill the ring of episodes that begin: it was ever so. Launch with dim = (instances, features)."""
+    i, number = wp.tid()
+    if not episodes.mask[i]:
+        return
+    value = feature_value(features[number], i, state, episodes, around)
+    for slot in range(ring.shape[1]):
+        ring[i, slot, number] = value
+
+
+@wp.kernel
+def observe(
+    # in
+    features: wp.array[Feature], ring: wp.array3d[float], episodes: Episodes,
+    # out
+    observation: wp.array2d[float],
+):  # fmt: skip
+    """What the policy is told: features as they were, with noise. Launch with dim = (instances, features)."""
+    i, number = wp.tid()
+    feature = features[number]
+    decision = episodes.decision[i]
+    slots = ring.shape[1]
+    value = ring[i, (decision + slots - feature.delay) % slots, number]
+    if feature.noise > 0.0:
+        generator = random_of(episodes.seed[0], i, decision, NOISE + 16 * (1 + number))
+        value += feature.noise * wp.randn(generator)
+    observation[i, number] = value
+
+
+@wp.kernel
+def observe_now(
+    # in
+    features: wp.array[Feature], state: State, episodes: Episodes, around: Surroundings,
+    # out
+    observation: wp.array2d[float],
+):  # fmt: skip
+    """Features as they are, which only a critic may know. Launch with dim = (instances, features)."""
+    i, number = wp.tid()
+    observation[i, number] = feature_value(features[number], i, state, episodes, around)

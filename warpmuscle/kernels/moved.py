@@ -1,0 +1,74 @@
+"""Where modules of `warpmuscle.kernels` were before they lay in rooms: their old names still work, with a warning."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any
+
+PACKAGE = "warpmuscle.kernels"
+ROOMS = {  # names of modules that lay in the package itself until 0.3.0, by room
+    "algebra": "angles random_numbers spatial spline",
+    "memory": "compiler_hints register_rows scratch turns",
+    "body": (
+        "coordinate_joint dynamics followed follower hybrid inertia integration joint joint_motion "
+        "joint_stages kinematics limits motion restart"
+    ),
+    "contact": "body_contact collision contact contact_laws gait_cycle hunt_crossley soft_constraint touching",
+    "force": "actuation bushing devices extensions forces springs",
+    "curve": "curve_sets curves custom_curves millard millard_tables shaped_curves",
+    "muscle": "activation cables contraction effort metabolics muscle muscle_control muscle_stage muscles sharing",
+    "path": (
+        "path polynomial_path route route_bends route_points route_walk stretch wrap_cylinder wrap_ellipsoid "
+        "wrap_sphere wrap_torus wrap_touch"
+    ),
+    "control": "control coordinate_control reflex simbicon",
+    "objective": "causes conditions desired_torques failure objective_terms term_functions",
+    "learning": "episodes policy policy_actions rewards senses",
+    "recording": "record recorded",
+    "inverse": "inverse_dynamics marker_fit muscle_moments muscle_wrenches static_optimization",
+}  # fmt: skip
+ROOM_OF = {name: room for room, names in ROOMS.items() for name in names.split()}
+
+
+class Former(MetaPathFinder, Loader):
+    """Finds a module by the name that it had."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """The module that has another name now, if it is one."""
+        package, _, last = name.rpartition(".")
+        return ModuleSpec(name, self) if package == PACKAGE and last in ROOM_OF else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """The module itself."""
+        last = spec.name.rpartition(".")[2]
+        now = f"{PACKAGE}.{ROOM_OF[last]}.{last}"
+        warnings.warn(f"{spec.name} is {now} now", DeprecationWarning, stacklevel=2)
+        module = import_module(now)
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """It has run; it keeps what it knows of itself."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state
+
+
+def of_former_module(room: str, name: str) -> Callable[[str], Any]:
+    """What `kernels.muscle` answers for what `muscle` was, and so on: attributes of a module, by its room."""
+
+    def found(attribute: str) -> Any:
+        if attribute.startswith("__") or find_spec(f"{room}.{attribute}") is not None:
+            raise AttributeError(f"module {room!r} has no attribute {attribute!r}")
+        return getattr(import_module(f"{room}.{name}"), attribute)
+
+    return found
+
+
+sys.meta_path.append(Former())

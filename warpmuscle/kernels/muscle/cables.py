@@ -1,0 +1,92 @@
+"""Actuators and ligaments: what pulls along a path among the muscles of a step, and is no muscle."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.curve.curve_sets import LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.muscle.contraction import Contraction
+from warpmuscle.kernels.objective.term_functions import MuscleWork
+from warpmuscle.kernels.path.path import PathState
+from warpmuscle.kernels.structs import ModelRef, MuscleRow, ScratchRef, StateRef, at
+
+PIECE = 3  # rows of a piece in a table: where it starts and its constant, then its other coefficients in twos
+
+
+@wp.func
+def piecewise(table: wp.array[wp.vec2], first: int, x: float) -> float:
+    """Value at x of a function of cubic pieces.
+
+    Args:
+        first: row of its head, the number of its pieces, which follow; the first one counts before its start, too.
+    """
+    found = first + 1
+    end = found + PIECE * int(table[first][0])
+    for row in range(found + PIECE, end, PIECE):
+        if table[row][0] <= x:
+            found = row
+    t = x - table[found][0]
+    low = table[found + 1]
+    return table[found][1] + t * (low[0] + t * (low[1] + t * table[found + 2][0]))
+
+
+@wp.func
+def ligament_tension(table: wp.array[wp.vec2], first: int, stretch: float, speed: float) -> float:
+    """Tension over its scale at a length over that at rest, and a speed of lengthening, m/s: OpenSim's Ligament.
+
+    The head of its function has the dissipation of a PathSpring, s/m, behind the number of pieces.
+    """
+    if stretch <= 1.0:
+        return 0.0
+    return piecewise(table, first, stretch) * (1.0 + table[first][1] * speed)
+
+
+@wp.func
+def is_cable(instance: int, m: int, model: ModelRef) -> bool:
+    """Whether one of the muscles is an actuator or a ligament."""
+    return at(model.muscles.shape, instance, m).curves >= PATH_ACTUATOR
+
+
+@wp.func
+def cable_signals(instance: int, m: int, activation: float, excitation: float, model: ModelRef) -> wp.vec2:
+    """Activation and excitation: an actuator follows at once, a ligament has none, and muscles keep theirs."""
+    curves = at(model.muscles.shape, instance, m).curves
+    if curves == LIGAMENT:
+        return wp.vec2(0.0, 0.0)
+    return wp.vec2(wp.where(curves == PATH_ACTUATOR, wp.clamp(excitation, 0.0, 1.0), activation), excitation)
+
+
+@cache
+def with_cables(contraction: Any) -> Any:
+    """The Warp function of `contraction.contraction_of` where some muscles are cables."""
+
+    @wp.func
+    def contracted(
+        instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
+    ) -> Contraction:
+        shape = at(model.muscles.shape, instance, m)
+        if shape.curves < PATH_ACTUATOR:
+            return contraction(instance, m, activation, stretch, row, model, state)
+        c = Contraction()
+        c.length = stretch.fixed + stretch.moving
+        c.speed = stretch.speed
+        c.force = row.f_max * activation
+        if shape.curves == LIGAMENT:
+            tension = ligament_tension(model.muscles.curve_table, shape.table, c.length / row.l_slack, c.speed)
+            c.force = row.f_max * tension
+        return c
+
+    return contracted
+
+
+@cache
+def terms_of_muscles(add_terms: Any) -> Any:
+    """The Warp function of `term_functions.muscle_terms_of` that leaves out cables, which take no effort."""
+
+    @wp.func
+    def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
+        if not is_cable(instance, m, model):
+            add_terms(instance, m, w, model, state, work)
+
+    return add

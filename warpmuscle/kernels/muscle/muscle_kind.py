@@ -1,0 +1,67 @@
+"""What kind of muscles a step has compiled in: their law, tendons, curves and paths, and what else acts on them."""
+
+from typing import Any, NamedTuple
+
+from warpmuscle.kernels.curve.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.shaped_curves import Shaped
+from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER
+from warpmuscle.kernels.path.stretch import PathKind
+
+
+class MuscleLaw(NamedTuple):
+    """How force follows from excitation: three makers of Warp functions, each called with the `MuscleKind`.
+
+    A law is one file, `hill_law.py` for example, and one entry of `muscle_laws.LAWS`. See `muscle_pipeline.MuscleStep`
+    for what its functions read and write.
+    """
+
+    activate: Any  # of (instance, m, muscle, model, state): moves `activation` over a step
+    contract: Any  # of (instance, m, muscle, model, state): puts in `fibre`
+    strength: Any  # of (instance, m, stretch, row, model, state) -> see `muscle_strength.strength_of`
+    delayed: bool = True  # whether its muscles hear their excitation late
+    past_arms: bool = False  # whether joints ask for force along the moment arms of the step before
+
+
+class MuscleKind(NamedTuple):
+    """What is compiled into a step."""
+
+    curves: int  # LEE ... SARSHARI, see `curve_sets.py`
+    tendon: int  # RIGID, SWITCH, COMPLIANT or EITHER
+    law: MuscleLaw  # one of `muscle_laws.LAWS`
+    pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
+    mixed: bool = True  # muscles, torques and spring-dampers may share a joint
+    pulleys: bool = False  # some muscles run on pulleys
+    conditions: bool = True  # some points of paths are conditional
+    straight: bool = False  # all paths are straight, see `structs.Straight`; pulls are at hand
+    timed: bool = True  # some excitations are given over time
+    neural: bool = False  # neural dynamics before that of the activation
+    implicit: bool = False  # damping linearised over the step, with rigid tendons
+    told: bool = False  # and those of all muscles, so that it does not matter what joints want of them
+    given: bool = False  # excitations come from outside, as they are
+    own: OwnCurves | Shaped | None = None  # in place of some curves of the model
+    floored: bool = False  # excitations and activations have a minimum
+    coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
+    followers: bool = False  # and some follow others
+    paths: PathKind = PathKind()
+    delayed: bool = True  # some muscles hear their excitation late
+    shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
+
+    @property
+    def may_be_at_hand(self) -> bool:
+        """Whether nothing wants to know moment arms later: some laws do, of the step before, and damping."""
+        return not self.law.past_arms and not self.implicit
+
+    @property
+    def long_paths(self) -> bool:
+        """Whether paths take so much that registers are scarce."""
+        return self.paths.routes is not None or self.paths.monomials > 0
+
+    @property
+    def elastic(self) -> bool:
+        """Whether some tendons are compliant."""
+        return self.tendon in (COMPLIANT, EITHER)
+
+    @property
+    def cables(self) -> bool:
+        """Whether some of the muscles are actuators or ligaments, see `cables.py`."""
+        return isinstance(self.own, Shaped) and self.own.cables

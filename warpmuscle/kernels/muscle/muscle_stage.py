@@ -1,0 +1,167 @@
+"""The muscles of an instance in a step: from wanted torques to forces, one muscle a lane."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
+from warpmuscle.kernels.force.actuation import (
+    actuation_stage_of,
+    implicit_damping_stage_of,
+    muscle_torque,
+    pulled_torque,
+)
+from warpmuscle.kernels.force.springs import ANY_SPRINGS, SPRINGS
+from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.memory.turns import in_turn, next_turn
+from warpmuscle.kernels.muscle.cables import terms_of_muscles
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle.muscle_pipeline import (
+    MuscleStep,
+    account_of,
+    begin_of,
+    excite_of,
+    pull_of,
+    sense_of,
+    stretch_stage_of,
+    want_of,
+)
+from warpmuscle.kernels.muscle.sharing import places_of, prepare_of, sharing_stage_of
+from warpmuscle.kernels.objective.term_functions import muscle_terms_of
+from warpmuscle.kernels.path.path import joint_velocities
+from warpmuscle.kernels.path.polynomial_path import monomials_stage
+from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, whole
+
+
+@cache
+def muscle_stage_of(
+    kind: MuscleKind,
+    terms: tuple[Any, ...] = (),
+    recorded: bool = True,
+    controller: Controller = NO_CONTROLLER,
+    together: int = 0,
+) -> Any:
+    """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
+
+    Args:
+        kind: what is compiled in. terms: of the objective, see `term_functions.muscle_functions`.
+        recorded: whether frames hold what the muscles do. controller: what excites them.
+        together: lanes of each instance in a warp, where warps share instances; 0: they do not.
+    """
+    prepare_all = preparation_of(kind, controller)
+    pull_all = every_muscle_of(kind, one_muscle_of(kind, terms, recorded, controller), controller, together)
+    springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
+    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, springs, kind.mixed)
+    implicit, implicit_damping_stage = kind.implicit, implicit_damping_stage_of(springs)
+    queued, extension_struct = kind.long_paths and together > 0, controller.extension
+
+    @inlined(kind)
+    def muscle_stage(
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef,
+        work: ScratchRef, extension: wp.ref[extension_struct],
+    ):  # fmt: skip
+        if wp.static(queued):
+            next_turn(1)
+        prepare_all(instance, lane, lanes, model, state, work)
+        pull_all(instance, lane, lanes, frame, model, state, record, work, extension)
+        synchronize()
+        actuation_stage(instance, lane, lanes, model, state, work)
+        if wp.static(implicit):
+            implicit_damping_stage(instance, lane, lanes, model, state, work)
+
+    return muscle_stage
+
+
+def inlined(kind: MuscleKind) -> Any:
+    """Makes a Warp function, one that is surely inlined where paths are long: else what it refers to lay in memory."""
+    return wp.func(inline=True) if kind.long_paths else wp.func
+
+
+def one_muscle_of(kind: MuscleKind, terms: tuple[Any, ...], recorded: bool, controller: Controller) -> Any:
+    """The Warp function of a muscle's step, see `muscle_pipeline`."""
+    add_terms = muscle_terms_of(terms)
+    if kind.cables:
+        add_terms = terms_of_muscles(add_terms)
+    late = kind.delayed and kind.law.delayed
+    begin, sense, want = begin_of(late), sense_of(kind), want_of(kind, controller)
+    excite, activate = excite_of(late, kind.long_paths), kind.law.activate(kind)
+    contract, pull = kind.law.contract(kind), pull_of(kind)
+    account = account_of(add_terms, recorded, controller.excites, kind.implicit)
+    extension_struct = controller.extension
+
+    @inlined(kind)
+    def one_muscle(
+        instance: int, m: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef,
+        extension: wp.ref[extension_struct],
+    ):  # fmt: skip
+        muscle = MuscleStep()
+        begin(instance, m, muscle, model, state)
+        sense(instance, m, muscle, model, state, work)
+        want(instance, m, muscle, model, state, work, extension)
+        excite(instance, m, muscle, model, state)
+        activate(instance, m, muscle, model, state)
+        contract(instance, m, muscle, model, state)
+        pull(instance, m, muscle, model, state, work)
+        account(instance, m, muscle, frame, model, state, record, work)
+
+    return one_muscle
+
+
+def preparation_of(kind: MuscleKind, controller: Controller) -> Any:
+    """The stage of what all muscles need before the first of them: joint velocities, senses, shares of torques."""
+    coordinate_joints, polynomials, shared = kind.coordinate_joints, kind.paths.monomials > 0, kind.shared > 0
+    sense, senses = controller.sense, controller.sense is not None
+    places = places_of(kind.pulls_at_hand)
+    prepare = sharing_stage = joint_velocities
+    if shared:
+        prepare = prepare_of(places, stretch_stage_of(kind), kind.law.strength(kind), kind.straight)
+        sharing_stage = sharing_stage_of(places, kind.shared)
+
+    @inlined(kind)
+    def prepare_all(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        joint_velocities(lane, lanes, model, work)
+        if wp.static(coordinate_joints):
+            coordinate_velocities(instance, lane, lanes, model, work)
+        if wp.static(polynomials):
+            monomials_stage(instance, lane, lanes, model, state, work)
+        if wp.static(senses):
+            sense(instance, lane, lanes, model, state, work)
+        if wp.static(shared):
+            for m in range(lane, model.muscles.count, lanes):
+                prepare(instance, m, model, state, work)
+            sharing_stage(instance, lane, lanes, model, state, work)
+
+    return prepare_all
+
+
+def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: Controller, together: int) -> Any:
+    """The stage in which lanes take the muscles of an instance: from a queue, in turn by their work, or as they come.
+
+    Args:
+        together: see `muscle_stage_of`.
+    """
+    queued, ordered, extension_struct = kind.long_paths and together > 0, kind.long_paths, controller.extension
+
+    @inlined(kind)
+    def every_muscle(
+        instance: int, lane: int, lanes: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef,
+        work: ScratchRef, extension: wp.ref[extension_struct],
+    ):  # fmt: skip
+        if wp.static(queued):
+            first = next_turn(0) * wp.static(together)
+            while first < model.muscles.count:
+                place = first + lane % wp.static(together)
+                if place < model.muscles.count:
+                    one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
+                first = next_turn(0) * wp.static(together)
+        elif wp.static(ordered):
+            for k in range(lane, model.muscles.count, lanes):
+                place = in_turn(k, lane, lanes, model.muscles.count)
+                one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
+        else:
+            for m in range(lane, model.muscles.count, lanes):
+                one_muscle(instance, m, frame, model, state, record, work, extension)
+
+    return every_muscle

@@ -1,0 +1,359 @@
+"""Musculotendon paths: straight segments between via points that are fixed to bodies.
+
+The length of a path is l = sum of w |b - a| over its segments, with w = 1 for a path of fixed points. A conditional
+point counts only while a joint angle is within an interval: its weight p(q) goes smoothly from 1 to 0 at both ends.
+Every pair of points with none but conditional points between them is then a segment, of weight
+
+    w = p_a p_b (1 - p_k) (1 - p_m) ...    over the points k, m, ... that it leaves out,
+
+so that with p = 0 the path runs past the point and with p = 1 through it. Length, lengthening speed and moment arms
+are continuous, and the latter two are the exact derivatives of the former, changes of weight included: a tension does
+the work that the path's shortening takes. That costs a moment arm of dp/dq times what the detour over the point
+is longer, so blend slowly where a point makes a long detour. Or a condition asks for weighted moment arms: dp/dq is
+left out of them and of the speed, as where a smooth route slips off a surface, and as in OpenSim, whose paths jump.
+
+A moment arm is a vector r, world axes, with the torque F r on the joint's parent and -F r on its child; the path
+lengthens at r . w with the angular velocity w of the child relative to the parent. (OpenSim's moment arm of a
+coordinate, -dl/dq, is minus the component of r along its axis.)
+
+A path on pulleys has no points: l = l_rest - sum of r_k (q_k - q_rest) with constant moment arms r_k of the joint
+angles that it runs over (Cruz Ruiz 2015, eq. 3).
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.body.coordinate_joint import along_coordinate
+from warpmuscle.kernels.body.follower import along_driver, driver_of
+from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
+from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, ScratchRef, StateRef, at, rolled, whole
+
+SHORTEST = 1.0e-9  # m, of a segment that has a direction
+
+
+@wp.struct
+class Weight:
+    """How much a point or segment counts, and how that changes."""
+
+    value: float  # 0..1
+    rate: float  # 1/s
+    gradient: wp.vec3  # by turns of one joint, world: times the joint's angular velocity it is a part of the rate
+
+
+@wp.struct
+class PathState:
+    """Length and lengthening speed of a path. The parts of the length are kept apart for precision."""
+
+    fixed: float  # m, of the segments within bodies
+    moving: float  # m, of all others
+    speed: float  # m/s
+    wanted: wp.vec2  # N, what its joints want of the muscle, and the number of joints that count; see `counted`
+    arm: wp.vec3  # m, the moment arm of a path that is straight
+    crossing: int  # and which crossing it belongs to
+
+
+@wp.func
+def segment_moment_arm(a: wp.vec3, joint: wp.vec3, direction: wp.vec3) -> wp.vec3:
+    """Moment arm vector, m, of a segment from a on the joint's parent side to its child side: (a - joint) x direction.
+
+    As in Bergmann 2017. All in world coordinates; for a segment the other way round it changes its sign.
+    """
+    return wp.cross(a - joint, direction)
+
+
+@wp.func
+def smooth_step(x: float) -> wp.vec2:
+    """3 t^2 - 2 t^3 with t = x clamped to 0..1, and its slope."""
+    t = wp.clamp(x, 0.0, 1.0)
+    return wp.vec2(t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t))
+
+
+@wp.func
+def condition_weight(angle: float, low: float, high: float, blend: float) -> wp.vec2:
+    """Weight of a conditional point and its derivative by the angle: 1 within low..high, 0 outside, 1/2 at both ends.
+
+    Args:
+        blend: width of the transition about each end, rad; 0: the weight is 1 at both ends, too, and jumps there.
+    """
+    if blend <= 0.0:
+        return wp.vec2(wp.where(angle >= low and angle <= high, 1.0, 0.0), 0.0)
+    rise = smooth_step((angle - low) / blend + 0.5)
+    fall = smooth_step((high - angle) / blend + 0.5)
+    return wp.vec2(rise[0] * fall[0], (rise[1] * fall[0] - rise[0] * fall[1]) / blend)
+
+
+@wp.func
+def both(a: Weight, b: Weight) -> Weight:
+    """The product of two weights."""
+    w = Weight()
+    w.value = a.value * b.value
+    w.rate = a.rate * b.value + a.value * b.rate
+    w.gradient = a.gradient * b.value + b.gradient * a.value
+    return w
+
+
+@wp.func
+def without(a: Weight) -> Weight:
+    """1 minus a weight."""
+    w = Weight()
+    w.value = 1.0 - a.value
+    w.rate = -a.rate
+    w.gradient = -a.gradient
+    return w
+
+
+@wp.func
+def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """World vector whose product with the angular velocity of a hinge or universal joint is a coordinate's speed."""
+    plan = model.skeleton.plan[joint]
+    row = at(model.skeleton.row, instance, joint)
+    a = work.rotation[joint] * row.axis_a
+    if plan.joint_type != UNIVERSAL:
+        return a
+    b = work.rotation[plan.parent] * row.axis_b
+    cosine = wp.dot(a, b)
+    across = wp.where(axis == 0, a - b * cosine, b - a * cosine)
+    return across / (1.0 - cosine * cosine)
+
+
+@wp.func
+def point_weight(
+    instance: int, point: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: ScratchRef
+) -> Weight:
+    """How much a point counts; its gradient is by turns of the given joint."""
+    w = Weight()
+    w.value = 1.0
+    condition = paths.point_condition[point]
+    if condition < 0:
+        return w
+    on = paths.condition_joint[condition]
+    axis = paths.condition_axis[condition]
+    interval = at(paths.condition_interval, instance, condition)
+    angle = state.coordinates[instance, model.skeleton.plan[on].coordinate_start + axis]
+    weight = condition_weight(angle, interval[0], interval[1], interval[2])
+    w.value = weight[0]
+    w.rate = weight[1] * state.speeds[instance, model.skeleton.plan[on].speed_start + axis]
+    if on == joint and weight[1] != 0.0 and paths.condition_slope[condition] != 0:
+        w.gradient = coordinate_gradient(instance, on, axis, model, work) * weight[1]
+    return w
+
+
+@wp.func
+def segment_weight(
+    instance: int, segment: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: ScratchRef
+) -> Weight:
+    """How much a segment counts; its gradient is by turns of the given joint."""
+    a = paths.segment_points[segment, 0]
+    b = paths.segment_points[segment, 1]
+    w = point_weight(instance, a, joint, model, state, paths, work)
+    w = both(w, point_weight(instance, b, joint, model, state, paths, work))
+    for left_out in range(a + 1, b):
+        w = both(w, without(point_weight(instance, left_out, joint, model, state, paths, work)))
+    return w
+
+
+@wp.func
+def offset_between(body: int, origin: int, work: ScratchRef) -> wp.vec3:
+    """From the joint of the body `origin` to that of another one, world axes, m."""
+    if body == origin:
+        return wp.vec3(0.0)
+    return work.position[whole(body)] - work.position[whole(origin)]
+
+
+@wp.func
+def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef) -> wp.vec3:
+    """From the joint of the segment's origin to one of its ends, world axes, m.
+
+    Args:
+        end: in the axes of its body; from the joint of the origin, or if `far` from that of its body.
+    """
+    local = work.rotation[whole(body)] * end
+    if far != 0:
+        local += offset_between(body, origin, work)
+    return local
+
+
+@wp.func
+def joint_velocity(joint: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
+    parent = whole(model.skeleton.plan[joint].parent)
+    child = work.angular_velocity[joint] - work.lag_angular[joint]
+    return child - work.angular_velocity[parent] + work.lag_angular[parent]
+
+
+@wp.func(inline=True)
+def add_crossings(total: wp.ref[PathState], muscle: int, model: ModelRef, work: ScratchRef, arm: wp.array[wp.vec3]):
+    """Add the speed of a path whose moment arms are known, and what its joints want of the muscle."""
+    span = model.paths.span[muscle]
+    for k in range(span.first_crossing, span.end_crossing):
+        rolled()
+        crossing = model.paths.of_muscle[whole(k)]
+        r = arm[whole(crossing.number)]
+        total.speed += wp.dot(r, work.joint_velocity[whole(crossing.joint)])
+        total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
+
+
+@wp.func
+def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+    """Relative angular velocities of all joints into the working set. Ends with a barrier."""
+    for body in range(1 + lane, model.body_count, lanes):
+        rolled()
+        work.joint_velocity[body] = joint_velocity(body, model, work)
+    synchronize()
+
+
+@cache
+def segments_stretch_of(
+    conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
+    """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
+
+    They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
+    the torques there, if the controller's are.
+
+    Args:
+        conditions: whether there are conditional points.
+        coordinate_joints: whether some joints are as in `coordinate_joint.py`.
+        followers: whether some follow others: `Term.joint` may be one of them, which acts on the one that it follows.
+        wrench: whether its last argument gets lines of action instead, (2 bodies,): at a joint's number the moment of
+            a unit of tension about the joint, m, and behind those of all bodies its direction, upon the joint's parent.
+
+    The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
+    the torque F r on the joint's parent and -F r on its child.
+    """
+
+    @wp.func
+    def muscle_stretch(
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
+    ) -> PathState:
+        paths = model.paths
+        total = PathState()
+        total.fixed = at(paths.fixed_length, instance, muscle)
+        span = paths.span[muscle]
+        for i in range(span.first_segment, span.end_segment):
+            segment = paths.segment[whole(i)]
+            ends = at(paths.ends, instance, i)
+            a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
+            d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
+            length = wp.length(d)
+            direction = d * (1.0 / wp.max(length, SHORTEST))
+            weight = Weight()
+            weight.value = 1.0
+            for k in range(segment.first_term, segment.end_term):
+                term = paths.term[whole(k)]
+                joint = whole(term.joint)
+                crossing = whole(term.crossing)
+                center = offset_between(joint, segment.origin, work)
+                r = segment_moment_arm(a, center, direction) * float(term.sign)
+                if wp.static(wrench):
+                    if wp.static(conditions) and segment.varies != 0:
+                        weight = segment_weight(instance, i, 0, model, state, paths, work)
+                    pull = direction * (float(term.sign) * weight.value)
+                    arm[joint] = arm[joint] + r * weight.value
+                    arm[model.body_count + joint] = arm[model.body_count + joint] + pull
+                else:
+                    if wp.static(followers):
+                        if has_motion(model.skeleton.plan[joint].joint_type):
+                            r = along_driver(instance, joint, r, direction * float(term.sign), model, work)
+                    elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
+                        r = along_coordinate(instance, joint, r, direction * float(term.sign), model, work)
+                    if wp.static(conditions) and segment.varies != 0:
+                        weight = segment_weight(instance, i, joint, model, state, paths, work)
+                        r = r * weight.value + weight.gradient * length
+                    if wp.static(followers):
+                        joint = driver_of(joint, model)
+                    total.speed += wp.dot(r, work.joint_velocity[joint])
+                    if term.first == 0:
+                        r += arm[crossing]
+                    arm[crossing] = r
+                    if term.last != 0:
+                        total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
+            if wp.static(conditions) and segment.varies != 0:
+                weight = segment_weight(instance, i, 0, model, state, paths, work)
+            total.moving += length * weight.value
+        return total
+
+    return muscle_stretch
+
+
+@wp.func
+def straight_stretch(
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
+) -> PathState:
+    """What `segments_stretch_of` says, of a path that is straight; the moment arm is left to the caller."""
+    path = model.paths.straight[muscle]
+    ends = at(model.paths.ends, instance, muscle)
+    joint = whole(wp.max(path.body_a, path.body_b))
+    a = work.rotation[whole(path.body_a)] * ends.a
+    d = work.rotation[whole(path.body_b)] * ends.b - a
+    length = wp.length(d)
+    total = PathState()
+    total.arm = wp.cross(a, d * (1.0 / wp.max(length, SHORTEST))) * float(path.sign)
+    total.crossing = whole(path.crossing)
+    total.fixed = at(model.paths.fixed_length, instance, muscle)
+    total.moving = length
+    total.speed = wp.dot(total.arm, work.joint_velocity[joint])
+    total.wanted = counted(wanted_force(work.torque[joint], total.arm), model.muscles.negative)
+    return total
+
+
+@wp.func
+def pulley_stretch(
+    instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
+) -> PathState:
+    """What `segments_stretch_of` says, of a path on pulleys."""
+    paths = model.paths
+    total = PathState()
+    total.fixed = at(paths.fixed_length, instance, muscle)
+    span = paths.span[muscle]
+    for k in range(span.first_pulley, span.end_pulley):
+        pulley = paths.pulley[k]
+        own = at(paths.pulley_row, instance, k)
+        angle = state.coordinates[instance, model.skeleton.plan[pulley.joint].coordinate_start + pulley.axis]
+        total.moving -= own[0] * (angle - own[1])
+        r = coordinate_gradient(instance, pulley.joint, pulley.axis, model, work) * -own[0]
+        total.speed += wp.dot(r, work.joint_velocity[pulley.joint])
+        if pulley.first == 0:
+            r += arm[pulley.crossing]
+        arm[pulley.crossing] = r
+        if pulley.last != 0:
+            total.wanted += counted(wanted_force(work.torque[pulley.joint], r), model.muscles.negative)
+    return total
+
+
+@cache
+def stretch_of(
+    pulleys: bool = True,
+    conditions: bool = True,
+    straight: bool = False,
+    coordinate_joints: bool = False,
+    followers: bool = False,
+    wrench: bool = False,
+) -> Any:
+    """The Warp function of the length and speed of a path, see `segments_stretch_of`.
+
+    Args:
+        pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
+        straight: whether all paths are straight, see `structs.Straight`.
+        coordinate_joints: whether some joints are as in `coordinate_joint.py`. followers: and some follow others.
+        wrench: see there; paths on pulleys have no lines of action.
+    """
+    if straight:
+        return straight_stretch
+    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers, wrench)
+    if not pulleys:
+        return segments_stretch
+
+    @wp.func
+    def any_stretch(
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
+    ) -> PathState:
+        if model.paths.span[muscle].end_pulley > model.paths.span[muscle].first_pulley:
+            return pulley_stretch(instance, muscle, model, state, work, arm)
+        return segments_stretch(instance, muscle, model, state, work, arm)
+
+    return any_stretch

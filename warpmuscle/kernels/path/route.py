@@ -1,0 +1,151 @@
+"""Routes: musculotendon paths that wrap around surfaces, whose points move, or come in all at once.
+
+A route is walked from stop to stop: its own points, and where it reaches and leaves a surface. Which segment goes
+round which surface, and in which order, is OpenSim 4.6's (GeometryPath::applyWrapObjects). The places where it touches
+a surface count as fixed to the surface's body: on the shortest path they do not matter to first order, and
+elsewhere this is how OpenSim's moment arms come about. All places are measured from the joint of one body, along
+world axes, so that no large numbers are subtracted.
+
+Functions that are given the model have to be inlined: else all of it would lie in memory of the lane's own.
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.path.path import PathState, add_crossings
+from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
+from warpmuscle.kernels.path.route_walk import pulls_of, room_of, walk_of
+from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, whole
+
+ROUNDS = 8  # of a route with several surfaces, each going on where the one before ended ...
+SETTLED = 5.0e-4  # m, by which the length then changes no more
+SETTLED_EXACT = 1.0e-6
+
+
+@cache
+def remove_of(count: int) -> Any:
+    """The Warp function that lets a route run straight past one of so many surfaces."""
+    bends_struct, rows = bends_of(count), rows_of(count)
+    number, with_number = rows.number, rows.with_number
+
+    @wp.func
+    def remove(w: int, wraps: int, bends: wp.ref[bends_struct]):
+        before = number(bends.after, w)
+        for other in range(count):
+            if other < wraps and number(bends.after, other) == WRAP_BIT + w:
+                bends.after = with_number(bends.after, other, before)
+        bends.after = with_number(bends.after, w, NOWHERE)
+
+    return remove
+
+
+@cache
+def settle_of(kind: RouteKind, wrench: bool) -> Any:
+    """The Warp function that goes round several surfaces in turn until the length stays.
+
+    Or until none has moved since it was last gone round. What is compiled in is that of `route_stretch_of`.
+    """
+    count, exact, settled = max(kind.wraps, 1), kind.exact, SETTLED_EXACT if kind.exact else SETTLED
+    bends_struct, bend, remove, rows = bends_of(count), bend_of(kind), remove_of(count), rows_of(count)
+    measure, pulls_struct = walk_of(kind, False, wrench=wrench), pulls_of(room_of(kind, wrench))
+    row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
+
+    @wp.func(inline=True)
+    def settle(
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
+        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        wraps = span.end_wrap - span.first_wrap
+        before = wp.float32(1.0e30)
+        swapped = wp.int32(0)
+        still = wp.int32(0)  # surfaces that the route last did not touch, neither before nor after
+        for turn in range(ROUNDS):
+            one = int(FREE)
+            other = int(FREE)
+            for k in range(wraps):
+                w = int(k)
+                if swapped == 1 and k < 2:
+                    w = 1 - k
+                if turn == 0 or still < wraps - 1:
+                    touched = number(bends.after, w) != NOWHERE
+                    remove(w, wraps, bends)
+                    result = bend(instance, w, span, bends, model, state, work)
+                    touches = number(bends.after, w) != NOWHERE
+                    still = wp.where(touched or touches, 0, still + 1)
+                    if wp.static(not exact) and wraps > 1 and touches and number(bends.kept, w) == 0:
+                        bends.kept = with_number(bends.kept, w, 1)
+                        bends.kept_first = with_row(bends.kept_first, w, row(bends.first, w))
+                        bends.kept_second = with_row(bends.kept_second, w, row(bends.second, w))
+                    if k == 0:
+                        one = result
+                    if k == 1:
+                        other = result
+            if turn == 0 and one == FREE and other == INSIDE:
+                swapped = 1
+                still = 0
+                remove(0, wraps, bends)
+            if still >= wraps - 1:
+                break
+            length = measure(instance, span, bends, model, state, work, pulls, arm)
+            if wp.abs(length - before) < settled:
+                break
+            before = length
+
+    return settle
+
+
+@cache
+def route_stretch_of(
+    kind: RouteKind, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
+) -> Any:
+    """The Warp function of length and speed of a route and its moment arms, see `path.segments_stretch_of`.
+
+    Args:
+        kind: what is compiled in. wrench: see there.
+    """
+    levers, count, several = room_of(kind, wrench), max(kind.wraps, 1), kind.wraps > 1
+    bends_struct, bend, pulls_struct = bends_of(count), bend_of(kind), pulls_of(levers)
+    walk = walk_of(kind, True, coordinate_joints, followers, wrench)
+    settle = settle_of(kind, wrench) if several else bend
+    with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
+
+    @wp.func(inline=True)
+    def route_stretch(
+        instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
+    ) -> PathState:
+        span = model.routes.span[muscle]
+        own = model.paths.span[muscle]
+        bends = bends_struct()
+        pulls = pulls_struct()
+        wraps = span.end_wrap - span.first_wrap
+        for w in range(count):
+            bends.after = with_number(bends.after, w, NOWHERE)
+        if wp.static(not wrench):
+            for k in range(own.first_crossing, own.end_crossing):
+                arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
+        if wp.static(several):
+            if wraps > 0:
+                settle(instance, span, bends, model, state, work, pulls, arm)
+        elif wraps == 1:
+            bend(instance, 0, span, bends, model, state, work)
+        total = PathState()
+        total.fixed = at(model.paths.fixed_length, instance, muscle)
+        total.moving = walk(instance, span, bends, model, state, work, pulls, arm)
+        for k in range(span.first_lever, span.end_lever):
+            if wp.static(wrench):
+                joint = whole(model.routes.lever[whole(k)].joint)
+                place = model.body_count + joint
+                arm[joint] = arm[joint] + lever_arm(pulls.arm, k - span.first_lever)
+                arm[place] = arm[place] + lever_arm(pulls.arm, k - span.first_lever + wp.static(levers // 2))
+            else:
+                crossing_of = whole(model.routes.lever[whole(k)].crossing)
+                arm[crossing_of] = arm[crossing_of] + lever_arm(pulls.arm, k - span.first_lever)
+        if wp.static(not wrench):
+            add_crossings(total, muscle, model, work, arm)
+        return total
+
+    return route_stretch

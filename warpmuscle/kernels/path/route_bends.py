@@ -1,0 +1,208 @@
+"""How a route goes round surfaces: one segment of it round one surface."""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import warp as wp
+
+from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.path.path import offset_between
+from warpmuscle.kernels.path.route_points import always, place_of, slopes_of, sometimes
+from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch_of
+from warpmuscle.kernels.path.wrap_ellipsoid import ellipsoid_touch_of
+from warpmuscle.kernels.path.wrap_sphere import smooth_sphere_touch, sphere_touch
+from warpmuscle.kernels.path.wrap_torus import torus_touch
+from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, THROUGH, Touch
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
+
+CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
+WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
+NOWHERE = -1
+
+
+class RouteKind(NamedTuple):
+    """What is compiled in for routes."""
+
+    wraps: int = 0  # the most that one has
+    levers: int = 0  # the same
+    surfaces: tuple[int, ...] = ()  # CYLINDER ..., those that there are
+    motions: int = 0  # the most that a point has
+    conditions: bool = True  # whether some count only at times
+    exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
+    smooth: bool = False  # whether no route jumps off cylinders, spheres and ellipsoids
+
+
+@cache
+def bends_of(count: int) -> Any:
+    """The structure of how a route goes round its surfaces, with room for so many."""
+
+    @wp.struct
+    class Bends:
+        first: wp.types.matrix(shape=(count, 3), dtype=float)  # m, where it reaches each, from the route's origin
+        second: wp.types.matrix(shape=(count, 3), dtype=float)  # m, and leaves it
+        arc: wp.types.vector(length=count, dtype=float)  # m, on each
+        after: wp.types.vector(length=count, dtype=int)  # the stop before, NOWHERE if the route does not touch it
+        kept: wp.types.vector(length=count, dtype=int)  # 1: measured from those of the first round:
+        kept_first: wp.types.matrix(shape=(count, 3), dtype=float)
+        kept_second: wp.types.matrix(shape=(count, 3), dtype=float)
+
+    return Bends
+
+
+@cache
+def touch_of(surfaces: tuple[int, ...], smooth: bool = False) -> Any:
+    """The Warp function of how a segment from a to b, in a surface's axes, goes round it.
+
+    Args:
+        surfaces: the kinds that there are. smooth: see `RouteKind`.
+    """
+    cylinder_touch, ellipsoid_touch = cylinder_touch_of(smooth), ellipsoid_touch_of(smooth)
+    round_sphere = smooth_sphere_touch if smooth else sphere_touch
+    cylinders, spheres, ellipsoids, tori = (kind in surfaces for kind in (CYLINDER, SPHERE, ELLIPSOID, TORUS))
+
+    @wp.func
+    def touch(a: wp.vec3, b: wp.vec3, wrap: RouteWrap, size: wp.vec3, where: int) -> Touch:
+        result = Touch()
+        if wp.static(cylinders) and wrap.kind == CYLINDER:
+            result = cylinder_touch(a, b, size[0], size[1], wrap.axis, wrap.side, where)
+        if wp.static(spheres) and wrap.kind == SPHERE:
+            result = round_sphere(a, b, size[0], wrap.axis, wrap.side)
+        if wp.static(ellipsoids) and wrap.kind == ELLIPSOID:
+            result = ellipsoid_touch(a, b, size, wrap.axis, wrap.side, wrap.method)
+        if wp.static(tori) and wrap.kind == TORUS:
+            result = torus_touch(a, b, size[0], size[1], wrap.axis, wrap.side, where)
+        return result
+
+    return touch
+
+
+@cache
+def bend_after_of(count: int) -> Any:
+    """The Warp function of the wrap whose surface a route reaches behind a stop, NOWHERE if there is none."""
+    stops = wp.types.vector(length=count, dtype=int)
+    number = rows_of(count).number
+
+    @wp.func
+    def bend_after(stop: int, wraps: int, after: stops) -> int:
+        found = int(NOWHERE)
+        for w in range(count):
+            if w < wraps and found == NOWHERE and number(after, w) == stop:
+                found = w
+        return found
+
+    return bend_after
+
+
+@cache
+def ends_of(conditions: bool) -> tuple[Any, Any]:
+    """The Warp functions of the last and of the first point between which a surface is gone round, that count.
+
+    Args:
+        conditions: whether some count only at times.
+    """
+    counts = sometimes if conditions else always
+
+    @wp.func(inline=True)
+    def last_counted(instance: int, first_point: int, wrap: RouteWrap, model: ModelRef, state: StateRef) -> int:
+        last = int(wrap.last)
+        while last > wrap.first and not counts(instance, first_point + last, model, state):
+            last -= 1
+        return last
+
+    @wp.func(inline=True)
+    def first_counted(
+        instance: int, first_point: int, wrap: RouteWrap, last: int, model: ModelRef, state: StateRef
+    ) -> int:
+        stop = int(wrap.first)
+        while stop < last and not counts(instance, first_point + stop, model, state):
+            stop += 1
+        return stop
+
+    return last_counted, first_counted
+
+
+@cache
+def bend_of(kind: RouteKind) -> Any:
+    """The Warp function that lets a route go round one of its surfaces, where that is best.
+
+    Its result is what the route's last segment does there, see `wrap_touch.py`.
+    """
+    count = max(kind.wraps, 1)
+    bends_struct, bend_after = bends_of(count), bend_after_of(count)
+    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
+    place, touch_at = place_of(kind.motions), touch_of(kind.surfaces, kind.smooth)
+    exact, rows, (last_counted, first_counted) = kind.exact, rows_of(count), ends_of(kind.conditions)
+    row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
+
+    @wp.func(inline=True)
+    def bend(
+        instance: int, w: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef,
+        work: ScratchRef,
+    ) -> int:  # fmt: skip
+        routes = model.routes
+        slopes = slopes_struct()
+        first_point = span.first_point
+        origin = span.origin
+        wraps = span.end_wrap - span.first_wrap
+        wrap = routes.wrap[whole(span.first_wrap + w)]
+        own = at(routes.wrap_row, instance, span.first_wrap + w)
+        body = work.rotation[whole(wrap.body)]
+        center = body * own.position + offset_between(wrap.body, origin, work)
+        axes = body * own.rotation
+        last = last_counted(instance, first_point, wrap, model, state)
+        stop = first_counted(instance, first_point, wrap, last, model, state)
+        point = int(stop)
+        here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work, slopes) - center)
+        from_surface = int(NOWHERE)
+        result = int(FREE)
+        where = int(EXACT)
+        if wp.static(not exact):
+            where = wp.where(wraps > 1, AMONG_OTHERS, IN_PLANE)
+        best = wp.float32(1.0e30)
+        found = int(NOWHERE)
+        while point < last:
+            there = wp.vec3(0.0)
+            to_surface = int(NOWHERE)
+            onto = int(NOWHERE)
+            if wp.static(count > 1):
+                onto = bend_after(stop, wraps, bends.after)
+            if onto >= 0:
+                there = wp.transpose(axes) * (row(bends.first, onto) - center)
+                to_surface = routes.wrap[span.first_wrap + onto].surface
+            else:
+                point += 1
+                while not counts(instance, first_point + point, model, state):
+                    point += 1
+                reached = place(instance, first_point + point, origin, model, state, work, slopes)
+                there = wp.transpose(axes) * (reached - center)
+            if from_surface == NOWHERE or from_surface != to_surface:
+                touch = touch_at(here, there, wrap, own.size, where)
+                result = touch.kind
+                if result >= BESIDE:
+                    detour = (
+                        wp.length(touch.first - here) + touch.arc + wp.length(there - touch.second)
+                        - wp.length(there - here)
+                    )  # fmt: skip
+                    if result == THROUGH or detour < best:
+                        best = detour
+                        found = stop
+                        bends.arc = with_length(bends.arc, w, touch.arc)
+                        bends.first = with_row(bends.first, w, center + axes * touch.first)
+                        bends.second = with_row(bends.second, w, center + axes * touch.second)
+                    if result == THROUGH:
+                        break
+            stop = point
+            here = there
+            from_surface = to_surface
+            if onto >= 0:
+                stop = WRAP_BIT + onto
+                here = wp.transpose(axes) * (row(bends.second, onto) - center)
+        if found != NOWHERE:
+            if wp.static(count > 1):
+                behind = bend_after(found, wraps, bends.after)
+                if behind >= 0:
+                    bends.after = with_number(bends.after, behind, WRAP_BIT + w)
+            bends.after = with_number(bends.after, w, found)
+        return result
+
+    return bend

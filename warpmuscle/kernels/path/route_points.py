@@ -1,0 +1,85 @@
+"""Points of routes: when they count, and where they are."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.body.joint_motion import cubic_rates, piece_of
+from warpmuscle.kernels.body.kinematics import coordinate_quat
+from warpmuscle.kernels.body.limits import ball_angles
+from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.path.path import offset_between
+from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef, at, whole
+
+
+@wp.func
+def always(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
+    """What `sometimes` says where no point has a condition."""
+    return True
+
+
+@wp.func(inline=True)
+def sometimes(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
+    """Whether a point of a route counts now."""
+    condition = model.routes.point[point].condition
+    if condition < 0:
+        return True
+    paths = model.paths
+    joint = paths.condition_joint[condition]
+    interval = at(paths.condition_interval, instance, condition)
+    start = model.skeleton.plan[joint].coordinate_start
+    axis = paths.condition_axis[condition]
+    if model.skeleton.plan[joint].joint_type == BALL:
+        row = at(model.skeleton.row, instance, joint)
+        angle = ball_angles(coordinate_quat(state, instance, start), row.axis_a, row.axis_b)[axis]
+        return angle >= interval[0] and angle <= interval[1]
+    q = state.coordinates[instance, start + axis]
+    return q >= interval[0] and q <= interval[1]
+
+
+@wp.func(inline=True)
+def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -> wp.vec3:
+    """How far a point has moved along the axis of one of its motions, and the derivatives by the joint's coordinate."""
+    plan = model.routes.motion[motion]
+    q = state.coordinates[instance, model.skeleton.plan[plan.joint].coordinate_start]
+    pieces = model.routes.piece
+    piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, q))
+    return cubic_rates(piece.c, q - piece.start)
+
+
+@cache
+def slopes_of(count: int) -> Any:
+    """The structure of how fast a point moves with its joints' coordinates, with room for so many motions."""
+
+    @wp.struct
+    class Slopes:
+        of: wp.types.vector(length=count, dtype=float)  # m by a unit of each motion's coordinate
+
+    return Slopes
+
+
+@cache
+def place_of(motions: int) -> Any:
+    """The Warp function of the place of a route's point, m, from the origin's joint, world axes.
+
+    Args:
+        motions: the most that a point has, of which the function says how fast they are.
+    """
+    slopes_struct, with_slope = slopes_of(max(motions, 1)), rows_of(max(motions, 1)).with_length
+
+    @wp.func(inline=True)
+    def place(
+        instance: int, point: int, origin: int, model: ModelRef, state: StateRef, work: ScratchRef,
+        slopes: wp.ref[slopes_struct],
+    ) -> wp.vec3:  # fmt: skip
+        plan = model.routes.point[whole(point)]
+        local = at(model.routes.place, instance, point)
+        if wp.static(motions > 0):
+            for k in range(plan.first_motion, plan.end_motion):
+                rates = motion_rates(instance, k, model, state)
+                local += at(model.routes.motion_axis, instance, k) * rates[0]
+                slopes.of = with_slope(slopes.of, k - plan.first_motion, rates[1])
+        return work.rotation[whole(plan.body)] * local + offset_between(plan.body, origin, work)
+
+    return place

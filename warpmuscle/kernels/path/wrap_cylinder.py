@@ -1,0 +1,161 @@
+"""Paths round a cylinder about z.
+
+Side, contact and ends are as OpenSim 4.6 has them (WrapCylinder): a segment with an end inside stays straight, and so
+does one that touches beyond both ends of the cylinder; else it has no end. Round one surface, OpenSim's path lies in
+the plane through both ends and the bisector of their directions from the axis (IN_PLANE); round several (AMONG_OTHERS),
+unless it is short, and here if it shall be EXACT, it is the shortest one, straight on the unrolled cylinder.
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE, THROUGH, Touch, allowed, kept_size, larger, on_side
+
+LEVEL = 5.0e-7  # share of a plane's normal along z below which the plane counts as upright
+SMALLEST = 1.0e-12  # m^2
+IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2
+LEAST_SHARE = 1.0e-4  # of a radius that something goes round
+SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
+
+
+@wp.func
+def across(p: wp.vec2, z: float, axis: int) -> float:
+    """A coordinate of the point p at the height z."""
+    return wp.where(axis == 0, p[0], wp.where(axis == 1, p[1], z))
+
+
+@wp.func
+def tangent(p: wp.vec2, radius: float, way: float) -> wp.vec2:
+    """Where the tangent from a point outside touches the circle; way 1: on counter-clockwise, -1: back."""
+    square = wp.dot(p, p)
+    leg = way * wp.sqrt(wp.max(square - radius * radius, 0.0))
+    return wp.vec2(radius * p[0] - leg * p[1], radius * p[1] + leg * p[0]) * (radius / square)
+
+
+@wp.func
+def plane_height(za: float, zb: float, z: float) -> float:
+    """Height of a tangent point of the end at za; that of the end itself where it would be beyond the other one."""
+    return wp.where(wp.abs(z - zb) < wp.abs(zb - za), z, za)
+
+
+@wp.func
+def heights_in_plane(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2) -> wp.vec2:
+    """Heights of both tangent points in the plane through a, b and the bisector of their directions from the axis."""
+    pa = wp.vec2(a[0], a[1])
+    pb = wp.vec2(b[0], b[1])
+    da = wp.length(pa)
+    db = wp.length(pb)
+    rise = b[2] - a[2]
+    bisector = pa / da + pb / db
+    across_it = wp.vec2(-bisector[1], bisector[0])
+    span = wp.dot(across_it, pb - pa)
+    if wp.abs(span) <= LEVEL * (wp.abs(rise) * wp.length(bisector) + wp.abs(span)):
+        return wp.vec2(a[2], b[2])
+    slope = rise / span
+    middle = a[2] + da / (da + db) * rise
+    return wp.vec2(
+        plane_height(a[2], b[2], middle + wp.dot(across_it, first) * slope),
+        plane_height(b[2], a[2], middle + wp.dot(across_it, second) * slope),
+    )
+
+
+@wp.func
+def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, arc: float) -> wp.vec2:
+    """Heights of both tangent points on the shortest path, whose slope is the same all the way."""
+    before = wp.length(first - wp.vec2(a[0], a[1]))
+    after = wp.length(second - wp.vec2(b[0], b[1]))
+    slope = (b[2] - a[2]) / wp.max(before + arc + after, SMALLEST)
+    return wp.vec2(a[2] + before * slope, b[2] - after * slope)
+
+
+@cache
+def cylinder_touch_of(smooth: bool) -> Any:
+    """The Warp function `cylinder_touch`, of OpenSim's cylinder, or of one off which no path jumps."""
+
+    @wp.func
+    def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
+        """How a segment from a to b, m, goes round a cylinder.
+
+        Args:
+            full: radius, m. length: between the ends. axis, side: the half that a path must stay on: the axis, and
+                1 or -1; side 0: both.
+            where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
+        """
+        touch = Touch()
+        pa = wp.vec2(a[0], a[1])
+        pb = wp.vec2(b[0], b[1])
+        radius = full
+        if wp.static(smooth):
+            radius = full * kept_size(wp.sqrt(wp.min(wp.dot(pa, pa), wp.dot(pb, pb))) / full)
+            if radius < LEAST_SHARE * full:
+                touch.kind = INSIDE
+                return touch
+        square = radius * radius
+        if wp.dot(pa, pa) < square or wp.dot(pb, pb) < square:
+            touch.kind = INSIDE
+            return touch
+        d = pb - pa
+        span = wp.dot(d, d)
+        t = -wp.dot(pa, d) / wp.max(span, SMALLEST)
+        near = pa + d * t
+        through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
+        kind = wp.where(through, THROUGH, FREE)
+        if side != 0:
+            za = across(pa, a[2], axis)
+            zb = across(pb, b[2], axis)
+            kind = allowed(za, zb, across(near, a[2] + t * (b[2] - a[2]), axis), side, through)
+            if wp.static(smooth) and radius < full and not on_side(za, side) and not on_side(zb, side):
+                kind = FREE  # an end inside does not take what is on the wrong side round
+        if kind == FREE:
+            return touch
+        a_on = tangent(pa, radius, 1.0)
+        a_back = tangent(pa, radius, -1.0)
+        b_on = tangent(pb, radius, 1.0)
+        b_back = tangent(pb, radius, -1.0)
+        on_back = wp.dot(a_on, b_back)  # cosines of the angles between them, times the square of the radius
+        back_on = wp.dot(a_back, b_on)
+        first = a_on
+        second = b_back
+        around = wp.bool(False)
+        if side == 0:
+            pair = larger(wp.dot(a_on, b_on), on_back, back_on, wp.dot(a_back, b_back))
+            first = wp.where(pair < 2, a_on, a_back)
+            second = wp.where(pair == 0 or pair == 2, b_on, b_back)
+        else:
+            on_a = on_side(across(a_on, a[2], axis), side)
+            back_a = on_side(across(a_back, a[2], axis), side)
+            on_b = on_side(across(b_on, b[2], axis), side)
+            back_b = on_side(across(b_back, b[2], axis), side)
+            none = not on_a and not back_a and not on_b and not back_b
+            forward = wp.where(on_a != back_a, on_a, not on_b)
+            if none:
+                forward = on_back < back_on
+            if wp.static(smooth) and on_a and back_a and on_b and back_b:
+                forward = on_back > back_on  # the short way, where OpenSim may go the long one
+            if not forward:
+                first = a_back
+                second = b_on
+            around = wp.dot(first + second, first - pa + second - pb) < 0.0
+        angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
+        if around:
+            angle = 2.0 * wp.pi - angle
+        arc = radius * angle
+        heights = heights_in_plane(a, b, first, second)
+        rise = heights[1] - heights[0]
+        if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
+            heights = heights_unrolled(a, b, first, second, arc)
+            rise = heights[1] - heights[0]
+        if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
+            return touch
+        touch.kind = kind
+        touch.first = wp.vec3(first[0], first[1], heights[0])
+        touch.second = wp.vec3(second[0], second[1], heights[1])
+        touch.arc = wp.sqrt(arc * arc + rise * rise)
+        return touch
+
+    return cylinder_touch
+
+
+cylinder_touch = cylinder_touch_of(False)

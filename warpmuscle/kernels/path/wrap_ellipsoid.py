@@ -1,0 +1,233 @@
+"""Paths round an ellipsoid: in a plane through both ends of a segment and a point c of the ellipsoid, see below.
+
+Contact, side and c are as OpenSim 4.6 has them (WrapEllipsoid). By MIDPOINT c is the point nearest to the middle of the
+chord within the ellipsoid; by AXIAL the one nearest to where the chord crosses the plane across the axis that is most
+along it, within that plane; by HYBRID, between the two, with the mean of the directions from the chord to the
+ellipsoid in place of the middle's. OpenSim takes that mean over 298 places, we over FAN_SAMPLES; it iterates for the
+tangents and adds up the arc in pieces, we have both in closed form where the ellipsoid is a unit sphere and the section
+a circle, the arc but for an integral by Gauss's rule.
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.path.wrap_touch import INSIDE, THROUGH, Touch, kept_size, on_side
+
+HYBRID, MIDPOINT, AXIAL = 0, 1, 2
+FAN_COSINE, AXIAL_COSINE = 0.7073, 0.9  # of the greatest angle to an axis, between which the methods blend
+FADED = 0.3  # share of the chord near its ends where the axial method counts less
+FAN_SAMPLES = 24
+NEWTON_STEPS = 10
+SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place may miss it
+TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
+SMALLEST = 1.0e-12
+LEAST_SHARE = 1.0e-3  # of radii that something goes round
+ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
+NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
+
+
+@wp.func
+def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
+    """The point of an ellipsoid with radii r that is nearest to p, or if `across` is an axis of its section there.
+
+    Newton's method on sum (r x / (t + r^2))^2 = 1, which is convex in t, from the left (Eberly 2013).
+    """
+    size = r
+    place = p
+    if across >= 0:
+        place[across] = 0.0
+        size[across] = 0.0
+    square = wp.cw_mul(size, size)
+    inner = wp.cw_mul(size, wp.vec3(wp.abs(place[0]), wp.abs(place[1]), wp.abs(place[2]))) - square
+    t = wp.float32(-1.0e30)
+    for k in range(3):
+        if k != across:
+            t = wp.max(t, inner[k])
+    for _ in range(NEWTON_STEPS):
+        value = wp.float32(-1.0)
+        slope = wp.float32(0.0)
+        for k in range(3):
+            if k != across:
+                away = 1.0 / wp.max(t + square[k], SMALLEST)
+                x = size[k] * place[k] * away
+                value += x * x
+                slope += 2.0 * x * x * away
+        if value <= SETTLED:
+            break
+        t += value / wp.max(slope, SMALLEST)
+    found = wp.vec3(0.0)
+    for k in range(3):
+        if k != across:
+            found[k] = square[k] * place[k] / wp.max(t + square[k], SMALLEST)
+    return found
+
+
+@wp.func
+def most_along(d: wp.vec3) -> int:
+    """The axis that is most along a direction."""
+    x = wp.abs(d[0])
+    y = wp.abs(d[1])
+    z = wp.abs(d[2])
+    return wp.where(y > x, wp.where(z > y, 2, 1), wp.where(z > x, 2, 0))
+
+
+@wp.func
+def fan_point(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
+    """The point of the ellipsoid in the mean direction from a chord within it."""
+    total = wp.vec3(0.0)
+    for k in range(FAN_SAMPLES):
+        sample = start + chord * ((float(k) + 0.5) / float(FAN_SAMPLES))
+        total += wp.normalize(nearest_on_ellipsoid(sample, r, -1) - sample)
+    return nearest_on_ellipsoid(start + 0.5 * chord + wp.normalize(total), r, -1)
+
+
+@wp.struct
+class Guide:
+    """What determines the plane of a path."""
+
+    point: wp.vec3  # of the ellipsoid
+    fan: float  # how much the mean direction from the chord counts, 0..1
+
+
+@wp.func
+def guide_of(start: wp.vec3, chord: wp.vec3, r: wp.vec3, method: int) -> Guide:
+    """The point that a path's plane goes through, from the part of the segment within the ellipsoid."""
+    along = most_along(chord)
+    toward = wp.abs(chord[along]) / wp.length(chord)
+    result = Guide()
+    result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
+    if method == MIDPOINT:
+        result.point = nearest_on_ellipsoid(start + 0.5 * chord, r, -1)
+        return result
+    t = -start[along] / chord[along]
+    if method == HYBRID:
+        if toward > FAN_COSINE:
+            toward = FAN_COSINE + wp.clamp(wp.min(t, 1.0 - t) / FADED, 0.0, 1.0) * (toward - FAN_COSINE)
+        result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
+    axial = wp.vec3(0.0)
+    if method == AXIAL or result.fan < 1.0:
+        axial = nearest_on_ellipsoid(start + t * chord, r, along)
+        result.point = axial
+    if method == HYBRID and result.fan > 0.0:
+        result.point = fan_point(start, chord, r)
+        if result.fan < 1.0:
+            result.point = nearest_on_ellipsoid(axial + (result.point - axial) * result.fan, r, -1)
+    return result
+
+
+@wp.func
+def circle_tangent(end: wp.vec3, middle: wp.vec3, normal: wp.vec3, square: float, outward: wp.vec3) -> wp.vec3:
+    """Where the tangent from a point touches a circle, on the outward side; the point itself if it is on the circle."""
+    v = end - middle
+    far = wp.dot(v, v)
+    across = wp.cross(normal, v)
+    if wp.dot(across, outward) < 0.0:
+        across = -across
+    if far <= square:
+        return end
+    return middle + (v * square + across * wp.sqrt(square * (far - square))) / far
+
+
+@wp.func
+def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
+    """Length of the arc u cos t + v sin t, t from 0 to an angle, stretched by radii; by Gauss's rule of 5 points."""
+    total = wp.float32(0.0)
+    for k in range(5):
+        near = wp.where(k == 1 or k == 3, 0.5384693101, 0.9061798459)
+        x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))
+        weight = wp.where(k == 2, 0.5688888889, wp.where(k == 1 or k == 3, 0.4786286705, 0.2369268851))
+        t = 0.5 * angle * (1.0 + x)
+        total += weight * wp.length(wp.cw_mul(r, v * wp.cos(t) - u * wp.sin(t)))
+    return 0.5 * angle * total
+
+
+@cache
+def ellipsoid_touch_of(smooth: bool) -> Any:
+    """The Warp function `ellipsoid_touch`, of OpenSim's ellipsoid, or of one off which no path jumps."""
+
+    @wp.func
+    def ellipsoid_touch(a: wp.vec3, b: wp.vec3, full: wp.vec3, axis: int, side: int, method: int) -> Touch:
+        """How a segment from a to b, m, goes round an ellipsoid, which it only does where it would run through it.
+
+        Args:
+            full: radii, m. axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
+            method: HYBRID ...
+        """
+        touch = Touch()
+        radii = full
+        if wp.static(smooth):
+            u = wp.cw_div(a, full)
+            v = wp.cw_div(b, full)
+            share = kept_size(wp.sqrt(wp.min(wp.dot(u, u), wp.dot(v, v))))
+            if share < LEAST_SHARE:
+                touch.kind = INSIDE
+                return touch
+            radii = full * share
+        scale = 3.0 / (radii[0] + radii[1] + radii[2])
+        r = radii * scale
+        p = wp.cw_div(a, radii)  # in the axes where the ellipsoid is a unit sphere
+        q = wp.cw_div(b, radii)
+        if wp.min(wp.dot(p, p), wp.dot(q, q)) < 1.0 - TOUCHING:
+            touch.kind = INSIDE
+            return touch
+        if wp.abs(wp.dot(a, b) / (wp.length(a) * wp.length(b)) - 1.0) < TOUCHING:
+            return touch
+        d = q - p
+        square = wp.max(wp.dot(d, d), SMALLEST)
+        half = wp.dot(p, d)
+        near = p - d * (half / square)
+        depth = 1.0 - wp.dot(near, near)
+        if depth < 0.0:
+            return touch
+        reach = wp.sqrt(depth / square)
+        into = -half / square - reach
+        out = -half / square + reach
+        if into <= 0.0 or out >= 1.0:
+            return touch
+        guide = guide_of(wp.cw_mul(r, p + d * into), wp.cw_mul(r, d * (out - into)), r, method)
+        c = guide.point
+        start = guide.point
+        if side != 0 and not on_side(c[axis], side):
+            start[axis] = -start[axis]
+            c = start
+            if guide.fan > 0.0:
+                c[axis] = c[axis] * (1.0 - guide.fan)
+                c = nearest_on_ellipsoid(c, r, -1)
+            if wp.static(smooth):  # it comes over to its side as the segment goes in
+                over = wp.clamp(depth / ENTERED, 0.0, 1.0)
+                c = nearest_on_ellipsoid(wp.lerp(guide.point, c, over), r, -1)
+                start = c
+        c = wp.cw_div(c, r)
+        start = wp.cw_div(start, r)
+        normal = wp.normalize(wp.cross(d, c - p))
+        outward = wp.cross(normal, d)
+        if wp.dot(outward, start - p) < 0.0:
+            outward = -outward
+        middle = normal * wp.dot(normal, c)
+        circle = wp.max(1.0 - wp.dot(middle, middle), 0.0)
+        first = circle_tangent(p, middle, normal, circle, outward)
+        second = circle_tangent(q, middle, normal, circle, outward)
+        u = first - middle
+        w = second - middle
+        # On from the first leg: the way that it reaches the circle.
+        turn = wp.where(wp.dot(wp.cross(u, first - p), normal) < 0.0, -1.0, 1.0)
+        v = wp.cross(normal, u) * turn
+        angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
+        if angle < 0.0:
+            angle += 2.0 * wp.pi
+        if angle > wp.where(side == 0, wp.pi, NEARLY_ROUND):
+            angle -= 2.0 * wp.pi
+        touch.kind = THROUGH
+        touch.first = wp.cw_mul(first, radii)
+        touch.second = wp.cw_mul(second, radii)
+        touch.arc = arc_on_ellipsoid(u, v, wp.abs(angle), radii)
+        if angle < 0.0:
+            touch.arc = arc_on_ellipsoid(u, -v, -angle, radii)
+        return touch
+
+    return ellipsoid_touch
+
+
+ellipsoid_touch = ellipsoid_touch_of(False)

@@ -1,0 +1,133 @@
+"""Paths through a torus about z, with contact and side as OpenSim 4.6 has them (WrapTorus).
+
+Where the segment is nearest to the circle in the middle of the ring, a cylinder along the circle stands for the ring,
+and the path stays on the side of it that looks to the ring's centre. OpenSim looks for the nearest place from both
+ends; the equation that it solves has twice the distance from the axis in it, and so have we.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.path.wrap_cylinder import cylinder_touch
+from warpmuscle.kernels.path.wrap_touch import BESIDE, Touch, on_side
+
+ENDLESS = 1.0e4  # m, length of the cylinder
+STEPS = 20  # of the search for the nearest place, more than it needs
+FIRST_REACH = 0.2  # of the search, times the slope at its start
+TOLERANCE = 1.0e-4  # of the square of what is to be 0, and of the distance, to their values before
+WORTHLESS = 1.0e-4  # share of the expected gain below which a step is not taken
+SMALLEST = 1.0e-12
+
+
+@wp.func
+def circle_slope(u: float, along: float, flat: float, square: float, rest: float, ring: float) -> wp.vec2:
+    """What is 0 where the search ends, and its derivative, at a distance u along the line; see `place_from`."""
+    away = wp.sqrt(wp.max(u * u * square + 2.0 * flat * u + rest, SMALLEST))
+    inward = square * u + flat
+    bend = square / away - inward * inward / (away * away * away)
+    return wp.vec2(2.0 * (along + u - 2.0 * ring * inward / away), 2.0 * (1.0 - 2.0 * ring * bend))
+
+
+@wp.func
+def narrowed(reach: float, size: float, gain: float, expected: float, after: float, before: float) -> float:
+    """Reach of a search after a step that gained much less than expected."""
+    share = wp.float32(0.5)
+    if gain < 0.0:
+        share = 0.5 * expected / (expected - 0.5 * gain)
+    if 0.1 * after >= before or share < 0.1:
+        share = 0.1
+    return share * wp.min(reach, 10.0 * size)
+
+
+@wp.func
+def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
+    """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on.
+
+    Levenberg's and Marquardt's method for one unknown with steps within a reach (MINPACK's lmdif; More 1978). Where
+    there are several places, its first steps say which one is found.
+    """
+    n = wp.normalize(b - a)
+    along = wp.dot(a, n)
+    flat = a[0] * n[0] + a[1] * n[1]
+    square = n[0] * n[0] + n[1] * n[1]
+    rest = a[0] * a[0] + a[1] * a[1]
+    u = wp.float32(0.0)
+    f = circle_slope(u, along, flat, square, rest, ring)
+    scale = wp.float32(0.0)  # the greatest slope so far
+    reach = wp.float32(FIRST_REACH)
+    moved = wp.bool(False)
+    for _ in range(STEPS):
+        if f[0] == 0.0 or f[1] == 0.0:
+            break
+        slope = wp.abs(f[1])
+        before = wp.abs(f[0])
+        scale = wp.max(scale, slope)
+        size = scale * before / slope
+        damping = wp.float32(0.0)
+        if size > 1.1 * reach:
+            size = reach
+            damping = wp.max(slope * before / (scale * reach) - slope * slope / (scale * scale), 0.0)
+        step = -wp.sign(f[0] * f[1]) * size / scale
+        if not moved:
+            reach = wp.min(reach, size)
+        after = circle_slope(u + step, along, flat, square, rest, ring)
+        left = wp.abs(after[0]) / before
+        gain = wp.where(left < 10.0, 1.0 - left * left, -1.0)
+        straight = slope * step / before
+        held = damping * (size / before) * (size / before)
+        expected = straight * straight + 2.0 * held
+        if gain <= 0.25 * expected:
+            reach = narrowed(reach, size, gain, straight * straight + held, left, 1.0)
+        elif damping == 0.0 or gain >= 0.75 * expected:
+            reach = 2.0 * size
+        if gain >= WORTHLESS * expected:
+            moved = True
+            u += step
+            f = after
+        if wp.abs(gain) <= TOLERANCE and expected <= TOLERANCE and gain <= 2.0 * expected:
+            break
+        if reach <= TOLERANCE * scale * wp.abs(u):
+            break
+    return a + n * u
+
+
+@wp.func
+def from_circle(p: wp.vec3, ring: float) -> float:
+    """Squared distance of a place from the circle, m^2."""
+    inward = wp.sqrt(p[0] * p[0] + p[1] * p[1]) - ring
+    return inward * inward + p[2] * p[2]
+
+
+@wp.func
+def torus_touch(a: wp.vec3, b: wp.vec3, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
+    """How a segment from a to b, m, goes through a torus.
+
+    Args:
+        section, ring: radii of the section and of the circle in the middle, m. axis, side: the half of the circle that
+            a path must be near: the axis, and 1 or -1; side 0: both. where: see `wrap_cylinder.py`.
+    """
+    touch = Touch()
+    place = place_from(a, b, ring)
+    other = place_from(b, a, ring)
+    if side == 0:
+        if from_circle(other, ring) <= from_circle(place, ring):
+            place = other
+    else:
+        on = on_side(place[axis], side)
+        other_on = on_side(other[axis], side)
+        if not on and not other_on:
+            return touch
+        if other_on and (not on or from_circle(other, ring) <= from_circle(place, ring)):
+            place = other
+    flat = wp.sqrt(place[0] * place[0] + place[1] * place[1])
+    if flat < SMALLEST:
+        return touch
+    center = wp.vec3(place[0], place[1], 0.0) * (ring / flat)
+    x = center / -ring
+    y = wp.vec3(0.0, 0.0, -1.0)
+    turn = wp.matrix_from_rows(x, y, wp.cross(x, y))
+    touch = cylinder_touch(turn * (a - center), turn * (b - center), section, ENDLESS, 0, 1, where)
+    if touch.kind >= BESIDE:
+        touch.kind = BESIDE
+        touch.first = center + wp.transpose(turn) * touch.first
+        touch.second = center + wp.transpose(turn) * touch.second
+    return touch
