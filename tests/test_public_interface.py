@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import warpmuscle as wm
-from warpmuscle.core.public import PUBLIC
+from warpmuscle.session.public import PUBLIC
 
 ROOT = Path(__file__).parents[1] / "warpmuscle"
 STUDIES = ("throw", "synergy", "markers")

@@ -24,7 +24,6 @@ from typer.main import get_command
 import warpmuscle as wm
 from warpmuscle.cli import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
-from warpmuscle.core.public import PUBLIC
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
 from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration
@@ -36,6 +35,7 @@ from warpmuscle.model.user_functions import name_of, signature
 from warpmuscle.results.recording import QUANTITIES
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number, Vector
+from warpmuscle.session.public import PUBLIC
 
 
 def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -106,7 +106,12 @@ def test_file_tells_foreign_readers_what_it_holds(tmp_path: Path):
             assert file.attrs[f"{name}_version"][0].isdigit()
         assert file["scene"].asstr()[()] == 'name = "größe"\n'
         for name, quantity in QUANTITIES.items():
-            if quantity.axes[-1] in ("coordinate", "speed", "joint_angle"):  # this recording has none
+            if quantity.axes[-1] in (
+                "coordinate",
+                "speed",
+                "joint_angle",
+                "controller_value",
+            ):  # this recording has none
                 assert name not in file["replay/0"]
                 continue
             attributes = file[f"replay/0/{name}"].attrs

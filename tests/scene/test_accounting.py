@@ -28,7 +28,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 
-TOOLS = Path(__file__).parents[2] / "tools" / "research" / "research"
+TOOLS = Path(__file__).parents[2] / "tools" / "research"
 if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 

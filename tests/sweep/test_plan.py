@@ -145,7 +145,7 @@ def test_what_is_wrong_in_one_of_several_grids_has_its_place(tmp_path):
 
 
 def test_shipped_sweep_weakens_three_groups_on_both_sides():
-    found = read(Path(__file__).parents[2] / "tools" / "sweeps" / "weakness.toml")
+    found = read(Path(__file__).parents[2] / "tools" / "research" / "sweeps" / "weakness.toml")
     muscles = {"plantarflexors": "SOL", "hip_abductors": "HipAbd", "quadriceps": "VAS"}
     normal = found.runs[0].scene.character.muscles
     assert set(found.runs[0].axes.values()) == {1.0}

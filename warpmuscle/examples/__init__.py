@@ -124,19 +124,27 @@ EXAMPLES = {
 }
 
 
+def _holds(path: Path, content: str | bytes) -> bool:
+    """Whether a file is what an example would write, as where two examples share it."""
+    try:
+        return path.read_bytes() == (content.encode() if isinstance(content, str) else content)
+    except OSError:
+        return False
+
+
 def write(name: str, folder: str | Path = ".", replace: bool = False) -> list[Path]:
     """Write the files of an example, and return their paths.
 
     Raises:
-        Error: there is no such example, a file exists already and is not to be replaced, or cannot be written.
+        Error: there is no such example, another file exists and is not to be replaced, or one cannot be written.
     """
     if name not in EXAMPLES:
         near = difflib.get_close_matches(name, EXAMPLES, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else f": {', '.join(EXAMPLES)}"
         raise Error(f"there is no example called {name!r}{hint}")
     made = {Path(folder) / file: content for file, content in EXAMPLES[name].make()}
-    for path in made:
-        if path.exists() and not replace:
+    for path, content in made.items():
+        if path.exists() and not replace and not _holds(path, content):
             raise Error(f"{path} exists already; --replace writes over it")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -193,11 +193,11 @@ class Model:
     tracked: wp.array[float]  # (bodies,) 1: the body's joint is compared with it
     contact_rule: wp.vec3  # load of a foot on the ground over body weight, time to touch down s, time to lift off s
     norm_bins: int  # of the gait cycle
-    norm: wp.array2d[float]  # (norm bins, bodies) sagittal angle of human legs in half-bands
-    norm_scale: wp.array[float]  # (bodies,) half-bands/rad, signed; 0: no norm of the body's joint
+    norm: wp.array2d[float]  # (norm bins, bodies) sagittal angle of human legs in half-widths
+    norm_scale: wp.array[float]  # (bodies,) half-widths/rad, signed; 0: no norm of the body's joint
     norm_side: wp.array[int]  # (bodies,) LEFT or RIGHT, the leg that the body's joint belongs to
     norm_force: wp.array[float]  # (norm bins,) vertical force on a human foot, body weights
-    norm_force_band: float  # body weights, half-band of that
+    norm_force_band: float  # body weights, half-width of that
     level_start: wp.array[int]  # (levels + 1,)
     skeleton: Skeleton
     contacts: Contacts

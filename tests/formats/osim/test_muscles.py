@@ -14,9 +14,8 @@ from warpmuscle.core.pose import from_rotation_vector, rotate
 from warpmuscle.formats import Ignored, load
 from warpmuscle.formats.osim.build_muscles import powers
 from warpmuscle.formats.osim.frames import turned
-from warpmuscle.formats.osim.functions import Function
+from warpmuscle.formats.osim.functions import ENDLESS, Function, span_within
 from warpmuscle.formats.osim.placement import WORLD
-from warpmuscle.formats.osim.ranges import FAR, span_within
 from warpmuscle.scene import (
     ContactMaterial,
     CylinderSurface,
@@ -222,7 +221,7 @@ def test_moving_points_stay_beyond_the_range_of_their_coordinate_as_in_opensim(r
     [
         ((0.0, 1.0), (-2.0, 0.2), [-2.0, 0.2]),
         ((0.1, -2.0), (-2.0, 0.2), [-0.05, 1.05]),
-        ((0.0, 1.0), (-math.inf, 0.2), [-FAR, 0.2]),
+        ((0.0, 1.0), (-math.inf, 0.2), [-ENDLESS, 0.2]),
         ((0.0, 1.0), (-math.inf, math.inf), []),
         ((0.3, 0.0), (-2.0, 0.2), []),
     ],

@@ -47,7 +47,7 @@ def _jerk(instance: int, model: Model, state: State, work: Scratch, memory: wp.a
 
 
 @wp.func
-def speed_of_hand(instance: int, model: Model, state: State, work: Scratch) -> float:
+def _speed_of_hand(instance: int, model: Model, state: State, work: Scratch) -> float:
     """What recordings have: m/s."""
     return wp.length(
         work.velocity[FOREARM] + wp.cross(work.angular_velocity[FOREARM], hand(work) - work.position[FOREARM])
@@ -87,3 +87,4 @@ arrived = Declaration(function=_arrived, parameters=Width, stage="decision", sig
 further = Declaration(function=_further, stage="decision")
 somewhere = Declaration(function=_somewhere, stage="decision")
 lifted = Declaration(function=_lifted, stage="decision")
+speed_of_hand = Declaration(function=_speed_of_hand, unit="m/s")

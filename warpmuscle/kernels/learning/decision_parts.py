@@ -17,7 +17,7 @@ from warpmuscle.kernels.objective.parts import Plug, of_instance, reader_of
 from warpmuscle.kernels.stages import kinematics_stage, work_of
 from warpmuscle.kernels.structs import Model, ModelRef, ScratchRef, State, StateRef
 
-GREATEST = 1.0e6  # of a value; one beyond it, or none, counts as 0
+GREATEST = 1.0e30  # of a value; one beyond it, or none, counts as 0
 
 Base = Literal["instance", "decision", "draw"]
 

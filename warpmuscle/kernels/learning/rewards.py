@@ -346,7 +346,7 @@ def judge(
         gains.sums[i, k] = gains.sums[i, k] + worth
     for k in range(gains.own_weight.shape[0]):
         worth = gains.own_weight[k] * gains.own[i, k]
-        if failed:
+        if failed or not (wp.abs(worth) < 1.0e6):
             worth = 0.0
         total += worth
         gains.own_sums[i, k] = gains.own_sums[i, k] + worth

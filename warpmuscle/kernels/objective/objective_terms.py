@@ -33,11 +33,11 @@ _TERMS = (
         follows_cycles=True,
     ),
     Term(
-        "norms", "s", "squared angles, in half-bands, between legs and human ones, summed and over time", "body",
+        "norms", "s", "squared angles, in half-widths, between legs and human ones, summed and over time", "body",
         follows_cycles=True,
     ),
     Term(
-        "norm_force", "s", "squared vertical force, in half-bands, between feet and human ones, over time", "whole",
+        "norm_force", "s", "squared vertical force, in half-widths, between feet and human ones, over time", "whole",
         follows_cycles=True,
     ),
     Term(

@@ -175,7 +175,7 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: S
 
 @wp.func
 def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of a joint's sagittal angle and that of human legs, in half-bands of the norm.
+    """Squared difference of a joint's sagittal angle and that of human legs, in half-widths of the norm.
 
     Both are compared at the same part of the leg's gait cycle, from one contact of its foot to the next.
     """
@@ -230,7 +230,7 @@ def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef
 
 @wp.func
 def norm_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Squared difference of each foot's vertical force and that of human walking, in half-bands, of the step before.
+    """Squared difference of each foot's vertical force and that of human walking, in half-widths, of the step before.
 
     Both are compared at the same part of the foot's gait cycle, from one of its contacts to the next.
     """
