@@ -144,7 +144,7 @@ def random_recording(frames: int = 200, joints: int = 3, seed: int = 0, muscles:
     """A recording of the right shapes, filled with random numbers."""
     rng = np.random.default_rng(seed)
     counts = {"frame": frames, "joint": joints, "body": joints + 1, "muscle": muscles, "coordinate": 0, "speed": 0}
-    counts |= {"joint_angle": 0, "controller_value": 0}
+    counts |= {"joint_angle": 0, "controller_value": 0, "recorded": 0}
     arrays = {
         name: rng.random([counts.get(axis, len(axis.split())) for axis in quantity.axes])
         for name, quantity in QUANTITIES.items()

@@ -30,6 +30,7 @@ def walker(frames: int, seed: int) -> Recording:
     return dataclasses.replace(
         random_recording(frames, seed=seed, muscles=2), time=np.arange(frames) * 0.01,
         coordinate=rng.random((frames, 2)), speed=rng.random((frames, 2)), joint_angle=rng.random((frames, 1)),
+        recorded=rng.random((frames, 1)), recorded_names=("own:height",),
         coordinate_names=("root.y", "knee"), speed_names=("root.y", "knee"), joint_angle_names=("knee",),
         coordinate_units=("m", "rad"), speed_units=("m/s", "rad/s"),
     )  # fmt: skip
