@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-LONGEST = 90  # lines of a function of the host
+LONGEST = 90  # lines, and a function has fewer
 # What mypy cannot follow in device code: Warp's decorators are not typed, its vectors have no operators, and types are
 # made at run time. Arguments of calls, names, results and annotations are checked.
 KERNELS_CONFIG = """
@@ -36,13 +36,11 @@ def test_mypy_has_nothing_to_say_of_kernels_as_far_as_warp_is_typed(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_functions_of_the_host_fit_on_two_screens():
-    kernels = ROOT / "warpmuscle" / "kernels"
+def test_functions_fit_on_two_screens():
     too_long = [
         f"{file.relative_to(ROOT)}:{node.lineno} {node.name}"
         for file in (ROOT / "warpmuscle").rglob("*.py")
-        if kernels not in file.parents
         for node in ast.walk(ast.parse(file.read_text()))
-        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno >= LONGEST
+        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 >= LONGEST
     ]
     assert too_long == []

@@ -104,11 +104,7 @@ def optimize(
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
-    required_parameters(scene)
-    scene, unused = without_unused(scene)
-    if unused:
-        said = f"nothing uses {in_short(unused)}: left as given, and not searched for"
-        warnings.warn(said, UnusedParameterWarning, stacklevel=2)
+    scene = _without_unused(scene)
     strategy = usual_strategy(scene) if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     stages: tuple[Staged, ...] = ()
@@ -124,6 +120,16 @@ def optimize(
         return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
     with Checkpoint.begin(file, start) as checkpoint:
         return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
+
+
+def _without_unused(scene: Scene) -> Scene:
+    """The scene whose unused free parameters stay as given, with a warning; an Error if it has no others."""
+    required_parameters(scene)
+    scene, unused = without_unused(scene)
+    if unused:
+        said = f"nothing uses {in_short(unused)}: left as given, and not searched for"
+        warnings.warn(said, UnusedParameterWarning, stacklevel=3)
+    return scene
 
 
 def _nothing_evaluated(scene: Scene, search_loop: SearchLoop | Curriculum, command: str, seed: int) -> Result:

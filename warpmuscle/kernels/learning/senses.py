@@ -128,6 +128,27 @@ def seen_goal(first: int, axis: int, instance: int, state: State, around: Surrou
 
 
 @wp.func
+def of_root(kind: int, k: int, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
+    """What is felt of the root: its height, turn and speeds, forces at the feet as it faces, and its course."""
+    q = root_orientation(around.root, instance, state)
+    if kind == HEIGHT:
+        place = root_place(around.root, instance, state)
+        return wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
+    if kind == UP:
+        return up_in_trunk(q)[k]
+    if kind == VELOCITY:
+        return wp.quat_rotate_inv(heading(q), root_velocity(around.root, instance, state))[k]
+    if kind == ANGULAR_VELOCITY:
+        return wp.quat_rotate_inv(q, root_angular_velocity(around.root, instance, state))[k]
+    if kind == FOOT_FORCE:
+        force = wp.quat_rotate_inv(heading(q), state.foot_force[instance, k / 3])
+        return force[k % 3] / around.body_weight
+    if kind == COURSE:
+        return course(k, instance, q, episodes)
+    return 0.0
+
+
+@wp.func
 def feature_value(feature: Feature, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
     """A feature now."""
     kind = feature.kind
@@ -170,22 +191,8 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
         value = seen_goal(k // 3, k % 3, instance, state, around)
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
-    else:  # of the root
-        q = root_orientation(around.root, instance, state)
-        if kind == HEIGHT:
-            place = root_place(around.root, instance, state)
-            value = wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
-        elif kind == UP:
-            value = up_in_trunk(q)[k]
-        elif kind == VELOCITY:
-            value = wp.quat_rotate_inv(heading(q), root_velocity(around.root, instance, state))[k]
-        elif kind == ANGULAR_VELOCITY:
-            value = wp.quat_rotate_inv(q, root_angular_velocity(around.root, instance, state))[k]
-        elif kind == FOOT_FORCE:
-            force = wp.quat_rotate_inv(heading(q), state.foot_force[instance, k / 3])
-            value = force[k % 3] / around.body_weight
-        elif kind == COURSE:
-            value = course(k, instance, q, episodes)
+    else:
+        value = of_root(kind, k, instance, state, episodes, around)
     value = value * feature.scale
     if not (wp.abs(value) < wp.static(1.0e30)):
         return 0.0
