@@ -118,7 +118,7 @@ def test_changes_that_change_nothing_are_left_out_and_others_of_their_lines_are_
 def test_every_mutation_of_the_physics_is_a_change_that_python_reads():
     mutations = all_mutations(ROOT)
     assert len(mutations) > 10000
-    assert {m.path.rsplit("/", 1)[0] for m in mutations} == {
+    assert {"/".join(m.path.split("/")[:2]) for m in mutations} == {
         "warpmuscle/kernels", "warpmuscle/model", "warpmuscle/gait", "warpmuscle/studies",
     }  # fmt: skip
     for mutation in sample(mutations, 200, 3):
