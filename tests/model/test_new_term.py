@@ -51,7 +51,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
     package = Path(warpmuscle.__file__).parent
     copy = tmp_path / "warpmuscle"
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    functions, terms = copy / "kernels" / "term_functions.py", copy / "kernels" / "objective_terms.py"
+    functions, terms = copy / "kernels/objective/term_functions.py", copy / "kernels/objective/objective_terms.py"
     if left_out != "function":
         added = REMEMBERING if "memory" in left_out else FUNCTION
         functions.write_text(functions.read_text().replace("\ndef _functions(", added, 1))
@@ -65,7 +65,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
         assert cost == pytest.approx(2.0 * value)
     else:
         missing = {
-            "function": "term altitude of kernels/objective/objective_terms.py has no function",
+            "function": "term altitude of objective/objective_terms.py in kernels has no function",
             "term": "no attribute 'altitude'",
         }
         assert missing[left_out] in done.stderr

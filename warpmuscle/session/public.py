@@ -19,7 +19,7 @@ PUBLIC: dict[str, tuple[str, ...]] = {  # by module
     "core.plain_text": ("number_of",),
     "core.pose": ("about", "conjugate", "from_rotation_vector", "multiply", "rotate", "twist_angle"),
     "formats.toml": ("dumps",),
-    "model.paths": ("joints_of_muscles",),
+    "model.path_table": ("joints_of_muscles",),
     "plots.style": ("matplotlib", "save"),
     "results.records": ("parameter_table",),
     "results.result": ("THROW_FORMAT", "write_extended"),
