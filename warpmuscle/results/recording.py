@@ -285,7 +285,8 @@ class Recording:
     def at(self, frames: Any) -> Self:
         """Some of its frames, by a slice, numbers or a mask."""
         gone = self.missing
-        return self.changed(**{name: self[name][frames] for name in QUANTITIES if name not in gone})
+        there = {name: self[name] for name in QUANTITIES if name not in gone}
+        return self.changed(**{name: array[frames] for name, array in there.items() if len(array) == self.frames})
 
     def changed(self, **arrays: NDArray[Any]) -> Self:
         """The same motion with other arrays in place of some of its own."""
