@@ -239,7 +239,7 @@ def test_using_a_missing_quantity_says_which_and_where(several):
     assert motion.window(0.1, 0.2).com.shape == (11, 3)
     assert motion.position_of(motion.body_names[0]).shape == (30, 3)
     for use in (lambda: motion.phase, lambda: motion["phase"], lambda: motion.window(0.1).phase):
-        with pytest.raises(ResultError, match=r"a.h5: the motion has no phase, since it was written with some"):
+        with pytest.raises(ResultError, match=r"a.h5: the motion has no phase: it was written without, or its controller has none"):
             use()
     assert demanding(several[0], "a.h5") is several[0]
 
