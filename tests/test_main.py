@@ -35,7 +35,9 @@ def interrupted(start: str, module: str, handler: str = "default_int_handler") -
 
 
 @pytest.mark.parametrize("start", [MODULE, SCRIPT], ids=["python -m", "script"])
-@pytest.mark.parametrize("module", ["warpmuscle.cli", "typer", "rich", "warpmuscle.cli.view", "warpmuscle.core.shipped"])
+@pytest.mark.parametrize(
+    "module", ["warpmuscle.cli", "typer", "rich", "warpmuscle.cli.view", "warpmuscle.core.shipped"]
+)
 def test_ctrl_c_at_an_import_is_one_line_and_exit_code_130(start: str, module: str):
     done = interrupted(start, module)
     assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "interrupted\n")
