@@ -32,13 +32,23 @@ SCHEMA = jsonschema.Draft202012Validator(scene_schema())
 COMMANDS = get_command(app).commands
 TO_WORK_THROUGH = [page for page in PAGES if any(block.language in ("python", *SHELL) for block in blocks(page))]
 MARKS = ("gpu", "long", "by hand")
+# Pages that a newcomer reads first are worked through every time. The others take minutes, and have tests besides.
+FIRST_READ = (
+    "README.md", "docs/tutorials/first-walk.md", "docs/how-to/first-lines-of-python.md",
+    "docs/how-to/continue-a-search.md", "docs/how-to/use-the-kernels.md", "docs/how-to/use-another-optimiser.md",
+)  # fmt: skip
+EVERY_PAGE = [
+    pytest.param(page, id=name, marks=() if name in FIRST_READ else pytest.mark.long)
+    for page in TO_WORK_THROUGH
+    for name in [str(page.relative_to(ROOT))]
+]
 
 
 def named(block: Block) -> str:
     return str(block)
 
 
-@pytest.mark.parametrize("page", TO_WORK_THROUGH, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", EVERY_PAGE)
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
     with as_in_a_process(["warpmuscle"], tmp_path):
@@ -48,6 +58,7 @@ def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.
 def test_there_are_pages_to_work_through():
     assert len(OURS) > 60
     assert len(TO_WORK_THROUGH) > 15
+    assert sum(page.name in [Path(name).name for name in FIRST_READ] for page in TO_WORK_THROUGH) == len(FIRST_READ)
 
 
 @pytest.mark.parametrize(("block", "words"), OURS, ids=lambda value: str(value) if isinstance(value, Block) else "")

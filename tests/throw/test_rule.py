@@ -121,6 +121,7 @@ def interrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str, ru
     return folder, " ".join(result.output.split()), begun[0]
 
 
+@pytest.mark.long
 def test_an_interrupted_search_keeps_its_goals_and_goes_on_from_the_file_as_if_nothing_had_been(
     interrupted: tuple[Path, str, rule.Rule],
 ):

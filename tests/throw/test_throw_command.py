@@ -222,6 +222,7 @@ def test_a_fit_that_is_interrupted_at_its_begin_leaves_the_file_of_an_earlier_on
     assert (tmp_path / "t.h5").read_text() == "earlier"
 
 
+@pytest.mark.long
 def test_interrupted_fits_with_several_numbers_of_synergies_keep_one_that_is_whole(
     monkeypatch: pytest.MonkeyPatch, motion: Path, tmp_path: Path
 ):

@@ -147,6 +147,7 @@ def test_the_mirror_comes_first_then_what_imports_the_module():
     assert not any(test.startswith(("tests/docs", "tests/tools")) for test in tests)
 
 
+@pytest.mark.long
 def test_a_mutation_is_caught_by_a_test_that_passes_without_it(tmp_path: Path):
     for name in ("warpmuscle", "warpmuscle/gait", "tests", "tests/gait"):
         (tmp_path / "root" / name).mkdir(parents=True)
