@@ -1,5 +1,6 @@
 """Commands on files that keep only some quantities of their motions, and options that write such files."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -44,7 +45,8 @@ def test_commands_say_in_one_line_which_quantity_they_lack(words: str, quantity:
     result = RUNNER.invoke(app, [word.replace("FILE", str(partial)) for word in words.split()])
     assert result.exit_code != 0
     assert isinstance(result.exception, Error), result.output
-    assert f"{partial}: the motion has no {quantity}" in str(result.exception)
+    assert str(partial) in str(result.exception)
+    assert re.search(rf"motion .*has no {quantity}", str(result.exception))
     assert "\n" not in str(result.exception)
     assert not list(tmp_path.iterdir())
 
