@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.shipped import CHARACTERS, STUDIES, scene_groups, scenes_folder, shipped_file
-from warpmuscle.formats import load, scene_names, toml
+from warpmuscle.core.shipped import CHARACTERS, STUDIES, is_scene, scene_groups, scenes_folder, shipped_file
+from warpmuscle.formats import load, scene_names
 
 FILES = sorted(scenes_folder().rglob("*.toml"))
 
@@ -23,7 +23,7 @@ def test_groups_hold_every_scene_once_and_the_shared_characters_are_none():
     assert sorted(name for names in groups.values() for name in names) == scene_names()
     assert len(scene_names()) == len(set(scene_names())) > 40
     assert all(groups.values())
-    assert not any(toml.is_scene(path) for path in FILES if path.parent.name == CHARACTERS)
+    assert not any(is_scene(path) for path in FILES if path.parent.name == CHARACTERS)
 
 
 def test_superseded_scenes_are_those_that_pages_or_other_scenes_rest_on():

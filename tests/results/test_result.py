@@ -111,6 +111,7 @@ def test_file_tells_foreign_readers_what_it_holds(tmp_path: Path):
                 "speed",
                 "joint_angle",
                 "controller_value",
+                "recorded",
             ):  # this recording has none
                 assert name not in file["replay/0"]
                 continue

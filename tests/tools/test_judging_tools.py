@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import typer
+import warp  # noqa: F401  what is tested launches kernels
 
 TOOLS = Path(__file__).parents[2] / "tools" / "research"
 if str(TOOLS) not in sys.path:

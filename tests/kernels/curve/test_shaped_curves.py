@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 from probes import filled
 
-from warpmuscle.kernels.curve.shaped_curves import ShapedCurves, looked_up
+from warpmuscle.kernels.curve.shaped_family import ShapedCurves, looked_up
 from warpmuscle.kernels.muscle_structs import CurveRow
 
 START, END, PIECES, FIRST = 0.4, 1.6, 6, 2  # the muscle's part of the table begins at its third row

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+import warp  # noqa: F401  what is tested launches kernels
 
 from importing import importable_from
 from warpmuscle import Rollout

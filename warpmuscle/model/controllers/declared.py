@@ -8,6 +8,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.control.control import PLACES, CustomController
 from warpmuscle.kernels.control.controllers import CONTROLLERS
 from warpmuscle.kernels.structs import Model, Scratch, State
@@ -91,7 +92,7 @@ def _check_recorded(controller: CustomController, entry: str, key: str) -> None:
     if len(set(names)) < len(names) or not all(name.isidentifier() and name.isascii() for name in names):
         raise SceneError(f"names of what is recorded of {entry!r} must be words, each once: {names}", key=key)
     if len(names) > controller.state:
-        message = f"{entry!r} records {len(names)} numbers of its state, which has {controller.state}"
+        message = f"{entry!r} records {number_of(len(names), 'number')} of its state, which has {controller.state}"
         raise SceneError(message, key=key)
 
 

@@ -1,6 +1,6 @@
 """What a policy learns in a scene.
 
-May import: core, scene.
+May import: core, scene, kernels.objective.
 To add: what a task says to `task`, and its check to `scene.validation.learning`.
 """
 
