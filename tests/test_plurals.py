@@ -9,10 +9,10 @@ ROOT = Path(__file__).parents[1]
 FILES = sorted((ROOT / "warpmuscle").rglob("*.py"))
 # Words in s that are no nouns, behind which a name or a quantity stands.
 NO_NOUNS = {
-    "across", "acts", "adds", "as", "begins", "changes", "chooses", "continues", "decides", "differs", "does", "exists", "fails",
-    "follows", "gives", "goes", "has", "holds", "is", "its", "lacks", "lands", "leaves", "less", "lets", "lies",
-    "makes", "means", "meets", "moves", "needs", "plus", "reaches", "reads", "says", "shows", "stands", "starts", "takes",
-    "this", "us", "was", "weighs", "writes",
+    "across", "acts", "adds", "as", "begins", "changes", "chooses", "continues", "decides", "differs", "does",
+    "exists", "fails", "follows", "gives", "goes", "has", "holds", "is", "its", "lacks", "lands", "leaves",
+    "less", "lets", "lies", "makes", "means", "meets", "moves", "needs", "plus", "reaches", "reads", "says",
+    "shows", "stands", "starts", "takes", "this", "us", "was", "weighs", "writes",
 }  # fmt: skip
 NOUN = re.compile(r" ((?:(?!of |to |at |in |on |and |or |for )[a-z-]+ )??)([a-z]+s)\b(?! *\()")
 # Counts that are never one, with the noun behind them.
