@@ -81,3 +81,12 @@ def lengths(scene: Scene, q: np.ndarray) -> np.ndarray:
 
     paths = [np.stack([world(point) for point in muscle.path]) for muscle in scene.character.muscles.values()]
     return np.stack([np.linalg.norm(np.diff(path, axis=0), axis=2).sum(axis=0) for path in paths], axis=1)
+
+
+def check_energy_stays(scene: Scene) -> None:
+    """Hold a scene that swings freely to its energy at the start, while what moves and what is high exchange it."""
+    q, v = (part[::20] for part in recorded(scene))
+    both = energy(scene, q, v)
+    total = both.sum(axis=0)
+    assert np.ptp(both[0]) > 5.0
+    np.testing.assert_allclose(total, total[0], atol=2e-3 * np.ptp(both[0]))
