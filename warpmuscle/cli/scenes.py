@@ -32,7 +32,7 @@ def scenes() -> None:
     from warpmuscle.core.shipped import STUDIES, description, scene_groups, shipped_scenes
 
     found = shipped_scenes()
-    for study, names in scene_groups().items():
+    for study, names in scene_groups(found).items():
         out.print(marked(f"{study}:", "bold cyan", f" {STUDIES[study]}"))
         for name in names:
             out.print(marked(f"  {name}", "bold", f"  {description(found[name], found)}"))

@@ -62,9 +62,13 @@ def shipped_scenes() -> dict[str, Path]:
     return {path.stem: path for path in files if is_scene(path)}
 
 
-def scene_groups() -> dict[str, list[str]]:
-    """Names of the shipped scenes by the study that they belong to, see `STUDIES`."""
-    found = shipped_scenes()
+def scene_groups(scenes: dict[str, Path] | None = None) -> dict[str, list[str]]:
+    """Names of the shipped scenes by the study that they belong to, see `STUDIES`.
+
+    Args:
+        scenes: all of them, by name, where they have been looked through already.
+    """
+    found = shipped_scenes() if scenes is None else scenes
     return {study: [name for name, path in found.items() if path.parent.name == study] for study in STUDIES}
 
 
