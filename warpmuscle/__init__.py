@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from warpmuscle.core.errors import Error, ResultError, RolloutError, SceneError
+from warpmuscle.core.pause import no_garbage_search
 
 if TYPE_CHECKING:
     from warpmuscle.core.status import Status
@@ -82,6 +83,7 @@ def __getattr__(name: str) -> Any:
         return version_of("warpmuscle")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    with no_garbage_search():
+        value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value

@@ -16,6 +16,7 @@ from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
 from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller, control_stage_of, record_controller_of
 from warpmuscle.kernels.force.extensions import extension_list
 from warpmuscle.kernels.force.forces import Force, body_forces_stage_of, joint_forces_stage_of
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
@@ -83,7 +84,7 @@ def extensions_of(controller: Controller, forces: tuple[Force, ...]) -> Any:
     return extension_list((controller.extension, *(force.extension for force in forces)))
 
 
-@wp.func
+@func
 def no_lap(instance: int, lane: int, stage: int, buffer: wp.uint64):
     """What is done as a stage ends: nothing. `tools/stage_times.py` reads the clock there."""
 
@@ -101,7 +102,7 @@ def end_lane(instance: int, lane: int, status: int, state: StateRef):
     """Let an instance rest, and its lane be no more, for which those of other instances need not wait."""
 
 
-@wp.func
+@func
 def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Total contact force on each foot and its children, a component a lane. No barrier."""
     for k in range(lane, 6, lanes):

@@ -37,6 +37,7 @@ from warpmuscle.kernels.control_structs import Simbicon as Simbicon
 from warpmuscle.kernels.control_structs import SimbiconRecord as SimbiconRecord
 from warpmuscle.kernels.control_structs import SimbiconState as SimbiconState
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle_structs import Crossing as Crossing
 from warpmuscle.kernels.muscle_structs import CurveRow as CurveRow
 from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
@@ -116,7 +117,7 @@ def component(a: wp.array[wp.vec3], i: int, axis: int) -> float: ...  # of vecto
 def set_component(a: wp.array[wp.vec3], i: int, axis: int, value: float): ...
 
 
-@wp.func
+@func
 def at(a: wp.array2d[Any], instance: int, i: int):
     """Element i of an instance in an array that has one row for all instances or one row an instance."""
     return a[whole(wp.min(instance, a.shape[0] - 1)), whole(i)]

@@ -27,12 +27,12 @@ def constructed(start: tuple, end: tuple, curviness: float, u: float) -> np.ndar
 @pytest.mark.parametrize("curviness", [0.0, 0.5, 0.9, 1.0])
 def test_corners_are_bezier_curves_through_their_knots_with_the_slopes_of_these(curviness: float):
     start, end, u = (0.2, 0.1, 0.3), (1.4, 1.0, 2.0), np.linspace(0.0, 1.0, 41)
-    x, y, slope = millard.corner(start, end, curviness, u)
+    x, y, slope = millard.corner(start, end, curviness, millard.quintic(u))
     expected = np.array([constructed(start, end, curviness, one) for one in u])
     np.testing.assert_allclose(np.stack([x, y], axis=1), expected, atol=1e-12)
     assert (slope[0], slope[-1]) == pytest.approx((0.3, 2.0))
     steps = np.linspace(0.0, 1.0, 20001)
-    fine_x, fine_y, _ = millard.corner(start, end, curviness, steps)
+    fine_x, fine_y, _ = millard.corner(start, end, curviness, millard.quintic(steps))
     np.testing.assert_allclose(np.gradient(fine_y, fine_x)[500:-500:500], slope[1:-1], rtol=1e-5)
 
 

@@ -6,8 +6,10 @@ precision: 1.5e-7 absolute for sine and cosine within +-1000 rad, 5e-7 relative 
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 
-@wp.func
+
+@func
 def sine_cosine(x: float) -> wp.vec2:
     """sin x and cos x: reduction to +-pi/4 in three parts (Cody and Waite 1980), minimax polynomials."""
     k = wp.floor(x * wp.static(2.0 / wp.PI) + 0.5)
@@ -22,7 +24,7 @@ def sine_cosine(x: float) -> wp.vec2:
     return wp.vec2(wp.where((quadrant & 2) != 0, -sine, sine), wp.where(((quadrant + 1) & 2) != 0, -cosine, cosine))
 
 
-@wp.func
+@func
 def arcsine_ratio(square: float) -> float:
     """asin(x)/x from x^2, 0..1: a polynomial up to x = 1/2, beyond it asin x = pi/2 - 2 asin(sqrt((1 - x)/2))."""
     if square <= 0.25:
@@ -32,14 +34,14 @@ def arcsine_ratio(square: float) -> float:
     return (wp.static(0.5 * wp.PI) - 2.0 * wp.sqrt(z) * arcsine_ratio_small(z)) / x
 
 
-@wp.func
+@func
 def arcsine_ratio_small(z: float) -> float:
     """asin(x)/x for z = x^2 up to 1/4."""
     p = 0.03188414 + z * (0.01419883 + z * 0.03780636)
     return 1.0 + z * (0.16666657 + z * (0.07500592 + z * (0.04450524 + z * p)))
 
 
-@wp.func
+@func
 def pd_error(orientation: wp.quat, target: wp.quat) -> wp.vec3:
     """Rotation from the orientation to the target along the child's axes, as axis times angle (up to pi), rad."""
     e = wp.quat_inverse(orientation) * target

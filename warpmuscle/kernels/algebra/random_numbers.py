@@ -5,11 +5,13 @@ So they are the same in batches of any size, and whatever else was drawn before.
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 # What they are for.
 START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX, OWN_START = range(1, 10)
 
 
-@wp.func
+@func
 def random_of(seed: int, instance: int, counter: int, purpose: int) -> wp.uint32:
     """State of a generator of Warp, for `wp.randf` and its like."""
     of_instance = wp.rand_init(seed, instance)

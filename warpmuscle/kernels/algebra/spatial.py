@@ -5,10 +5,12 @@ A symmetric 3x3 matrix is kept as six numbers (xx, xy, xz, yy, yz, zz). Quaterni
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 symmetric = wp.types.vector(length=6, dtype=float)
 
 
-@wp.func
+@func
 def symmetric_part(m: wp.mat33) -> symmetric:
     """The symmetric part of a matrix, (m + m^T)/2."""
     return symmetric(
@@ -21,13 +23,13 @@ def symmetric_part(m: wp.mat33) -> symmetric:
     )
 
 
-@wp.func
+@func
 def full(s: symmetric) -> wp.mat33:
     """The 3x3 matrix of six numbers."""
     return wp.mat33(s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5])
 
 
-@wp.func
+@func
 def symmetric_times(s: symmetric, v: wp.vec3) -> wp.vec3:
     """S v."""
     return wp.vec3(
@@ -37,14 +39,14 @@ def symmetric_times(s: symmetric, v: wp.vec3) -> wp.vec3:
     )
 
 
-@wp.func
+@func
 def symmetric_outer(v: wp.vec3, factor: float) -> symmetric:
     """factor v v^T."""
     w = v * factor
     return symmetric(w[0] * v[0], w[0] * v[1], w[0] * v[2], w[1] * v[1], w[1] * v[2], w[2] * v[2])
 
 
-@wp.func
+@func
 def symmetric_inverse(s: symmetric) -> symmetric:
     """S^-1 by cofactors."""
     c0 = s[3] * s[5] - s[4] * s[4]
@@ -61,7 +63,7 @@ def symmetric_inverse(s: symmetric) -> symmetric:
     )
 
 
-@wp.func
+@func
 def symmetric_rotated(rotation: wp.mat33, d: wp.vec3) -> symmetric:
     """R diag(d) R^T: a tensor with principal values d along body axes, in world axes."""
     x = wp.vec3(rotation[0, 0], rotation[0, 1], rotation[0, 2])
@@ -73,7 +75,7 @@ def symmetric_rotated(rotation: wp.mat33, d: wp.vec3) -> symmetric:
     return symmetric(wp.dot(dx, x), wp.dot(dx, y), wp.dot(dx, z), wp.dot(dy, y), wp.dot(dy, z), wp.dot(dz, z))
 
 
-@wp.func
+@func
 def symmetric_product(a: wp.mat33, b: wp.mat33) -> symmetric:
     """A B where the product is known to be symmetric: its upper half."""
     a0 = wp.vec3(a[0, 0], a[0, 1], a[0, 2])
@@ -102,7 +104,7 @@ return wp::quat_to_matrix(q);
 def rotation_matrix(q: wp.quat) -> wp.mat33: ...  # of a unit quaternion; `quat_to_matrix` would multiply by many zeros
 
 
-@wp.func
+@func
 def cross_rows(r: wp.vec3, s: symmetric) -> wp.mat33:
     """[r]x S, with [r]x the matrix of the cross product."""
     return wp.mat33(
@@ -118,7 +120,7 @@ def cross_rows(r: wp.vec3, s: symmetric) -> wp.mat33:
     )
 
 
-@wp.func
+@func
 def shifted_angular(b: wp.mat33, shifted: wp.mat33, r: wp.vec3) -> symmetric:
     """[r]x M^T - B [r]x: what the angular block gains by a shift of the reference point, with M = B + [r]x C."""
     x = r[0]
@@ -135,7 +137,7 @@ def shifted_angular(b: wp.mat33, shifted: wp.mat33, r: wp.vec3) -> symmetric:
     )
 
 
-@wp.func
+@func
 def turn(q: wp.quat, angular_velocity: wp.vec3, time_step: float) -> wp.quat:
     """Orientation after one step of constant angular velocity in the body's own axes, rad/s.
 
@@ -147,7 +149,7 @@ def turn(q: wp.quat, angular_velocity: wp.vec3, time_step: float) -> wp.quat:
     return wp.normalize(q * wp.quat(v[0], v[1], v[2], 1.0 - 0.5 * s))
 
 
-@wp.func
+@func
 def heading(q: wp.quat) -> wp.quat:
     """The twist of an orientation about the vertical: q = heading(q) r, with r about a horizontal axis."""
     n = wp.sqrt(q[1] * q[1] + q[3] * q[3])
@@ -156,19 +158,19 @@ def heading(q: wp.quat) -> wp.quat:
     return wp.quat(0.0, q[1] / n, 0.0, q[3] / n)
 
 
-@wp.func
+@func
 def turn_about_x(q: wp.quat) -> float:
     """Angle of the twist about x in a rotation, rad, -pi..pi."""
     return within_pi(2.0 * wp.atan2(q[0], q[3]))
 
 
-@wp.func
+@func
 def heading_angle(q: wp.quat) -> float:
     """Angle of the heading about the vertical, rad, -pi..pi."""
     return within_pi(2.0 * wp.atan2(q[1], q[3]))
 
 
-@wp.func
+@func
 def within_pi(angle: float) -> float:
     """An angle of -2 pi to 2 pi, rad, within -pi..pi."""
     if angle > wp.static(wp.PI):

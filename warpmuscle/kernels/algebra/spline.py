@@ -2,10 +2,11 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import Knot, at
 
 
-@wp.func
+@func
 def hermite(before: float, start: float, end: float, after: float, s: float) -> float:
     """Cubic between two knots at s = 0..1 with Catmull-Rom tangents (p[k+1] - p[k-1])/2.
 
@@ -17,7 +18,7 @@ def hermite(before: float, start: float, end: float, after: float, s: float) -> 
     return start * (2.0 * s3 - 3.0 * s2 + 1.0) + end * (3.0 * s2 - 2.0 * s3) + tangents
 
 
-@wp.func
+@func
 def between_knots(knots: wp.array2d[Knot], instance: int, first: int, last: int, x: float) -> float:
     """The same between the first and the last knot."""
     k = int(first + 1)
@@ -30,7 +31,7 @@ def between_knots(knots: wp.array2d[Knot], instance: int, first: int, last: int,
     return hermite(before, left.value, right.value, after, (x - left.phase) / (right.phase - left.phase))
 
 
-@wp.func
+@func
 def curve_value(knots: wp.array2d[Knot], instance: int, first: int, end: int, x: float) -> float:
     """Catmull-Rom curve through knots first..end-1 of an instance, constant beyond them, 0 without knots.
 

@@ -27,17 +27,18 @@ from warpmuscle.kernels.body.hybrid import (
 from warpmuscle.kernels.body.joint_motion import MotionOf, has_motion, motion_of
 from warpmuscle.kernels.body.kinematics import move_joint, place_body
 from warpmuscle.kernels.body.motion import prescribe_stage
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, whole
 
 
-@wp.func
+@func
 def coordinate_axis(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """The axis n that torques and moment arms of a joint of one coordinate are kept along, world."""
     return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
 
 
-@wp.func
+@func
 def coordinate_velocities(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Velocities of such joints in place of those of `path.joint_velocities`: n q'. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
@@ -47,7 +48,7 @@ def coordinate_velocities(instance: int, lane: int, lanes: int, model: ModelRef,
     synchronize()
 
 
-@wp.func
+@func
 def along_coordinate(
     instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: ScratchRef
 ) -> wp.vec3:
@@ -56,7 +57,7 @@ def along_coordinate(
     return coordinate_axis(instance, body, model, work) * force_on
 
 
-@wp.func
+@func
 def place_on_path(body: int, skeleton: Skeleton, work: ScratchRef):
     """What a joint of one coordinate adds to the motion of its child, whose joint point moves; S goes to world axes."""
     parent = whole(skeleton.plan[body].parent)
@@ -72,7 +73,7 @@ def place_on_path(body: int, skeleton: Skeleton, work: ScratchRef):
     work.coordinate_drift[body] = parent_rotation * work.coordinate_drift[body] + coriolis
 
 
-@wp.func
+@func
 def place_any(skeleton: Skeleton, body: int, work: ScratchRef):
     """`place_body` where there may be joints of one coordinate."""
     place_body(skeleton, body, work)
@@ -80,7 +81,7 @@ def place_any(skeleton: Skeleton, body: int, work: ScratchRef):
         place_on_path(body, skeleton, work)
 
 
-@wp.func
+@func
 def joint_drift(body: int, skeleton: Skeleton, work: ScratchRef) -> wp.vec3:
     """Acceleration of a body's joint of one coordinate at a constant speed."""
     parent = whole(skeleton.plan[body].parent)
@@ -89,7 +90,7 @@ def joint_drift(body: int, skeleton: Skeleton, work: ScratchRef) -> wp.vec3:
     return wp.cross(w, wp.cross(w, r)) + work.coordinate_drift[body]
 
 
-@wp.func
+@func
 def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, work: ScratchRef):
     """Eliminate a joint of one coordinate: rank-1 downdate by S (Featherstone 2008, eq. 7.43); none if prescribed."""
     x = with_children(body, model.skeleton, work)
@@ -113,7 +114,7 @@ def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, wor
     leave_downdated(body, r, x, ua, ub, d, q, work)
 
 
-@wp.func
+@func
 def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: ScratchRef):
     """Acceleration of a body and of its joint of one coordinate, unless that is prescribed, from its parent's."""
     parent = whole(skeleton.plan[body].parent)
@@ -129,7 +130,7 @@ def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: Scrat
     move_body(body, alpha, along, wp.vec3(x, 0.0, 0.0), work.coordinate_turning[body] * x, skeleton, work)
 
 
-@wp.func
+@func
 def reduce_any(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`reduce_body` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
@@ -138,7 +139,7 @@ def reduce_any(instance: int, body: int, model: ModelRef, work: ScratchRef):
         reduce_body(instance, body, model, work)
 
 
-@wp.func
+@func
 def accelerate_any(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`accelerate_body` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
@@ -147,7 +148,7 @@ def accelerate_any(instance: int, body: int, model: ModelRef, work: ScratchRef):
         accelerate_body(instance, body, model, work)
 
 
-@wp.func
+@func
 def reduce_any_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`reduce_remaining` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
@@ -156,7 +157,7 @@ def reduce_any_remaining(instance: int, body: int, model: ModelRef, work: Scratc
         reduce_remaining(instance, body, model, work)
 
 
-@wp.func
+@func
 def accelerate_any_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`accelerate_remaining` where there may be joints of one coordinate."""
     if has_motion(model.skeleton.plan[body].joint_type):
@@ -165,7 +166,7 @@ def accelerate_any_remaining(instance: int, body: int, model: ModelRef, work: Sc
         accelerate_remaining(instance, body, model, work)
 
 
-@wp.func
+@func
 def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """`prescribe_stage` where there may be joints of one coordinate. No barrier."""
     prescribe_stage(instance, lane, lanes, model, state, work)

@@ -22,6 +22,7 @@ from warpmuscle.kernels.algebra.spatial import (
     symmetric_product,
     symmetric_times,
 )
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -50,7 +51,7 @@ class Articulated:
     f: wp.vec3  # N
 
 
-@wp.func
+@func
 def with_children(body: int, skeleton: Skeleton, work: ScratchRef) -> Articulated:
     """A body's own articulated inertia and bias, and what its children have left for it."""
     x = Articulated()
@@ -70,7 +71,7 @@ def with_children(body: int, skeleton: Skeleton, work: ScratchRef) -> Articulate
     return x
 
 
-@wp.func
+@func
 def leave_for_parent(
     body: int, r: wp.vec3, a: symmetric, b: wp.mat33, c: symmetric, n: wp.vec3, f: wp.vec3, work: ScratchRef
 ):
@@ -83,7 +84,7 @@ def leave_for_parent(
     work.bias_force[body] = f
 
 
-@wp.func
+@func
 def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: ScratchRef):
     """Eliminate a ball joint. D = (A + K)^-1; relative acceleration D (t - n) - D A alpha - D B a.
 
@@ -115,7 +116,7 @@ def reduce_ball(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, work: Sc
         leave_for_parent(body, r, symmetric_part(kept), full(k) * db, c, n, f, work)
 
 
-@wp.func
+@func
 def leave_downdated(
     body: int, r: wp.vec3, x: Articulated, ua: wp.vec3, ub: wp.vec3, d: float, q: float, work: ScratchRef
 ):  # fmt: skip
@@ -137,7 +138,7 @@ def leave_downdated(
     )
 
 
-@wp.func
+@func
 def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: wp.vec3, work: ScratchRef):
     """Eliminate a hinge: rank-1 downdate (Featherstone 2008, eq. 7.43)."""
     ua = symmetric_times(x.a, axis)
@@ -147,7 +148,7 @@ def reduce_hinge(body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis: w
     leave_downdated(body, r, x, ua, ub, d, q, work)
 
 
-@wp.func
+@func
 def reduce_universal(
     body: int, r: wp.vec3, torque: wp.vec3, x: Articulated, axis_a: wp.vec3, axis_b: wp.vec3, work: ScratchRef
 ):  # fmt: skip
@@ -184,7 +185,7 @@ def reduce_universal(
     )
 
 
-@wp.func
+@func
 def reduce_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate the joint of one body and leave the rest for its parent."""
     skeleton = model.skeleton
@@ -211,7 +212,7 @@ def reduce_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
             reduce_universal(body, r, torque, x, axis_a, axis_b, work)
 
 
-@wp.func
+@func
 def accelerate_root(kind: int, skeleton: Skeleton, work: ScratchRef):
     """Acceleration of the root from its articulated inertia: none if fixed, three of six components if planar."""
     x = with_children(0, skeleton, work)
@@ -232,7 +233,7 @@ def accelerate_root(kind: int, skeleton: Skeleton, work: ScratchRef):
     work.acceleration[0] = a
 
 
-@wp.func
+@func
 def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: ScratchRef) -> wp.vec3:
     """Joint acceleration: about child axes for a ball, else by coordinate, rad/s^2.
 
@@ -255,7 +256,7 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: S
     return wp.vec3(0.0)
 
 
-@wp.func
+@func
 def accelerate_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
     skeleton = model.skeleton
@@ -274,7 +275,7 @@ def accelerate_body(instance: int, body: int, model: ModelRef, work: ScratchRef)
     move_body(body, alpha, a, x, relative, skeleton, work)
 
 
-@wp.func
+@func
 def move_body(
     body: int, parent_alpha: wp.vec3, parent_a: wp.vec3, x: wp.vec3, relative: wp.vec3, skeleton: Skeleton,
     work: ScratchRef,
@@ -306,7 +307,7 @@ def backward_pass_of(reduce: Any) -> Any:
         reduce: a Warp function (instance, body, model, work), such as `reduce_body`.
     """
 
-    @wp.func
+    @func
     def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for step in range(1, model.level_count):
             level = model.level_count - step
@@ -325,7 +326,7 @@ def forward_pass_of(accelerate: Any) -> Any:
         accelerate: a Warp function (instance, body, model, work), such as `accelerate_body`.
     """
 
-    @wp.func
+    @func
     def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for level in range(1, model.level_count):
             for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
@@ -339,7 +340,7 @@ def forward_pass_of(accelerate: Any) -> Any:
 def acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
     """The Warp function of accelerations of all bodies and joints; see the passes. It ends with a barrier."""
 
-    @wp.func
+    @func
     def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         backward_pass(instance, lane, lanes, model, work)
         if lane == 0:

@@ -29,6 +29,7 @@ from warpmuscle.kernels.body.coordinate_joint import accelerate_any, accelerate_
 from warpmuscle.kernels.body.dynamics import Articulated, move_body, with_children
 from warpmuscle.kernels.body.followed_reduction import followed_of, gather, slot
 from warpmuscle.kernels.body.motion import prescribed_root
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -44,7 +45,7 @@ from warpmuscle.kernels.structs import (
 )
 
 
-@wp.func
+@func
 def root_motion(kind: int, x: Articulated, n: wp.vec3, f: wp.vec3) -> wp.spatial_vector:
     """The acceleration of a root that forces n and f hold back: `dynamics.accelerate_root` for any of them."""
     alpha = wp.vec3(0.0)
@@ -63,7 +64,7 @@ def root_motion(kind: int, x: Articulated, n: wp.vec3, f: wp.vec3) -> wp.spatial
     return wp.spatial_vector(alpha, a)
 
 
-@wp.func
+@func
 def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
     """U_k, responses and v at the root, as of a body of which nothing is left for a parent.
 
@@ -84,7 +85,7 @@ def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: Scrat
     work.acceleration[0] = wp.spatial_bottom(rest)
 
 
-@wp.func
+@func
 def driver_of_row(k: int, model: ModelRef) -> int:
     """The body of the joint whose coordinate is number k of those that are followed."""
     for body in range(1, model.body_count):
@@ -131,7 +132,7 @@ def equations_of(hybrid: bool) -> Any:
     return equations
 
 
-@wp.func
+@func
 def solve_followed(count: int, work: ScratchRef):
     """x of D x = right-hand side, in the place of that, by elimination; D is symmetric and positive definite."""
     for k in range(count):
@@ -150,7 +151,7 @@ def solve_followed(count: int, work: ScratchRef):
         work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
 
 
-@wp.func
+@func
 def move_root(model: ModelRef, work: ScratchRef):
     """Add to the root's acceleration what those of followed coordinates give it."""
     for k in range(model.couplings.followed):

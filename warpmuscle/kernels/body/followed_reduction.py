@@ -18,6 +18,7 @@ from warpmuscle.kernels.body.dynamics import (
 )
 from warpmuscle.kernels.body.hybrid import second_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import (
     BALL,
     FIXED,
@@ -42,13 +43,13 @@ class FreeJoint:
     q: wp.vec3  # accelerations where the parent has none
 
 
-@wp.func
+@func
 def slot(body: int, k: int, model: ModelRef) -> int:
     """Where what a body leaves of a followed coordinate is."""
     return whole(body) * model.couplings.followed + k
 
 
-@wp.func
+@func
 def subspace(turning: wp.mat33, moving: wp.mat33, x: Articulated) -> FreeJoint:
     """A joint's axes and what they take."""
     j = FreeJoint()
@@ -59,13 +60,13 @@ def subspace(turning: wp.mat33, moving: wp.mat33, x: Articulated) -> FreeJoint:
     return j
 
 
-@wp.func
+@func
 def first_column(v: wp.vec3) -> wp.mat33:
     """A matrix with one column."""
     return wp.matrix_from_cols(v, wp.vec3(0.0), wp.vec3(0.0))
 
 
-@wp.func
+@func
 def one_axis(turning: wp.vec3, moving: wp.vec3, stiffness: float, effort: float, x: Articulated) -> FreeJoint:
     """A joint of one speed; effort is the generalised force on it."""
     j = subspace(first_column(turning), first_column(moving), x)
@@ -77,7 +78,7 @@ def one_axis(turning: wp.vec3, moving: wp.vec3, stiffness: float, effort: float,
     return j
 
 
-@wp.func
+@func
 def two_axes(a: wp.vec3, b: wp.vec3, k: symmetric, torque: wp.vec3, x: Articulated) -> FreeJoint:
     """A universal joint."""
     j = subspace(wp.matrix_from_cols(a, b, wp.vec3(0.0)), wp.mat33(0.0), x)
@@ -93,7 +94,7 @@ def two_axes(a: wp.vec3, b: wp.vec3, k: symmetric, torque: wp.vec3, x: Articulat
     return j
 
 
-@wp.func
+@func
 def three_axes(k: symmetric, torque: wp.vec3, x: Articulated) -> FreeJoint:
     """A ball joint, along world axes."""
     j = subspace(wp.identity(n=3, dtype=float), wp.mat33(0.0), x)
@@ -102,7 +103,7 @@ def three_axes(k: symmetric, torque: wp.vec3, x: Articulated) -> FreeJoint:
     return j
 
 
-@wp.func
+@func
 def gather(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.spatial_vector:
     """U_k of all that hangs on a body, about its joint."""
     moment = wp.vec3(0.0)
@@ -114,7 +115,7 @@ def gather(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.spatial_v
     return wp.spatial_vector(moment, force)
 
 
-@wp.func
+@func
 def leave_followed(
     body: int, own: int, r: wp.vec3, drift: wp.vec3, x: Articulated, j: FreeJoint, model: ModelRef, work: ScratchRef
 ):  # fmt: skip
@@ -154,7 +155,7 @@ def leave_followed(
         work.followed_bias[at_slot] = v
 
 
-@wp.func
+@func
 def row_of(body: int, model: ModelRef) -> int:
     """Which followed coordinate moves a body's joint; -1: none."""
     return model.couplings.joint[body].row

@@ -28,6 +28,7 @@ from warpmuscle.kernels.body.dynamics import (
 )
 from warpmuscle.kernels.body.integration import integrate_body
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, FOLLOWER, ModelRef, ScratchRef, StateRef, at, whole
 
@@ -50,13 +51,13 @@ class Gathered:
     own: Cluster  # U, D and u of the joint itself with its followers on the body
 
 
-@wp.func
+@func
 def driver_of(body: int, model: ModelRef) -> int:
     """The body whose joint's coordinate moves the joint of a body: itself, or another one if it follows that."""
     return whole(model.couplings.joint[body].driver)
 
 
-@wp.func
+@func
 def along_driver(
     instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: ScratchRef
 ) -> wp.vec3:
@@ -65,7 +66,7 @@ def along_driver(
     return coordinate_axis(instance, driver_of(body, model), model, work) * effort
 
 
-@wp.func
+@func
 def followers_on(parent: int, driver: int, body: int, model: ModelRef, work: ScratchRef) -> Cluster:
     """What the followers of a joint on a parent leave, about the joint of a body."""
     total = Cluster()
@@ -82,7 +83,7 @@ def followers_on(parent: int, driver: int, body: int, model: ModelRef, work: Scr
     return total
 
 
-@wp.func
+@func
 def with_followers(body: int, driver: int, model: ModelRef, work: ScratchRef) -> Gathered:
     """What a joint's body carries, and U, D and u of the joint with the followers that hang on the body."""
     g = Gathered()
@@ -101,7 +102,7 @@ def with_followers(body: int, driver: int, model: ModelRef, work: ScratchRef) ->
     return g
 
 
-@wp.func
+@func
 def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
     """Leave all of a follower's inertia for its parent, and U, D and u for the joint that it follows."""
     g = with_followers(body, driver_of(body, model), model, work)
@@ -110,7 +111,7 @@ def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
     leave_for_parent(body, r, g.x.a, g.x.b, g.x.c, g.x.n, g.x.f, work)
 
 
-@wp.func
+@func
 def reduce_driver(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate the coordinate of a joint and of those that follow it: `reduce_coordinate` of a cluster."""
     g = with_followers(body, body, model, work)
@@ -124,7 +125,7 @@ def reduce_driver(instance: int, body: int, model: ModelRef, work: ScratchRef):
     leave_downdated(body, r, g.x, g.own.moment + beside.moment, g.own.force + beside.force, d, q, work)
 
 
-@wp.func
+@func
 def accelerate_follower(body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body from its parent's and that of the coordinate which its joint follows."""
     parent = whole(model.skeleton.plan[body].parent)
@@ -135,7 +136,7 @@ def accelerate_follower(body: int, model: ModelRef, work: ScratchRef):
     move_body(body, alpha, along, wp.vec3(x, 0.0, 0.0), work.coordinate_turning[body] * x, model.skeleton, work)
 
 
-@wp.func
+@func
 def reduce_any_cluster(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`reduce_any` where other joints may follow."""
     if has_motion(model.skeleton.plan[body].joint_type):
@@ -144,7 +145,7 @@ def reduce_any_cluster(instance: int, body: int, model: ModelRef, work: ScratchR
         reduce_body(instance, body, model, work)
 
 
-@wp.func
+@func
 def reduce_remaining_cluster(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """`reduce_any_remaining` where other joints may follow; of what is prescribed, the bias of all of them knows."""
     if has_motion(model.skeleton.plan[body].joint_type) and model.motion.remaining[body] != FIXED:
@@ -192,7 +193,7 @@ def forward_pass_of_clusters(accelerate: Any) -> Any:
     return forward_pass
 
 
-@wp.func
+@func
 def integrate_drivers_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """`integrate_stage` where joints may follow others, and have no coordinates. Ends with a barrier."""
     largest = at(model.failure, instance, 0).max_speed

@@ -21,6 +21,7 @@ from warpmuscle.kernels.body.dynamics import (
 )
 from warpmuscle.kernels.body.integration import integrate_angle, integrate_body
 from warpmuscle.kernels.body.motion import follow, prescribed_root
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -38,13 +39,13 @@ from warpmuscle.kernels.structs import (
 )
 
 
-@wp.func
+@func
 def second_axis(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """The axis of a universal joint that rides on the parent, world."""
     return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
 
 
-@wp.func
+@func
 def reduce_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate what is not prescribed of the joint of one body and leave the rest for its parent.
 
@@ -74,7 +75,7 @@ def reduce_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef
         reduce_hinge(body, r, torque, x, axis_b, work)
 
 
-@wp.func
+@func
 def accelerate_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body, and of what is not prescribed of its joint, from its parent's."""
     kind = model.motion.remaining[body]
@@ -105,7 +106,7 @@ def hybrid_acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
         backward_pass, forward_pass: see `dynamics.backward_pass_of` and `dynamics.forward_pass_of`.
     """
 
-    @wp.func
+    @func
     def hybrid_acceleration_stage(
         instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef
     ):
@@ -128,7 +129,7 @@ hybrid_acceleration_stage = hybrid_acceleration_stage_of(
 )
 
 
-@wp.func
+@func
 def hybrid_integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Move all coordinates over a step: by leapfrog, or as their motion prescribes. Ends with a barrier."""
     h = model.time_step

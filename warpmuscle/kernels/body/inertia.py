@@ -9,11 +9,12 @@ from warpmuscle.kernels.algebra.spatial import symmetric, symmetric_outer, symme
 from warpmuscle.kernels.body.limits import limit_stage
 from warpmuscle.kernels.contact.contact import contact_stage_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, TOUCHING, body_contacts_of
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 
-@wp.func
+@func
 def inertia_about_joint(rotation: wp.mat33, inertia: wp.vec3, mass: float, com: wp.vec3) -> symmetric:
     """Rotational inertia of a body about its joint, world axes, kg m^2: R diag(I) R^T + m (c.c - c c^T).
 
@@ -25,7 +26,7 @@ def inertia_about_joint(rotation: wp.mat33, inertia: wp.vec3, mass: float, com: 
     return symmetric(s[0] + d, s[1], s[2], s[3] + d, s[4], s[5] + d)
 
 
-@wp.func
+@func
 def gyroscopic_moment(angular_velocity: wp.vec3, inertia: symmetric) -> wp.vec3:
     """w x (I w), N m."""
     return wp.cross(angular_velocity, symmetric_times(inertia, angular_velocity))
@@ -60,7 +61,7 @@ def body_inertia_of(turned: bool) -> Any:
     return body_inertia
 
 
-@wp.func
+@func
 def push_now(instance: int, state: StateRef) -> wp.vec3:
     """Force that pushes the root in this step, N."""
     step = state.step[instance]

@@ -4,6 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import turn
 from warpmuscle.kernels.body.kinematics import acceleration_vector, coordinate_quat, coordinate_vector, speed_vector
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -19,7 +20,7 @@ from warpmuscle.kernels.structs import (
 )
 
 
-@wp.func
+@func
 def kicked(before: float, last: float, acceleration: float, kick: float, half: float) -> float:
     """A speed in the middle of a step, from what was stored at its start.
 
@@ -34,7 +35,7 @@ def kicked(before: float, last: float, acceleration: float, kick: float, half: f
     return before - half * last + kick * acceleration
 
 
-@wp.func
+@func
 def store_speed(
     state: StateRef,
     instance: int,
@@ -57,7 +58,7 @@ def store_speed(
     return middle
 
 
-@wp.func
+@func
 def kicked_speed(
     state: StateRef,
     instance: int,
@@ -73,7 +74,7 @@ def kicked_speed(
     return store_speed(state, instance, i, middle, acceleration, half, largest, work)
 
 
-@wp.func
+@func
 def kicked_vector(
     state: StateRef,
     instance: int,
@@ -99,14 +100,14 @@ def kicked_vector(
     )
 
 
-@wp.func
+@func
 def store_quat(state: StateRef, instance: int, first: int, q: wp.quat):
     """Store a quaternion at coordinates first..first + 3."""
     for i in range(4):
         state.coordinates[instance, first + i] = q[i]
 
 
-@wp.func
+@func
 def integrate_root(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, kick: float, largest: float):
     """Move the root over a step."""
     h = model.time_step
@@ -128,7 +129,7 @@ def integrate_root(instance: int, model: ModelRef, state: StateRef, work: Scratc
             state.coordinates[instance, i] = p[i] + h * v[i]
 
 
-@wp.func
+@func
 def integrate_angle(
     state: StateRef, instance: int, i: int, speed: int, acceleration: float, kick: float, h: float, largest: float,
     work: ScratchRef,
@@ -139,7 +140,7 @@ def integrate_angle(
     state.coordinates[instance, i] = angle + h * middle
 
 
-@wp.func
+@func
 def integrate_body(
     instance: int, i: int, kind: int, kick: float, largest: float, model: ModelRef, state: StateRef, work: ScratchRef
 ):  # fmt: skip
@@ -162,7 +163,7 @@ def integrate_body(
             integrate_angle(state, instance, first + 1, speed + 1, x[1], kick, h, largest, work)
 
 
-@wp.func
+@func
 def integrate_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Move all coordinates over a step by leapfrog, see `kicked`. Ends with a barrier."""
     largest = at(model.failure, instance, 0).max_speed

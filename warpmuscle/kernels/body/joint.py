@@ -3,16 +3,17 @@
 import warp as wp
 
 from warpmuscle.kernels.algebra.angles import sine_cosine
+from warpmuscle.kernels.functions import func
 
 
-@wp.func
+@func
 def hinge_rotation(axis: wp.vec3, angle: float) -> wp.quat:
     """Rotation by `angle` (rad) about a unit axis."""
     half = sine_cosine(0.5 * angle)
     return wp.quat(axis[0] * half[0], axis[1] * half[0], axis[2] * half[0], half[1])
 
 
-@wp.func
+@func
 def universal_bias(parent_velocity: wp.vec3, rate_a: wp.vec3, rate_b: wp.vec3) -> wp.vec3:
     """Velocity-product angular acceleration of a universal joint, rad/s^2; with rate_b = 0 of any other one.
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.body.joint import hinge_rotation
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     FIRST_COORDINATE_JOINT,
@@ -44,7 +45,7 @@ class MotionOf(NamedTuple):
     motion: Any  # a Warp function (instance, body, q, model) -> JointMotion
 
 
-@wp.func
+@func
 def slide_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
     """Translation by q m along the joint's axis."""
     axis = at(model.skeleton.row, instance, body).axis_a
@@ -55,7 +56,7 @@ def slide_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMo
     return m
 
 
-@wp.func
+@func
 def turning_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
     """Rotation by q rad about the joint's axis: a hinge whose coordinate other joints follow."""
     axis = at(model.skeleton.row, instance, body).axis_a
@@ -65,7 +66,7 @@ def turning_motion(instance: int, body: int, q: float, model: ModelRef) -> Joint
     return m
 
 
-@wp.func
+@func
 def cubic_rates(c: wp.vec4, t: float) -> wp.vec3:
     """Value, first and second derivative of c0 + c1 t + c2 t^2 + c3 t^3."""
     return wp.vec3(
@@ -75,7 +76,7 @@ def cubic_rates(c: wp.vec4, t: float) -> wp.vec3:
     )
 
 
-@wp.func
+@func
 def piece_of(pieces: wp.array2d[CubicPiece], instance: int, first: int, end: int, q: float) -> int:
     """The last of a function's pieces that starts at or before q, or the first one.
 
@@ -96,7 +97,7 @@ def piece_of(pieces: wp.array2d[CubicPiece], instance: int, first: int, end: int
     return found
 
 
-@wp.func
+@func
 def displacement_rates(couplings: Couplings, instance: int, function: int, q: float) -> wp.vec3:
     """Value, first and second derivative of one of the functions of a coupled joint."""
     own = at(couplings.function, instance, function)
@@ -104,7 +105,7 @@ def displacement_rates(couplings: Couplings, instance: int, function: int, q: fl
     return cubic_rates(piece.c, q - piece.start)
 
 
-@wp.func
+@func
 def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> JointMotion:
     """Turns about three axes in order, each riding on those before, and moves along three axes of the parent.
 
@@ -129,7 +130,7 @@ def coupled_motion(instance: int, body: int, q: float, model: ModelRef) -> Joint
     return m
 
 
-@wp.func
+@func
 def has_motion(joint_type: int) -> bool:
     """Whether a joint is one of those whose motion is a function of one coordinate."""
     return joint_type >= FIRST_COORDINATE_JOINT
@@ -154,7 +155,7 @@ return wp::vec3(one.data[row][0], one.data[row][1], one.data[row][2]);
 def rates_of(rates: wp.array[wp.mat33], body: int, row: int) -> wp.vec3: ...  # fetched alone
 
 
-@wp.func
+@func
 def displacements_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """What the functions of all coupled joints are now, a function a lane. Ends with a barrier."""
     couplings = model.couplings
@@ -171,7 +172,7 @@ def displacements_stage(instance: int, lane: int, lanes: int, model: ModelRef, s
     synchronize()
 
 
-@wp.func
+@func
 def displaced_motion(instance: int, body: int, model: ModelRef, work: ScratchRef) -> JointMotion:
     """`coupled_motion` from what `displacements_stage` has left."""
     m = JointMotion()
@@ -193,7 +194,7 @@ def displaced_motion(instance: int, body: int, model: ModelRef, work: ScratchRef
     return m
 
 
-@wp.func
+@func
 def no_motion(instance: int, body: int, q: float, model: ModelRef, work: ScratchRef) -> JointMotion:
     """The motion of no joint at all."""
     return JointMotion()

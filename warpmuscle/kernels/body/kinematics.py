@@ -7,6 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import rotation_matrix
 from warpmuscle.kernels.body.joint import hinge_rotation, universal_bias
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -26,7 +27,7 @@ from warpmuscle.kernels.structs import (
 )
 
 
-@wp.func
+@func
 def coordinate_quat(state: StateRef, instance: int, first: int) -> wp.quat:
     """The quaternion stored at coordinates first..first + 3."""
     first = whole(first)
@@ -38,14 +39,14 @@ def coordinate_quat(state: StateRef, instance: int, first: int) -> wp.quat:
     )
 
 
-@wp.func
+@func
 def speed_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at speeds first..first + 2."""
     first = whole(first)
     return wp.vec3(state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2])
 
 
-@wp.func
+@func
 def coordinate_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at coordinates first..first + 2."""
     first = whole(first)
@@ -56,7 +57,7 @@ def coordinate_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     )
 
 
-@wp.func
+@func
 def acceleration_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at accelerations first..first + 2."""
     first = whole(first)
@@ -67,13 +68,13 @@ def acceleration_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     )
 
 
-@wp.func
+@func
 def lag_vector(state: StateRef, instance: int, first: int, half: float) -> wp.vec3:
     """What speeds first..first + 2 gained in the last half step (s)."""
     return acceleration_vector(state, instance, first) * half
 
 
-@wp.func
+@func
 def joint_orientation(skeleton: Skeleton, state: StateRef, instance: int, body: int) -> wp.quat:
     """Orientation of a body in its parent; of body 0 in the world."""
     plan = skeleton.plan[body]
@@ -95,7 +96,7 @@ def joint_orientation(skeleton: Skeleton, state: StateRef, instance: int, body: 
     return q
 
 
-@wp.func
+@func
 def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, work: ScratchRef):
     """Pose and velocity of the root from its coordinates and speeds, and the lag of its velocity."""
     q = joint_orientation(skeleton, state, instance, 0)
@@ -126,7 +127,7 @@ def place_root(skeleton: Skeleton, state: StateRef, instance: int, half: float, 
     work.bias[0] = wp.vec3(0.0, 0.0, 0.0)
 
 
-@wp.func
+@func
 def move_joint(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):
     """What the joint of a body does, in the axes of its bodies: orientation, velocity, and what that gained.
 
@@ -160,7 +161,7 @@ def move_joint(instance: int, body: int, half: float, model: ModelRef, state: St
     work.parent_gain[body] = parent_gain
 
 
-@wp.func
+@func
 def place_body(skeleton: Skeleton, body: int, work: ScratchRef):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
     parent = whole(skeleton.plan[body].parent)
@@ -183,7 +184,7 @@ def place_body(skeleton: Skeleton, body: int, work: ScratchRef):
     work.bias[body] = universal_bias(parent_angular, rate_a, rate_b)
 
 
-@wp.func
+@func
 def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
     """Sum of a component of the first `count` vectors, in order."""
     total = wp.float32(0.0)
@@ -203,7 +204,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
     """
     prepared = prepare is not None
 
-    @wp.func
+    @func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         skeleton = model.skeleton
         half = 0.5 * model.time_step

@@ -4,10 +4,11 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric_outer
 from warpmuscle.kernels.body.kinematics import coordinate_quat
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import BALL, UNIVERSAL, ModelRef, ScratchRef, StateRef, at, whole
 
 
-@wp.func
+@func
 def limit_torque(
     angle: float, rate: float, low: float, high: float, stiffness: float, damping: float, time_step: float
 ) -> wp.vec2:
@@ -26,7 +27,7 @@ def limit_torque(
     return wp.vec2(torque, time_step * effective)
 
 
-@wp.func
+@func
 def within(x: float, y: float, length: float, cosine: float, sine: float, half_cosine: float) -> bool:
     """Whether the angle of a vector (x, y) of known length is within an interval, without an arctangent.
 
@@ -36,7 +37,7 @@ def within(x: float, y: float, length: float, cosine: float, sine: float, half_c
     return x * cosine + y * sine >= half_cosine * length
 
 
-@wp.func
+@func
 def ball_within(
     rotation: wp.quat, swing: wp.vec3, twist: wp.vec3, cosine: wp.vec3, sine: wp.vec3, half_cosine: wp.vec3
 ) -> bool:
@@ -52,7 +53,7 @@ def ball_within(
     return first and second and third
 
 
-@wp.func
+@func
 def ball_angles(rotation: wp.quat, swing: wp.vec3, twist: wp.vec3) -> wp.vec3:
     """Angles of R = rot(x, swing) rot(y, swing x twist) rot(z, twist); y within -pi/2..pi/2, rad.
 
@@ -71,7 +72,7 @@ def ball_angles(rotation: wp.quat, swing: wp.vec3, twist: wp.vec3) -> wp.vec3:
     )
 
 
-@wp.func
+@func
 def ball_rate_axes(swing: wp.vec3, twist: wp.vec3) -> wp.mat33:
     """Rows g with d(angle)/dt = g . w for the angles of `ball_angles`, w the relative angular velocity.
 
@@ -89,14 +90,14 @@ def ball_rate_axes(swing: wp.vec3, twist: wp.vec3) -> wp.mat33:
     return wp.matrix_from_rows(first, middle, third)
 
 
-@wp.func
+@func
 def add_limit(body: int, axis: wp.vec3, limit: wp.vec2, work: ScratchRef):
     """Add what a limit gives about an axis, see `limit_torque`, to a joint. (`+=` would be an atomic operation.)"""
     work.torque[body] = work.torque[body] - axis * limit[0]
     work.stiffness[body] = work.stiffness[body] + symmetric_outer(axis, limit[1])
 
 
-@wp.func
+@func
 def limit_stage(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add the joint's limits, if any is exceeded, to its torque and implicit inertia."""
     skeleton = model.skeleton

@@ -8,6 +8,7 @@ of its child, and what its acceleration asks for is part of the bias.
 import warp as wp
 
 from warpmuscle.kernels.body.kinematics import acceleration_vector
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import (
     BALL,
     FIRST_AXIS,
@@ -21,7 +22,7 @@ from warpmuscle.kernels.structs import (
 )
 
 
-@wp.func
+@func
 def polynomial_rates(c: polynomial, x: float) -> wp.vec3:
     """Value, first and second derivative of c0 + c1 x + ... + c5 x^5."""
     value = c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * c[5]))))
@@ -30,7 +31,7 @@ def polynomial_rates(c: polynomial, x: float) -> wp.vec3:
     return wp.vec3(value, slope, bend)
 
 
-@wp.func
+@func
 def piece_at(start: wp.array[float], time: float) -> int:
     """The piece that a time belongs to, the first or last one beyond all; `start` are the times where pieces start."""
     low = wp.int32(0)
@@ -44,7 +45,7 @@ def piece_at(start: wp.array[float], time: float) -> int:
     return low
 
 
-@wp.func
+@func
 def quaternion_rate(p: wp.quat, rate: wp.quat, world: bool) -> wp.quat:
     """p' p^-1 along world axes, or p^-1 p' along those of the turned body, of a quaternion of any length.
 
@@ -56,7 +57,7 @@ def quaternion_rate(p: wp.quat, rate: wp.quat, world: bool) -> wp.quat:
     return inverse * rate
 
 
-@wp.func
+@func
 def angular_acceleration(p: wp.quat, rate: wp.quat, bend: wp.quat, world: bool) -> wp.vec3:
     """Derivative of the angular velocity, rad/s^2: 2 vec(p'' p^-1 - (p' p^-1)^2), along the same axes."""
     a = quaternion_rate(p, rate, world)
@@ -64,13 +65,13 @@ def angular_acceleration(p: wp.quat, rate: wp.quat, bend: wp.quat, world: bool) 
     return 2.0 * (wp.vec3(b[0], b[1], b[2]) - 2.0 * a[3] * wp.vec3(a[0], a[1], a[2]))
 
 
-@wp.func
+@func
 def curve_at(motion: Motion, row: int, piece: int, curve: int, x: float) -> wp.vec3:
     """Value and derivatives of a curve, x s after the start of a piece."""
     return polynomial_rates(motion.curve[row, piece, curve], x)
 
 
-@wp.func
+@func
 def follow(instance: int, lane: int, lanes: int, time: float, model: ModelRef, state: StateRef):
     """Put kinematic coordinates, their speeds and accelerations to where they are at a time. No barrier."""
     motion = model.motion
@@ -106,7 +107,7 @@ def follow(instance: int, lane: int, lanes: int, time: float, model: ModelRef, s
             state.accelerations[instance, speed + i] = alpha[i]
 
 
-@wp.func
+@func
 def prescribe_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add the prescribed accelerations of joints to the bias of their bodies. No barrier."""
     skeleton = model.skeleton
@@ -127,7 +128,7 @@ def prescribe_stage(instance: int, lane: int, lanes: int, model: ModelRef, state
         work.bias[body] = work.bias[body] + relative
 
 
-@wp.func
+@func
 def prescribed_root(instance: int, planar: bool, state: StateRef) -> wp.spatial_vector:
     """Acceleration of a prescribed root, world: angular, rad/s^2, then linear, m/s^2."""
     a = state.accelerations

@@ -14,6 +14,7 @@ from warpmuscle.kernels.contact.collision import fractions_along
 from warpmuscle.kernels.contact.contact import friction_damping, normal_force
 from warpmuscle.kernels.contact.touching import Touch
 from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import BodyRow, ModelRef, ScratchRef, at
 
 
@@ -43,7 +44,7 @@ class CapsulePair:
     friction: float
 
 
-@wp.func
+@func
 def mobility(direction: wp.vec3, arm: wp.vec3, rotation: wp.mat33, inertia: wp.vec3, mass: float) -> float:
     """Acceleration of a point of a free body by a unit force in a direction there, 1/kg: 1/m + u . I^-1 u, u = r x n.
 
@@ -58,7 +59,7 @@ def mobility(direction: wp.vec3, arm: wp.vec3, rotation: wp.mat33, inertia: wp.v
     return 1.0 / mass + turning
 
 
-@wp.func
+@func
 def given_way(force: float, gives: float, pair_mobility: float) -> float:
     """A force at the end of a step that was `force` at its start and falls by `gives` for a unit of acceleration, N.
 
@@ -83,7 +84,7 @@ class Closest:
     distance: float  # of these points; -1 if the capsules are out of reach, and the arms not known
 
 
-@wp.func
+@func
 def closest_points(
     first_row: BodyRow, second_row: BodyRow, first: int, second: int, work: ScratchRef, pair: CapsulePair
 ) -> Closest:
@@ -110,7 +111,7 @@ def closest_points(
     return c
 
 
-@wp.func
+@func
 def point_velocity(body: int, place: wp.vec3, work: ScratchRef) -> wp.vec3:
     """Velocity of a point of a body as a contact takes it, see `contact.point_contacts_of`, world, m/s.
 

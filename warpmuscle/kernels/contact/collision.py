@@ -4,11 +4,12 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import COLLIDED, RUNNING, Collisions, ModelRef, ScratchRef, at
 
 
-@wp.func
+@func
 def fraction_along(product: float, length_sq: float) -> float:
     """Where a point projects onto a segment, 0 at its start and 1 at its end; 0 on a segment without a length.
 
@@ -20,7 +21,7 @@ def fraction_along(product: float, length_sq: float) -> float:
     return 0.0
 
 
-@wp.func
+@func
 def fractions_along(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> wp.vec2:
     """Where two segments are nearest to each other, 0 to 1 along each (Ericson 2005, section 5.1.9).
 
@@ -40,7 +41,7 @@ def fractions_along(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> wp.vec
     return wp.vec2(on_a, on_b)
 
 
-@wp.func
+@func
 def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> float:
     """Squared distance of two segments, parallel ones and points included, m^2.
 
@@ -52,7 +53,7 @@ def segment_distance_sq(middle: wp.vec3, half_a: wp.vec3, half_b: wp.vec3) -> fl
     return wp.length_sq(r + 2.0 * half_a * nearest[0] - 2.0 * half_b * nearest[1])
 
 
-@wp.func
+@func
 def place_shapes(instance: int, lane: int, lanes: int, collisions: Collisions, work: ScratchRef):
     """Put shapes where their bodies are, in places of memory that the controller has not written yet. No barrier."""
     for shape in range(lane, collisions.body.shape[0], lanes):
@@ -62,7 +63,7 @@ def place_shapes(instance: int, lane: int, lanes: int, collisions: Collisions, w
         work.shape_half[shape] = rotation * at(collisions.half, instance, shape)
 
 
-@wp.func
+@func
 def is_near(instance: int, pair: int, collisions: Collisions, work: ScratchRef) -> bool:
     """Whether two shapes of a pair are nearer to each other than their distance."""
     a = collisions.pair[pair, 0]
@@ -74,7 +75,7 @@ def is_near(instance: int, pair: int, collisions: Collisions, work: ScratchRef) 
     return False
 
 
-@wp.func
+@func
 def look_for_near_pairs(instance: int, lane: int, lanes: int, collisions: Collisions, work: ScratchRef):
     """Flag 0 becomes 1 if two shapes of a pair are nearer to each other than their distance, else 0.
 
@@ -90,7 +91,7 @@ def look_for_near_pairs(instance: int, lane: int, lanes: int, collisions: Collis
     synchronize()
 
 
-@wp.func
+@func
 def collision_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
     """COLLIDED, on all lanes, if two shapes of a pair are nearer to each other than they may be, else RUNNING.
 
@@ -102,7 +103,7 @@ def collision_stage(instance: int, lane: int, lanes: int, step: int, model: Mode
     return wp.where(work.flags[0] == 1, COLLIDED, RUNNING)
 
 
-@wp.func
+@func
 def no_collisions(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
     """Bodies may run into each other."""
     return RUNNING

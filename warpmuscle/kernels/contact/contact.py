@@ -12,22 +12,23 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
-@wp.func
+@func
 def above_ground(instance: int, point: wp.vec3, model: ModelRef) -> float:
     """Distance of a point from the plane of the ground, m: on a slope, a walk loses or gains no height."""
     return wp.dot(at(model.contacts.normal, instance, 0), point) - at(model.contacts.height, instance, 0)
 
 
-@wp.func
+@func
 def body_weight(instance: int, model: ModelRef) -> float:
     """Weight of the whole character, N."""
     return at(model.skeleton.total_mass, instance, 0) * at(model.gravity, instance, 0)
 
 
-@wp.func
+@func
 def normal_force(depth: float, speed: float, stiffness: float, damping: float, time_step: float) -> float:
     """Force of a contact along the normal at the start of a step, N: k depth - (d + h k) speed, never negative.
 
@@ -37,20 +38,20 @@ def normal_force(depth: float, speed: float, stiffness: float, damping: float, t
     return wp.max(stiffness * depth - (damping + time_step * stiffness) * speed, 0.0)
 
 
-@wp.func
+@func
 def friction_damping(normal: float, slip: float, damping: float, friction: float) -> float:
     """Damping across the normal, N s/m: `damping` while that force stays below friction * normal, less beyond it."""
     return wp.min(damping, friction * normal / (slip + 1.0e-9))
 
 
-@wp.func
+@func
 def contact_tensor(normal: wp.vec3, along: float, across: float) -> symmetric:
     """across (1 - n n^T) + along n n^T."""
     s = symmetric_outer(normal, along - across)
     return symmetric(s[0] + across, s[1], s[2], s[3] + across, s[4], s[5] + across)
 
 
-@wp.func
+@func
 def minus_skew_product(b: wp.mat33, r: wp.vec3) -> symmetric:
     """-B [r]x for a product that is symmetric, as [r]x K [r]x^T is with B = [r]x K."""
     return symmetric_product(b, wp.transpose(wp.skew(r)))

@@ -7,12 +7,13 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading
 from warpmuscle.kernels.contact.contact import body_weight
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import LEFT, RIGHT, FootCycle, ModelRef, ScratchRef, StateRef, at
 
 SHORTEST_STRIDE = 0.1  # m, from which on a stride has a direction; see `warpmuscle.gait.measures`
 
 
-@wp.func
+@func
 def cycle_after(cycle: FootCycle, loaded: bool, first: bool, time_step: float, held: float, lifted: float) -> FootCycle:
     """The cycle of a foot after a step.
 
@@ -43,7 +44,7 @@ def cycle_after(cycle: FootCycle, loaded: bool, first: bool, time_step: float, h
     return cycle
 
 
-@wp.func
+@func
 def part_of_cycle(cycle: FootCycle, step_part: float) -> float:
     """Part of its gait cycle that a foot has behind it, 0 to 1: the time since it touched down over the last cycle's.
 
@@ -61,14 +62,14 @@ def part_of_cycle(cycle: FootCycle, step_part: float) -> float:
     return wp.min(since / cycle.length, 1.0)
 
 
-@wp.func
+@func
 def part_of_step(phase: float, stance: int, side: int) -> float:
     """Part of the gait cycle by the controller's phase: a stance leg is in the first half of it, a swing leg behind."""
     half = 0.5 * wp.min(phase, 1.0)
     return wp.where(stance == side, half, 0.5 + half)
 
 
-@wp.func
+@func
 def step_part(instance: int, side: int, state: StateRef) -> float:
     """The same of an instance; where no controller has a phase, as at the start of a step in left stance."""
     if instance >= state.simbicon.phase.shape[0]:
@@ -76,13 +77,13 @@ def step_part(instance: int, side: int, state: StateRef) -> float:
     return part_of_step(state.simbicon.phase[instance], state.simbicon.stance[instance], side)
 
 
-@wp.func
+@func
 def foot_part(instance: int, side: int, state: StateRef) -> float:
     """Part of its gait cycle that the left or right foot has behind it, 0 to 1; before its second landing by phase."""
     return part_of_cycle(state.foot_cycle[instance, side], step_part(instance, side, state))
 
 
-@wp.func
+@func
 def width_from_line(before: wp.vec3, place: wp.vec3, other: wp.vec3, facing: wp.vec3, side: int) -> float:
     """How far a foot stands from the line between two places of the other one, to its own side, m.
 
@@ -99,7 +100,7 @@ def width_from_line(before: wp.vec3, place: wp.vec3, other: wp.vec3, facing: wp.
     return wp.where(side == LEFT, -to_the_left, to_the_left)
 
 
-@wp.func
+@func
 def landed(cycle: FootCycle, place: wp.vec3, time_step: float, before: int) -> FootCycle:
     """The cycle with where the foot was when its load began, and where it touched down if it has in this step.
 
@@ -114,7 +115,7 @@ def landed(cycle: FootCycle, place: wp.vec3, time_step: float, before: int) -> F
     return cycle
 
 
-@wp.func
+@func
 def advance_cycles(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Gait cycles of both feet after a step, with the foot forces of that step. One lane calls it."""
     rule = model.contact_rule

@@ -18,20 +18,21 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
 BETA = 0.25  # of Newmark's method
 MARGIN = 12.0  # over hertz_smoothing: before it a smooth contact is less than 1e-10 of what it is at this depth
 
 
-@wp.func
+@func
 def hertz_force(depth: float, hertz: float) -> wp.vec2:
     """Elastic force, N, and its slope, N/m; none outside the ground."""
     root = wp.sqrt(wp.max(depth, 0.0))
     return wp.vec2(hertz * root * root * root, 1.5 * hertz * root)
 
 
-@wp.func
+@func
 def smooth_hertz_force(depth: float, hertz: float, smoothing: float, constant: float) -> wp.vec2:
     """Elastic force of the smooth variant, N, and its slope, N/m."""
     square = depth * depth + constant
@@ -43,7 +44,7 @@ def smooth_hertz_force(depth: float, hertz: float, smoothing: float, constant: f
     return wp.vec2(force * part, slope)
 
 
-@wp.func
+@func
 def dissipated(rate: float, dissipation: float) -> wp.vec2:
     """What the elastic force is multiplied by at a rate of depth, m/s, and the derivative; the ground never pulls."""
     factor = 1.0 + 1.5 * dissipation * rate
@@ -52,7 +53,7 @@ def dissipated(rate: float, dissipation: float) -> wp.vec2:
     return wp.vec2(factor, 1.5 * dissipation)
 
 
-@wp.func
+@func
 def smoothly_dissipated(rate: float, dissipation: float, smoothing: float) -> wp.vec2:
     """The same for the smooth variant; its derivative is not negative."""
     factor = 1.0 + 1.5 * dissipation * rate
@@ -62,7 +63,7 @@ def smoothly_dissipated(rate: float, dissipation: float, smoothing: float) -> wp
     return wp.vec2(factor * part, wp.max(slope, 0.0))
 
 
-@wp.func
+@func
 def friction_coefficient(slip: float, material: ContactMaterial) -> float:
     """Force across the normal over the one along it and over the slip, s/m."""
     relative = slip / material.transition_velocity

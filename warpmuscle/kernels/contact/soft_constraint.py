@@ -12,6 +12,7 @@ they bear, is decided at the start of the step; the original solves for both.
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import SoftConstraint
 
 FREE_DEPTH = 0.001  # m, that is not pushed out
@@ -19,7 +20,7 @@ FASTEST = 1.0  # m/s, at which depth is pushed out
 SLOWEST = 1.0e-5  # m/s, of a point that bounces
 
 
-@wp.func
+@func
 def leaving_speed(depth: float, speed: float, penalty: float, restitution: float, time_step: float) -> float:
     """Speed along the normal, m/s, that a point is to have after the step.
 
@@ -32,7 +33,7 @@ def leaving_speed(depth: float, speed: float, penalty: float, restitution: float
     return pushed_out
 
 
-@wp.func
+@func
 def constraint_force(depth: float, speed: float, soft: SoftConstraint, time_step: float) -> float:
     """Force of a contact along the normal at the start of a step, N; it pushes where it is positive."""
     return (leaving_speed(depth, speed, soft.penalty, soft.restitution, time_step) - speed) / soft.softness

@@ -12,6 +12,7 @@ import warp as wp
 
 from warpmuscle.kernels.force.extensions import extension_list
 from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import any_lane, synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, rolled
 
@@ -26,7 +27,7 @@ class Touch:
     near: float  # 1 if they may touch before the next look, else 0
 
 
-@wp.func
+@func
 def push(instance: int, body: int, force: wp.vec3, arm: wp.vec3, model: ModelRef, work: ScratchRef):
     """Add a force to the bias forces of a body.
 
@@ -38,7 +39,7 @@ def push(instance: int, body: int, force: wp.vec3, arm: wp.vec3, model: ModelRef
     work.bias_moment[body] = work.bias_moment[body] - wp.cross(arm, force) - wp.cross(c, force)
 
 
-@wp.func
+@func
 def begin_looking(step: int, model: ModelRef, work: ScratchRef):
     """Forget, in a step that looks at all pairs, which were near. One lane calls it, before a barrier."""
     if step % model.touch_interval == 0:

@@ -19,6 +19,7 @@ from warpmuscle.kernels.force.extensions import (
     takes_parameters,
     takes_table,
 )
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import within
 from warpmuscle.kernels.objective.causes import (
@@ -112,7 +113,7 @@ class Controller(NamedTuple):
         return self.record is not None or bool(self.custom.recorded)
 
 
-@wp.func
+@func
 def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Torque on the parent of a joint, world, N m, that does what the efforts of its speeds ask for."""
     kind = model.skeleton.plan[body].joint_type
@@ -129,7 +130,7 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, wo
     return -(a * effort[0])
 
 
-@wp.func
+@func
 def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Efforts of a joint as given from outside."""
     first = model.skeleton.plan[body].speed_start
@@ -145,7 +146,7 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
     return effort
 
 
-@wp.func
+@func
 def no_torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Neither targets nor torques. Ends with a barrier."""
     for i in range(lane, model.body_count, lanes):

@@ -7,17 +7,18 @@ from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.contact.contact import above_ground
 from warpmuscle.kernels.control.simbicon import strength_by_height
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
-@wp.func
+@func
 def target_coordinate(target: wp.quat, axis: wp.vec3) -> float:
     """The coordinate that a trajectory's rotation stands for: its turn about the joint's axis, as rad or m."""
     return 2.0 * wp.atan2(wp.dot(wp.vec3(target[0], target[1], target[2]), axis), target[3])
 
 
-@wp.func
+@func
 def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, work: ScratchRef):
     """PD of the joint of a body towards its target, linearised over the step if PD is implicit, into `work`.
 
@@ -43,7 +44,7 @@ def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, 
     work.stiffness[body] = symmetric_outer(axis, inertia * factor)
 
 
-@wp.func
+@func
 def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Torques of joints of one coordinate in place of what `simbicon.torques_stage` gave. Ends with a barrier."""
     factor = strength_by_height(above_ground(instance, work.position[0], model))

@@ -5,6 +5,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.angles import pd_error
 from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.control.joint_values import joint_coordinate, joint_speed, joint_speeds
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef
 
 
@@ -17,13 +18,13 @@ class JointGains:
     angle: float  # rad, about its first axis; about others, and of a ball, it is held where it is in the reference pose
 
 
-@wp.func
+@func
 def pd_effort(error: float, speed: float, gains: JointGains) -> float:
     """Effort along one speed of a joint, N m: kp error - kd speed."""
     return gains.kp * error - gains.kd * speed
 
 
-@wp.func
+@func
 def joint_pd_effort(
     instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, gains: JointGains
 ) -> wp.vec3:

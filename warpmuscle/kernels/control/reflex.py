@@ -9,6 +9,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading
 from warpmuscle.kernels.contact.contact import body_weight
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.reflex_structs import (
     ALWAYS,
@@ -34,7 +35,7 @@ from warpmuscle.kernels.reflex_structs import (
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, ScratchRef, StateRef, at
 
 
-@wp.func
+@func
 def forward_lean(up: wp.vec3, velocity: wp.vec3, frame: wp.quat) -> wp.vec2:
     """How far a body leans forward, rad, and how fast, rad/s.
 
@@ -46,7 +47,7 @@ def forward_lean(up: wp.vec3, velocity: wp.vec3, frame: wp.quat) -> wp.vec2:
     return wp.vec2(wp.atan2(seen[2], seen[1]), wp.quat_rotate_inv(frame, velocity)[0])
 
 
-@wp.func
+@func
 def part_of_signal(signal: wp.vec2, row: ReflexRow, part: int) -> float:
     """The signal beyond its offset, looked ahead by its rate: all of it, or its positive or negative part."""
     value = signal[0] - row.offset + row.lead * signal[1]
@@ -57,7 +58,7 @@ def part_of_signal(signal: wp.vec2, row: ReflexRow, part: int) -> float:
     return value
 
 
-@wp.func
+@func
 def acts(plan: ReflexPlan, rate: float, stance: bool, trailing: bool) -> bool:
     """Whether a reflex acts in this phase of its leg, and with its signal moving this way."""
     if plan.moving == RISING and rate <= 0.0:
@@ -73,7 +74,7 @@ def acts(plan: ReflexPlan, rate: float, stance: bool, trailing: bool) -> bool:
     return trailing
 
 
-@wp.func
+@func
 def reflex_term(
     plan: ReflexPlan, row: ReflexRow, signal: wp.vec2, stance: bool, trailing: bool, load: float, other_load: float
 ) -> float:
@@ -93,20 +94,20 @@ def reflex_term(
     return value
 
 
-@wp.func
+@func
 def leg_load(instance: int, side: int, model: ModelRef, state: StateRef) -> float:
     """Vertical ground force on a leg in the step before, body weights."""
     weight = body_weight(instance, model)
     return wp.max(state.foot_force[instance, side][1], 0.0) / weight
 
 
-@wp.func
+@func
 def of_fibre(signal: int) -> bool:
     """Whether a signal comes from a muscle."""
     return signal >= FORCE and signal <= VELOCITY
 
 
-@wp.func
+@func
 def sensed_signal(
     instance: int,
     plan: ReflexPlan,
@@ -138,7 +139,7 @@ def sensed_signal(
     return wp.vec2(wp.where(kind == LOAD, load, other_load), 0.0)
 
 
-@wp.func
+@func
 def trunk_lean(model: ModelRef, work: ScratchRef) -> wp.vec2:
     """Lean of the trunk and its rate, see `forward_lean`."""
     body = model.reflexes.trunk
@@ -146,7 +147,7 @@ def trunk_lean(model: ModelRef, work: ScratchRef) -> wp.vec2:
     return forward_lean(up, work.angular_velocity[body], heading(work.orientation[0]))
 
 
-@wp.func
+@func
 def feel_ground(instance: int, lean: wp.vec2, model: ModelRef, state: StateRef):
     """Which legs stand, which one landed last, and the lean at which each left the ground. One lane calls it."""
     threshold = at(model.reflexes.bounds, instance, 0)[0]
@@ -162,7 +163,7 @@ def feel_ground(instance: int, lean: wp.vec2, model: ModelRef, state: StateRef):
         state.muscles.stands[instance, side] = wp.where(stands, 1, 0)
 
 
-@wp.func
+@func
 def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: ModelRef, state: StateRef) -> float:
     """Excitation of a muscle by its reflexes, from the least one to 1."""
     reflexes = model.reflexes
@@ -181,7 +182,7 @@ def reflex_excitation(instance: int, muscle: int, lean: wp.vec2, model: ModelRef
     return wp.clamp(total, at(reflexes.bounds, instance, 0)[1], 1.0)
 
 
-@wp.func
+@func
 def reflex_force(instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef) -> float:
     """Force that is wanted of a muscle, N: by its reflexes if it has any, else what torques ask for."""
     wanted = asked
@@ -191,13 +192,13 @@ def reflex_force(instance: int, muscle: int, asked: float, row: MuscleRow, model
     return wanted
 
 
-@wp.func
+@func
 def as_asked(instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef) -> float:
     """Force that is wanted of a muscle, N: what torques ask for. So where only what it feels is to be told."""
     return asked
 
 
-@wp.func
+@func
 def reflex_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Excitations of all muscles that have reflexes. Ends with a barrier."""
     lean = trunk_lean(model, work)

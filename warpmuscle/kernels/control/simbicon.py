@@ -11,6 +11,7 @@ from warpmuscle.kernels.algebra.spatial import heading, symmetric, symmetric_rot
 from warpmuscle.kernels.algebra.spline import curve_value
 from warpmuscle.kernels.body.joint import hinge_rotation
 from warpmuscle.kernels.contact.contact import above_ground
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     REVERSE,
@@ -29,7 +30,7 @@ from warpmuscle.kernels.structs import (
 LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
 
 
-@wp.func
+@func
 def balance_feedback(distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: wp.vec2, limits: wp.vec4) -> float:
     """Linear balance feedback, rad: cd clamp(d . axis) + cv clamp(v . axis) (Yin 2007, eq. 1).
 
@@ -43,7 +44,7 @@ def balance_feedback(distance: wp.vec3, velocity: wp.vec3, axis: wp.vec3, gain: 
     return gain[0] * d + gain[1] * v
 
 
-@wp.func
+@func
 def pd_torque(
     error: wp.vec3, velocity: wp.vec3, kp: float, kd: float, strength: float, scale: wp.vec3, limit: float
 ) -> wp.vec3:
@@ -56,13 +57,13 @@ def pd_torque(
     return clamp_torque(wp.cw_mul(scale, (kd * velocity - kp * error) * strength), torque_bound(scale, limit))
 
 
-@wp.func
+@func
 def torque_bound(scale: wp.vec3, limit: float) -> wp.vec3:
     """Largest torque by child axis, N m."""
     return wp.vec3(wp.abs(scale[0]), wp.abs(scale[1]), wp.abs(scale[2])) * limit
 
 
-@wp.func
+@func
 def clamp_torque(torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
     """Every component within its own bound."""
     return wp.vec3(
@@ -72,14 +73,14 @@ def clamp_torque(torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
     )
 
 
-@wp.func
+@func
 def hip_damping(relative_yaw_rate: float, damping: float, largest: float) -> float:
     """Yaw torque of the stance hip, N m: -k w |w|, w the root's yaw rate relative to the thigh within +-largest."""
     w = wp.clamp(relative_yaw_rate, -largest, largest)
     return -damping * w * wp.abs(w)
 
 
-@wp.func
+@func
 def stance_share(stance_force: float, swing_force: float) -> float:
     """Part of the root's torque that the stance hip takes, by vertical foot forces; -1 if neither foot is loaded."""
     total = stance_force + swing_force
@@ -88,19 +89,19 @@ def stance_share(stance_force: float, swing_force: float) -> float:
     return stance_force / total
 
 
-@wp.func
+@func
 def strength_by_height(height: float) -> float:
     """Factor on all torques that lets a fallen character go limp: 1 above 0.4 m, 0 below 0.2 m."""
     return wp.clamp((height - 0.2) / 0.2, 0.0, 1.0)
 
 
-@wp.func
+@func
 def transition_due(phase: float, longest: float, on_foot_down: int, swing_force: float) -> bool:
     """Whether a state ends: at its longest phase, or after phase 0.5 when the swing foot carries more than 20 N."""
     return phase >= longest or (on_foot_down == 1 and phase > 0.5 and wp.abs(swing_force) > 20.0)
 
 
-@wp.func
+@func
 def stance_after(stance: int, rule: int) -> int:
     """Stance after entering a state with this rule."""
     if rule == REVERSE:
@@ -110,7 +111,7 @@ def stance_after(stance: int, rule: int) -> int:
     return rule
 
 
-@wp.func
+@func
 def component_rotation(
     simbicon: Simbicon, instance: int, c: int, phase: float, stance: int, distance: wp.vec3, velocity: wp.vec3
 ) -> wp.quat:
@@ -125,7 +126,7 @@ def component_rotation(
     return hinge_rotation(row.axis, wp.where(wp.abs(angle) <= LARGEST_TARGET, angle, wp.nan))
 
 
-@wp.func
+@func
 def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, phase: float, stance: int) -> wp.vec3:
     """Desired d (first = 0) or v (first = 4) of a state; its x part changes sign in right stance."""
     k = simbicon.balance_knots
@@ -136,7 +137,7 @@ def balance_set_point(simbicon: Simbicon, instance: int, row: int, first: int, p
     return wp.vec3(x, 0.0, z)
 
 
-@wp.func
+@func
 def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
     simbicon = model.simbicon
@@ -178,7 +179,7 @@ def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
     synchronize()
 
 
-@wp.func
+@func
 def pd_inertia(kp: float, kd: float, strength: float, scale: wp.vec3, time_step: float) -> wp.vec3:
     """What a PD controller that is linearised over the step adds to the joint's inertia, by child axis, kg m^2.
 
@@ -187,7 +188,7 @@ def pd_inertia(kp: float, kd: float, strength: float, scale: wp.vec3, time_step:
     return scale * (strength * time_step * (kd + time_step * kp))
 
 
-@wp.func
+@func
 def unless_clamped(inertia: wp.vec3, torque: wp.vec3, bound: wp.vec3) -> wp.vec3:
     """The implicit inertia, but none about axes whose torque is at its limit and so does not depend on velocity."""
     return wp.vec3(
@@ -197,7 +198,7 @@ def unless_clamped(inertia: wp.vec3, torque: wp.vec3, bound: wp.vec3) -> wp.vec3
     )
 
 
-@wp.func
+@func
 def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.quat, model: ModelRef, work: ScratchRef):
     """PD torque of one joint, world axes, and its implicit joint inertia, into `work`."""
     simbicon = model.simbicon
@@ -226,7 +227,7 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
         work.torque[body] = rotation * pd_torque(error, velocity, kp, kd, strength, scale, limit)
 
 
-@wp.func
+@func
 def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Torque that keeps the root upright and on its heading, world, N m."""
     simbicon = model.simbicon
@@ -240,21 +241,21 @@ def root_torque(instance: int, frame: wp.quat, model: ModelRef, work: ScratchRef
     return rotation * pd_torque(error, velocity, gains.kp, gains.kd, 1.0, gains.scale, gains.torque_limit)
 
 
-@wp.func
+@func
 def hip_share(share: float, torque: wp.vec3, part: wp.vec3, rotation: wp.mat33, bound: wp.vec3) -> wp.vec3:
     """A hip's torque with its share of the root's, within the limits along the thigh's axes, world, N m."""
     child = wp.transpose(rotation) * (torque + part * share)
     return rotation * clamp_torque(child, bound)
 
 
-@wp.func
+@func
 def hip_bound(simbicon: Simbicon, instance: int, hip: int) -> wp.vec3:
     """Torque limits of a hip by axis of the thigh, N m."""
     gains = at(simbicon.gains, instance, hip)
     return torque_bound(gains.scale, gains.torque_limit)
 
 
-@wp.func
+@func
 def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state: StateRef, work: ScratchRef):
     """Give the hips what the root needs: together with all torques on the root they make the root's PD torque."""
     simbicon = model.simbicon
@@ -307,7 +308,7 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
     synchronize()
 
 
-@wp.func
+@func
 def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Torque of every joint from the targets. Ends with a barrier."""
     simbicon = model.simbicon
@@ -330,14 +331,14 @@ def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
     synchronize()
 
 
-@wp.func
+@func
 def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Targets and torques. Ends with a barrier."""
     targets_stage(instance, lane, lanes, model, state, work)
     torques_stage(instance, lane, lanes, model, state, work)
 
 
-@wp.func
+@func
 def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
     held = state.simbicon
@@ -358,7 +359,7 @@ def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, st
     torques_stage(instance, lane, lanes, model, state, work)
 
 
-@wp.func
+@func
 def advance_machine(instance: int, model: ModelRef, state: StateRef):
     """Phase, state and stance after a step, with the foot forces of that step. One lane calls it."""
     simbicon = model.simbicon
@@ -375,7 +376,7 @@ def advance_machine(instance: int, model: ModelRef, state: StateRef):
     state.simbicon.phase[instance] = phase
 
 
-@wp.func
+@func
 def record_machine(instance: int, row: int, frame: int, state: StateRef, record: RecordRef):
     """Write phase, stance and state of the machine. One lane calls it."""
     record.simbicon.phase[row, frame] = state.simbicon.phase[instance]

@@ -4,6 +4,8 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 PASSIVE_STRAIN = 0.6  # at f_max: lee, thelen and de_groote
 
 SIGNATURES: dict[str, tuple[str, int, Any]] = {  # of the functions: as one writes it, numbers taken, result
@@ -39,25 +41,19 @@ def checked(name: str, curves: Any) -> CurveFunctions:
         function = getattr(curves, field)
         if function is None:
             raise TypeError(f"curve set {name!r} has no {field!r}: CURVES in {file} needs a Warp function {signature}")
-        taken = list(function.input_types.values()) if isinstance(function, wp.Function) else None
-        if taken != [float] * count or _result(function) != result:
+        types = list(function.func.__annotations__.values()) if isinstance(function, wp.Function) else []
+        if [float if kind is wp.float32 else kind for kind in types] != [float] * count + [result]:
             raise TypeError(f"curve set {name!r}: {field!r} in {file} must be a Warp function {signature}")
     return curves
 
 
-def _result(function: Any) -> Any:
-    """The type that a Warp function says it returns."""
-    result = function.func.__annotations__.get("return")
-    return float if result is wp.float32 else result
-
-
-@wp.func
+@func
 def gaussian_active(length: float, shape: float) -> float:
     """exp(-(l - 1)^2/shape) (Bergmann 2017, eq. 4, shape 0.5; Thelen 2003, eq. 4, shape 0.45)."""
     return wp.exp((length - 1.0) * (length - 1.0) * (-1.0 / shape))
 
 
-@wp.func
+@func
 def exponential_passive(length: float, rate: float, scale: float) -> float:
     """(exp(k (l - 1)/0.6) - 1)/(exp k - 1) beyond l = 1 (Bergmann 2017, eq. 6, k = 4; Thelen 2003, eq. 3, k = 5).
 
@@ -69,7 +65,7 @@ def exponential_passive(length: float, rate: float, scale: float) -> float:
     return (wp.exp(rate * (length - 1.0)) - 1.0) * scale
 
 
-@wp.func
+@func
 def hyperbolic_velocity(speed: float, shape: float, longest: float) -> wp.vec2:
     """Force-velocity multiplier of two hyperbolas, and its slope (Bergmann 2017, eq. 5; Thelen 2003, eq. 6 and 7).
 

@@ -22,6 +22,7 @@ from warpmuscle.kernels.curve.curve_sets import MILLARD as MILLARD
 from warpmuscle.kernels.curve.curve_sets import SARSHARI as SARSHARI
 from warpmuscle.kernels.curve.curve_sets import THELEN as THELEN
 from warpmuscle.kernels.curve.curve_sets import THELEN_EXPLICIT as THELEN_EXPLICIT
+from warpmuscle.kernels.functions import func
 
 
 def module_of(name: str) -> ModuleType:
@@ -48,7 +49,7 @@ def _force(number: int, one: Any, others: Any, result: Any = float) -> Any:
         result: float, or wp.vec2 for a force with its slope.
     """
 
-    @wp.func
+    @func
     def force(model: int, x: float) -> result:
         if model == number:
             return one(x)
@@ -60,7 +61,7 @@ def _force(number: int, one: Any, others: Any, result: Any = float) -> Any:
 def _multiplier(number: int, one: Any, others: Any) -> Any:
     """The same of the force-velocity multiplier."""
 
-    @wp.func
+    @func
     def multiplier(model: int, speed: float, activation: float) -> wp.vec2:
         if model == number:
             return one(speed, activation)
@@ -69,17 +70,17 @@ def _multiplier(number: int, one: Any, others: Any) -> Any:
     return multiplier
 
 
-@wp.func
+@func
 def no_force(model: int, x: float) -> float:
     return wp.static(float("nan"))
 
 
-@wp.func
+@func
 def no_sloped_force(model: int, x: float) -> wp.vec2:
     return wp.vec2(wp.static(float("nan")))
 
 
-@wp.func
+@func
 def no_multiplier(model: int, speed: float, activation: float) -> wp.vec2:
     return wp.vec2(wp.static(float("nan")))
 
@@ -97,19 +98,19 @@ any_velocity = _choice("velocity", _multiplier, no_multiplier)
 any_tendon = _choice("tendon", partial(_force, result=wp.vec2), no_sloped_force)
 
 
-@wp.func
+@func
 def active_force_length(model: int, length: float) -> float:
     """Active isometric force at full activation."""
     return any_active(model, length)
 
 
-@wp.func
+@func
 def passive_force_length(model: int, length: float) -> float:
     """Force of the passive fibre; unbounded."""
     return any_passive(model, length)
 
 
-@wp.func
+@func
 def force_velocity_slope(model: int, speed: float, activation: float) -> wp.vec2:
     """Force-velocity multiplier and its derivative by speed.
 
@@ -121,19 +122,19 @@ def force_velocity_slope(model: int, speed: float, activation: float) -> wp.vec2
     return any_velocity(model, speed, activation)
 
 
-@wp.func
+@func
 def force_velocity(model: int, speed: float, activation: float) -> float:
     """Force-velocity multiplier, see `force_velocity_slope`."""
     return force_velocity_slope(model, speed, activation)[0]
 
 
-@wp.func
+@func
 def tendon_force_slope(model: int, strain: float) -> wp.vec2:
     """Force of the tendon and its derivative by strain; zero when slack."""
     return any_tendon(model, strain)
 
 
-@wp.func
+@func
 def tendon_force_strain(model: int, strain: float) -> float:
     """Force of the tendon at a strain."""
     return tendon_force_slope(model, strain)[0]

@@ -14,6 +14,7 @@ import warp as wp
 
 from warpmuscle.kernels.curve.curves import functions_of
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_functions
+from warpmuscle.kernels.functions import gradient_of
 
 SLOPE_STEP = 1.0e-3  # of v_max, to either side
 
@@ -91,7 +92,7 @@ def with_curves(function: Any, own: OwnCurves | Shaped | None, curves: int | Non
         return function
     made = wp.func(_made_anew(function.func, changed, own))
     if gradient is not None:
-        wp.func_grad(made)(_made_anew(gradient.func, changed | {function.func.__name__: made}, own))
+        gradient_of(made)(_made_anew(gradient.func, changed | {function.func.__name__: made}, own))
     return made
 
 

@@ -5,17 +5,41 @@ every evaluation is slow, so values and slopes are tabulated in float64 at equal
 within 2e-4 of the curve, in units of the largest isometric force.
 """
 
+from functools import cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import warp as wp
+
+from warpmuscle.kernels.functions import func
 
 Knot = tuple[float, float, float]  # x, y, dy/dx at the joint of two sections
 Knots = list[Knot]
 
 
-def corner(start: Knot, end: Knot, curviness: float, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x, y and dy/dx at parameters u of a quintic Bezier corner between two knots (Millard 2013, appendix).
+class Quintic(NamedTuple):
+    """What control points of a quintic Bezier curve, and their differences, are weighed with at its parameters."""
+
+    values: np.ndarray  # (parameters, 6)
+    rates: np.ndarray  # (parameters, 5)
+
+
+def quintic(u: np.ndarray) -> Quintic:
+    """Bernstein's polynomials at parameters u, 0 to 1."""
+    w = 1.0 - u
+    values = np.stack([w**5, 5 * u * w**4, 10 * u**2 * w**3, 10 * u**3 * w**2, 5 * u**4 * w, u**5], 1)
+    return Quintic(values, np.stack([w**4, 4 * u * w**3, 6 * u**2 * w**2, 4 * u**3 * w, u**4], 1))
+
+
+@cache
+def fine_quintic() -> Quintic:
+    """The same at those that tables are interpolated between, which all corners share."""
+    return quintic(np.linspace(0.0, 1.0, 20001))
+
+
+def corner(start: Knot, end: Knot, curviness: float, at: Quintic) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x, y and dy/dx of a quintic Bezier corner between two knots (Millard 2013, appendix).
 
     Its inner control points lie twice each on the way to the intersection of the end tangents.
     """
@@ -26,16 +50,14 @@ def corner(start: Knot, end: Knot, curviness: float, u: np.ndarray) -> tuple[np.
     part = 0.1 + 0.8 * curviness
     low, high = first + part * (crossing - first), last + part * (crossing - last)
     points = np.stack([first, low, low, high, high, last])
-    w = 1.0 - u
-    value = np.stack([w**5, 5 * u * w**4, 10 * u**2 * w**3, 10 * u**3 * w**2, 5 * u**4 * w, u**5], 1) @ points
-    rate = 5 * np.stack([w**4, 4 * u * w**3, 6 * u**2 * w**2, 4 * u**3 * w, u**4], 1) @ np.diff(points, axis=0)
+    value = at.values @ points
+    rate = 5 * at.rates @ np.diff(points, axis=0)
     return value[:, 0], value[:, 1], rate[:, 1] / rate[:, 0]
 
 
 def sampled(knots: Knots, curviness: list[float], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes at x, between the first and last knot, of corners with a curviness each."""
-    u = np.linspace(0.0, 1.0, 20001)
-    pieces = [corner(a, b, c, u) for (a, b), c in zip(pairwise(knots), curviness, strict=True)]
+    pieces = [corner(a, b, c, fine_quintic()) for (a, b), c in zip(pairwise(knots), curviness, strict=True)]
     along, value, slope = (np.concatenate(part) for part in zip(*pieces, strict=True))
     return np.interp(x, along, value), np.interp(x, along, slope)
 
@@ -103,7 +125,7 @@ return wp::vec_t<2, wp::float32>(table[2 * i], table[2 * i + 1]);
 def knot(i: int) -> wp.vec2: ...
 
 
-@wp.func
+@func
 def hermite(a: wp.vec2, b: wp.vec2, s: float, scale: float, beyond: float) -> wp.vec2:
     """Value and slope of the cubic between two knots, straight beyond an end of the curve.
 
@@ -119,7 +141,7 @@ def hermite(a: wp.vec2, b: wp.vec2, s: float, scale: float, beyond: float) -> wp
     return wp.vec2(value + slope * beyond, slope)
 
 
-@wp.func
+@func
 def tabulated(x: float, place: wp.vec4) -> wp.vec2:
     """Value and slope at x of a curve in the table, straight beyond its ends.
 

@@ -6,27 +6,28 @@ from warpmuscle.kernels.curve import millard_tables
 from warpmuscle.kernels.curve.curve_functions import CurveFunctions
 from warpmuscle.kernels.curve.millard import PLACES, tabulated
 from warpmuscle.kernels.curve.shaped_family import ShapedCurves, ShapedFamily, looked_up
+from warpmuscle.kernels.functions import func
 
 
-@wp.func
+@func
 def millard_active(length: float) -> float:
     """Active force multiplier at a normalised fibre length."""
     return tabulated(length, wp.static(PLACES["active"]))[0]
 
 
-@wp.func
+@func
 def millard_passive(length: float) -> float:
     """Passive force multiplier at a normalised fibre length."""
     return tabulated(length, wp.static(PLACES["passive"]))[0]
 
 
-@wp.func
+@func
 def millard_tendon(strain: float) -> wp.vec2:
     """Tendon force over f_max at a strain, and its slope."""
     return tabulated(strain, wp.static(PLACES["tendon"]))
 
 
-@wp.func
+@func
 def millard_velocity(speed: float, activation: float) -> wp.vec2:
     """Force-velocity multiplier and its slope at a normalised lengthening speed, never negative."""
     if speed < 0.0:
@@ -40,19 +41,19 @@ CURVES = CurveFunctions(millard_active, millard_passive, millard_velocity, milla
 # With numbers of a muscle's own.
 
 
-@wp.func
+@func
 def shaped_active(curves: ShapedCurves, length: float) -> float:
     """Active force in the muscle's table."""
     return looked_up(curves, length, wp.static(millard_tables.PLACES["active"]))[0]
 
 
-@wp.func
+@func
 def shaped_passive(curves: ShapedCurves, length: float) -> float:
     """Passive force in the muscle's table."""
     return looked_up(curves, length, wp.static(millard_tables.PLACES["passive"]))[0]
 
 
-@wp.func
+@func
 def shaped_velocity(curves: ShapedCurves, speed: float, activation: float) -> wp.vec2:
     """Force-velocity multiplier in the muscle's table, and its slope."""
     if speed < 0.0:
@@ -60,7 +61,7 @@ def shaped_velocity(curves: ShapedCurves, speed: float, activation: float) -> wp
     return looked_up(curves, speed, wp.static(millard_tables.PLACES["lengthening"]))
 
 
-@wp.func
+@func
 def shaped_tendon(curves: ShapedCurves, x: float) -> wp.vec2:
     """Tendon force in the muscle's table, and its slope."""
     return looked_up(curves, x, wp.static(millard_tables.PLACES["tendon"]))

@@ -14,6 +14,7 @@ from warpmuscle.kernels.curve.curve_sets import CURVES
 from warpmuscle.kernels.curve.curves import MODULES
 from warpmuscle.kernels.curve.shaped_family import ShapedCurves as ShapedCurves
 from warpmuscle.kernels.curve.shaped_family import ShapedFamily
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, at
 
 LARGEST_SPEED = 10.0  # of v_max, either way: OpenSim's fibres have no bound
@@ -30,7 +31,7 @@ class Shaped(NamedTuple):
     cables: bool = False  # whether some are actuators or ligaments, see `cables.py`
 
 
-@wp.func
+@func
 def shaped_curves(instance: int, m: int, model: ModelRef) -> ShapedCurves:
     """The curves of a muscle."""
     curves = ShapedCurves()

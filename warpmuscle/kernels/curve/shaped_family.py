@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.curve.millard import hermite
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import CurveRow
 
 
@@ -26,7 +27,7 @@ class ShapedFamily(NamedTuple):
     shortest: float | None = None  # l_opt, of a fibre; None: its row has a bound
 
 
-@wp.func
+@func
 def looked_up(curves: ShapedCurves, x: float, place: wp.vec3i) -> wp.vec2:
     """Value and slope at x of a curve in the muscle's table, straight beyond its ends.
 
@@ -46,7 +47,7 @@ def looked_up(curves: ShapedCurves, x: float, place: wp.vec3i) -> wp.vec2:
     return hermite(a, b, s, scale, x - inside)
 
 
-@wp.func
+@func
 def exponential(curves: ShapedCurves, length: float) -> float:
     """Passive force of Thelen and of De Groote, (exp(k (l - 1)/strain) - floor) scale."""
     rise = wp.exp(curves.row.passive_rate * (length - 1.0)) - curves.row.passive_floor

@@ -12,6 +12,7 @@ from warpmuscle.kernels.curve.curve_functions import (
     hyperbolic_velocity,
 )
 from warpmuscle.kernels.curve.shaped_family import ShapedCurves, ShapedFamily, exponential
+from warpmuscle.kernels.functions import func
 
 TOE = 0.99 * math.exp(3.0) / (1.66 * math.exp(3.0) - 0.67)  # strain where the tendon becomes straight, over f_max's
 TOE_STRAIN = 0.04 * 0.99 * math.exp(3.0) / (1.66 * math.exp(3.0) - 0.67)  # the same where that is 0.04
@@ -19,19 +20,19 @@ FOOT = 0.33 / (math.exp(3.0) - 1.0)  # scale of the tendon below that
 SHORTEST = 1.0e-4  # of l_opt: OpenSim's Thelen fibres may shorten to nothing, but for their pennation
 
 
-@wp.func
+@func
 def thelen_active(length: float) -> float:
     """Active force of Thelen 2003, eq. 4."""
     return gaussian_active(length, 0.45)
 
 
-@wp.func
+@func
 def thelen_passive(length: float) -> float:
     """Passive force of Thelen 2003, eq. 3."""
     return exponential_passive(length, wp.static(5.0 / PASSIVE_STRAIN), wp.static(1.0 / (math.exp(5.0) - 1.0)))
 
 
-@wp.func
+@func
 def continued_velocity(speed: float) -> wp.vec2:
     """Thelen's hyperbolas, straight beyond multipliers 0 and 0.95 * 1.4, as OpenSim continues them; and the slope."""
     inside = wp.clamp(speed, -1.0, wp.static(0.33 * 0.4 / (10.0 * 0.07)))
@@ -39,7 +40,7 @@ def continued_velocity(speed: float) -> wp.vec2:
     return wp.vec2(edge[0] + edge[1] * (speed - inside), edge[1])
 
 
-@wp.func
+@func
 def thelen_velocity(speed: float, activation: float) -> wp.vec2:
     """Force-velocity multiplier and its slope, of a fibre that shortens at most at 0.25 + 0.75 a of v_max."""
     scale = 1.0 / (0.25 + 0.75 * activation)
@@ -47,7 +48,7 @@ def thelen_velocity(speed: float, activation: float) -> wp.vec2:
     return wp.vec2(scaled[0], scaled[1] * scale)
 
 
-@wp.func
+@func
 def thelen_tendon(strain: float) -> wp.vec2:
     """Tendon force, exponential up to 0.33, then straight, and its slope (Thelen 2003, eq. 5)."""
     if strain > TOE_STRAIN:
@@ -66,13 +67,13 @@ CURVES = CurveFunctions(thelen_active, thelen_passive, thelen_velocity, thelen_t
 # With numbers of a muscle's own.
 
 
-@wp.func
+@func
 def shaped_active(curves: ShapedCurves, length: float) -> float:
     """Thelen's bell of a width."""
     return gaussian_active(length, curves.row.active_width)
 
 
-@wp.func
+@func
 def shaped_velocity(curves: ShapedCurves, speed: float, activation: float) -> wp.vec2:
     """Thelen's hyperbolas, straight beyond multipliers 0 and straight_from lengthening_force; and the slope."""
     row = curves.row
@@ -83,7 +84,7 @@ def shaped_velocity(curves: ShapedCurves, speed: float, activation: float) -> wp
     return wp.vec2(edge[0] + edge[1] * (v - inside), edge[1] * scale)
 
 
-@wp.func
+@func
 def scaled_tendon(x: float) -> wp.vec2:
     """Thelen's tendon force and its slope, at a strain over that at f_max."""
     if x > TOE:
@@ -95,7 +96,7 @@ def scaled_tendon(x: float) -> wp.vec2:
     return wp.vec2(growth - FOOT, growth * wp.static(3.0 / TOE))
 
 
-@wp.func
+@func
 def shaped_tendon(curves: ShapedCurves, x: float) -> wp.vec2:
     """Thelen's tendon, see `scaled_tendon`."""
     return scaled_tendon(x)

@@ -8,9 +8,10 @@ import warp as wp
 
 from warpmuscle.kernels.curve.curve_functions import CurveFunctions, hyperbolic_velocity
 from warpmuscle.kernels.curve.thelen_curves import thelen_active, thelen_passive, thelen_tendon
+from warpmuscle.kernels.functions import func
 
 
-@wp.func
+@func
 def explicit_velocity(speed: float, activation: float) -> wp.vec2:
     """Force-velocity multiplier and its slope; negative for faster shortening than at v_max."""
     return hyperbolic_velocity(speed, 0.25, 1.4)

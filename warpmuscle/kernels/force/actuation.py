@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_outer, symmetric_part
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -44,19 +45,19 @@ class PassiveForce(NamedTuple):
     add_damping: Any  # (instance, body, inertia of muscles' damping, passive part, model, work) -> with that of its own
 
 
-@wp.func
+@func
 def ball_projector(rotation: wp.mat33, weight: wp.vec3) -> wp.mat33:
     """Takes from a torque what acts about the child's axes, each times its weight."""
     return rotation * wp.diag(weight) * wp.transpose(rotation)
 
 
-@wp.func
+@func
 def hinge_projector(axis: wp.vec3, weight: float) -> wp.mat33:
     """Takes from a torque what acts about a hinge, times the weight."""
     return wp.outer(axis, axis) * weight
 
 
-@wp.func
+@func
 def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
     """Takes from a torque what acts about the axes a and b, each times its weight, without changing the other's part.
 
@@ -67,7 +68,7 @@ def universal_projector(a: wp.vec3, b: wp.vec3, weight: wp.vec3) -> wp.mat33:
     return wp.outer((a - c * b) * scale, a) * weight[0] + wp.outer((b - c * a) * scale, b) * weight[1]
 
 
-@wp.func
+@func
 def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, work: ScratchRef) -> wp.mat33:
     """What a torque does about the degrees of freedom of a joint, each times its weight, world axes."""
     plan = model.skeleton.plan[body]
@@ -99,7 +100,7 @@ def torque_of_forces(
 ) -> wp.vec3: ...  # the sum of F r of some crossings in order, of which a GPU fetches several at once
 
 
-@wp.func
+@func
 def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
     paths = model.paths
@@ -109,7 +110,7 @@ def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, wo
     return torque_of_forces(first, end, arms, state.muscles.force[whole(instance)], paths.crossing_muscle)
 
 
-@wp.func
+@func
 def pulled_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """The same from the F r of all crossings in the working set."""
     total = wp.vec3(0.0)

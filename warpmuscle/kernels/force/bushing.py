@@ -3,6 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.force.forces import Wrench
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 LARGEST_SINE = 0.999999  # of the second angle, at whose right angle the other two are no longer told apart
@@ -77,7 +78,7 @@ class Bushing:
     damping_z: float
 
 
-@wp.func
+@func
 def turning(vector: wp.vec3) -> wp.mat33:
     """The rotation matrix of a rotation vector."""
     angle = wp.length(vector)
@@ -86,14 +87,14 @@ def turning(vector: wp.vec3) -> wp.mat33:
     return wp.quat_to_matrix(wp.quat_from_axis_angle(vector / angle, angle))
 
 
-@wp.func
+@func
 def body_fixed_angles(r: wp.mat33) -> wp.vec3:
     """Angles about x, the new y and the new z axis that a rotation matrix is made of."""
     sine = wp.clamp(r[0, 2], -LARGEST_SINE, LARGEST_SINE)
     return wp.vec3(wp.atan2(-r[1, 2], r[2, 2]), wp.asin(sine), wp.atan2(-r[0, 1], r[0, 0]))
 
 
-@wp.func
+@func
 def rates_of_angles(angles: wp.vec3) -> wp.mat33:
     """What takes an angular velocity in the axes before the turns to the rates of these angles."""
     sine = wp.sin(angles[0])
@@ -107,7 +108,7 @@ def rates_of_angles(angles: wp.vec3) -> wp.mat33:
     )  # fmt: skip
 
 
-@wp.func
+@func
 def bushing(
     instance: int, body: int, other: int, second: int, model: ModelRef, state: StateRef, work: ScratchRef,
     given: Bushing,

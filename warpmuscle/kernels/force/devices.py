@@ -4,6 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.force.bushing import Bushing, bushing
 from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 
@@ -17,7 +18,7 @@ class BilinearSpring:
     damping: float  # N m s/rad, where it is not slack
 
 
-@wp.func
+@func
 def bilinear_spring_effort(angle: float, speed: float, spring: BilinearSpring) -> float:
     """Effort of a spring that is engaged over part of the range, N m: -k (q - q0) - d v, k by the side of q0.
 
@@ -30,7 +31,7 @@ def bilinear_spring_effort(angle: float, speed: float, spring: BilinearSpring) -
     return -stiffness * stretch - spring.damping * speed
 
 
-@wp.func
+@func
 def bilinear_spring(
     instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, spring: BilinearSpring
 ) -> wp.vec3:
@@ -52,14 +53,14 @@ class CoordinateLimit:
     transition: float  # rad or m beyond an end, over which they set in
 
 
-@wp.func
+@func
 def smooth_step(x: float) -> float:
     """A step from 0 at x = 0 to 1 at x = 1 whose first and second derivatives do not jump: 10 x^3 - 15 x^4 + 6 x^5."""
     t = wp.clamp(x, 0.0, 1.0)
     return t * t * t * (10.0 + t * (6.0 * t - 15.0))
 
 
-@wp.func
+@func
 def coordinate_limit_effort(q: float, v: float, limit: CoordinateLimit) -> float:
     """Effort of springs and dampers beyond the ends of a range, N m or N: OpenSim's CoordinateLimitForce."""
     above = smooth_step((q - limit.high) / limit.transition)
@@ -68,7 +69,7 @@ def coordinate_limit_effort(q: float, v: float, limit: CoordinateLimit) -> float
     return pushed - (above + below) * limit.damping * v
 
 
-@wp.func
+@func
 def coordinate_limit(
     instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, limit: CoordinateLimit
 ) -> wp.vec3:
@@ -87,7 +88,7 @@ class CoordinateSpring:
     damping: float  # N m s/rad or N s/m
 
 
-@wp.func
+@func
 def coordinate_spring(
     instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, spring: CoordinateSpring
 ) -> wp.vec3:
@@ -105,13 +106,13 @@ class AirDrag:
     density: float  # kg/m^3, some 1.2
 
 
-@wp.func
+@func
 def drag_force(velocity: wp.vec3, drag: AirDrag) -> wp.vec3:
     """Quadratic drag, N: -1/2 rho (c_d A) |v| v."""
     return velocity * (-0.5 * drag.density * drag.drag_area * wp.length(velocity))
 
 
-@wp.func
+@func
 def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, drag: AirDrag) -> Wrench:
     """Drag at the centre of mass of a body in still air."""
     c = work.rotation[body] * at(model.skeleton.row, instance, body).com

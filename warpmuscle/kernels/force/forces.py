@@ -12,6 +12,7 @@ import warp as wp
 
 from warpmuscle.kernels.control.control import effort_torque
 from warpmuscle.kernels.force.extensions import extension_list, extension_type, of_body, touch_extension
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.objective.causes import ENTRY, FORCE, blame, cause_of, checked_vector
 from warpmuscle.kernels.objective.failure import is_somewhere
@@ -26,7 +27,7 @@ class Wrench:
     moment: wp.vec3  # N m, about it
 
 
-@wp.func
+@func
 def look_at(wrench: Wrench, instance: int, cause: int, state: StateRef, work: ScratchRef):
     """Let a force be to blame for a wrench that is none, or beyond all bounds."""
     if not (is_somewhere(wrench.force) and is_somewhere(wrench.moment)):

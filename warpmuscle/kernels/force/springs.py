@@ -6,10 +6,11 @@ from warpmuscle.kernels.algebra.angles import pd_error
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.control.coordinate_control import target_coordinate
 from warpmuscle.kernels.force.actuation import IMPLICIT_SHARE, JointDrive, PassiveForce
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
-@wp.func
+@func
 def spring_torque(error: wp.vec3, velocity: wp.vec3, stiffness: float, damping: float) -> wp.vec3:
     """Torque of a spring-damper on the parent, N m: d w - k e.
 
@@ -20,7 +21,7 @@ def spring_torque(error: wp.vec3, velocity: wp.vec3, stiffness: float, damping: 
     return damping * velocity - stiffness * error
 
 
-@wp.func
+@func
 def add_spring(
     instance: int,
     body: int,
@@ -45,7 +46,7 @@ def add_spring(
     drive.torque = drive.torque + passive * torque
 
 
-@wp.func
+@func
 def add_any_spring(
     instance: int,
     body: int,
@@ -74,7 +75,7 @@ def add_any_spring(
         add_spring(instance, body, parent, rotation, drive, passive, model, work)
 
 
-@wp.func
+@func
 def spring_damping(
     instance: int, body: int, inertia: wp.mat33, passive: wp.mat33, model: ModelRef, work: ScratchRef
 ) -> wp.mat33:

@@ -10,6 +10,7 @@ from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
 from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.muscle import (
     LARGEST_SPEED,
     bounded_fibre_length,
@@ -35,7 +36,7 @@ class Lever:
     axis: int  # which of the joint's
 
 
-@wp.func
+@func
 def fibre_forces(model: int, length: float, speed: float, cosine: float) -> wp.vec2:
     """Active force at full activation, and passive force, along the tendon and over f_max.
 
@@ -47,7 +48,7 @@ def fibre_forces(model: int, length: float, speed: float, cosine: float) -> wp.v
     return wp.vec2(active, bounded_passive(model, length)) * cosine
 
 
-@wp.func
+@func
 def strain_of(model: int, force: float) -> float:
     """Strain of a tendon that bears a force over f_max, by halving; none at no force."""
     low = wp.float32(0.0)
@@ -61,7 +62,7 @@ def strain_of(model: int, force: float) -> float:
     return low
 
 
-@wp.func
+@func
 def lever_axis(instance: int, lever: Lever, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """World axis along which moment arms of a joint's speed are kept, see `coordinate_joint.py`."""
     if has_motion(model.skeleton.plan[lever.body].joint_type):

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 
 @wp.struct
 class Decision:
@@ -18,7 +20,7 @@ class Decision:
     time: float  # s, that a decision lasts
 
 
-@wp.func
+@func
 def goal_point(instance: int, first: int, decision: Decision) -> wp.vec3:
     """A goal that is a point, world, m, whose first number is this one."""
     return wp.vec3(

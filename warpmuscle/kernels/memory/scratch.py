@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import Scratch
 
 CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class exactly
@@ -171,7 +172,7 @@ matrices_at = part_of(wp.mat33, "wp::mat33")
 symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 
 
-@wp.func
+@func
 def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     """Views on the working set in some memory, with room for n bodies.
 
@@ -237,7 +238,7 @@ def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     return w
 
 
-@wp.func
+@func
 def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
     """The same where there are joints of one coordinate, which have a block of their own behind all others."""
     w = work_at(memory, n, slots)
@@ -273,13 +274,13 @@ def followed_work_at_of(followed: int) -> Any:
     return followed_work_at
 
 
-@wp.func
+@func
 def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
     """Where the monomials of paths are, behind all else in some memory."""
     return floats_at(memory, memory.shape[0] - count, 1, count)
 
 
-@wp.func
+@func
 def monomials_before_contacts(memory: wp.array[float], n: int, slots: int, count: int) -> wp.array[float]:
     """The same where feet have as many slots as `slots_for` says: the last in the places of contacts."""
     return floats_at(memory, (FIRST + SECOND) * n + SLOT_FLOATS * slots - count, 1, count)

@@ -2,8 +2,10 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 
-@wp.func
+
+@func
 def in_turn(k: int, lane: int, lanes: int, count: int) -> int:
     """Which of the muscles, by their work, a lane takes where it would take the k-th: there and back again."""
     first = k - lane

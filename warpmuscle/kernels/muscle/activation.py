@@ -5,11 +5,13 @@ Activations and excitations are 0..1; times are in seconds, rates in 1/s.
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 THELEN_TIMES = (0.015, 0.05)  # activation and deactivation time constants, s, of OpenSim's Thelen2003Muscle
 MILLARD_TIMES = (0.01, 0.04)  # the same of its Millard2012EquilibriumMuscle
 
 
-@wp.func
+@func
 def activation_step(activation: float, excitation: float, rate: float, time_step: float) -> float:
     """Activation after one step of a' = rate (u - a), forward Euler (Bergmann 2017, eq. 10), kept within 0..1.
 
@@ -19,7 +21,7 @@ def activation_step(activation: float, excitation: float, rate: float, time_step
     return wp.clamp(activation + rate * time_step * (excitation - activation), 0.0, 1.0)
 
 
-@wp.func
+@func
 def activation_rate(activation: float, excitation: float, rise_time: float, fall_time: float) -> float:
     """Rate 1/tau of a' = (u - a)/tau, 1/s (Thelen 2003, eq. 1 and 2; Millard 2013 takes the same with other constants).
 
@@ -30,13 +32,13 @@ def activation_rate(activation: float, excitation: float, rise_time: float, fall
     return wp.where(excitation > activation, 1.0 / (rise_time * scale), scale / fall_time)
 
 
-@wp.func
+@func
 def activation_relaxed(activation: float, excitation: float, rate: float, time_step: float) -> float:
     """Activation after one step of a' = rate (u - a) at constant rate: exact, so stable for steps of any length."""
     return excitation + (activation - excitation) * wp.exp(-rate * time_step)
 
 
-@wp.func
+@func
 def neural_step(activation: float, neural: float, excitation: float, rest: float, neural_rest: float, mix: float):
     """Activation a and neural signal e after a step of e' = (u - e)/tau_ne, a' = (e - a)/tau (Cruz Ruiz 2015, eq. 11).
 
@@ -51,7 +53,7 @@ def neural_step(activation: float, neural: float, excitation: float, rest: float
     return wp.vec2(a, excitation + (neural - excitation) * neural_rest)
 
 
-@wp.func
+@func
 def delayed_slot(step: int, delay_steps: int, capacity: int) -> int:
     """Slot of a ring buffer that was written `delay_steps` steps ago.
 

@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.curve.curve_sets import LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.path.path import PathState
@@ -14,7 +15,7 @@ from warpmuscle.kernels.structs import ModelRef, MuscleRow, ScratchRef, StateRef
 PIECE = 3  # rows of a piece in a table: where it starts and its constant, then its other coefficients in twos
 
 
-@wp.func
+@func
 def piecewise(table: wp.array[wp.vec2], first: int, x: float) -> float:
     """Value at x of a function of cubic pieces.
 
@@ -31,7 +32,7 @@ def piecewise(table: wp.array[wp.vec2], first: int, x: float) -> float:
     return table[found][1] + t * (low[0] + t * (low[1] + t * table[found + 2][0]))
 
 
-@wp.func
+@func
 def ligament_tension(table: wp.array[wp.vec2], first: int, stretch: float, speed: float) -> float:
     """Tension over its scale at a length over that at rest, and a speed of lengthening, m/s: OpenSim's Ligament.
 
@@ -42,13 +43,13 @@ def ligament_tension(table: wp.array[wp.vec2], first: int, stretch: float, speed
     return piecewise(table, first, stretch) * (1.0 + table[first][1] * speed)
 
 
-@wp.func
+@func
 def is_cable(instance: int, m: int, model: ModelRef) -> bool:
     """Whether one of the muscles is an actuator or a ligament."""
     return at(model.muscles.shape, instance, m).curves >= PATH_ACTUATOR
 
 
-@wp.func
+@func
 def cable_signals(instance: int, m: int, activation: float, excitation: float, model: ModelRef) -> wp.vec2:
     """Activation and excitation: an actuator follows at once, a ligament has none, and muscles keep theirs."""
     curves = at(model.muscles.shape, instance, m).curves

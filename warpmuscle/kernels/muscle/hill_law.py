@@ -5,6 +5,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.cables import cable_signals, with_cables
 from warpmuscle.kernels.muscle.contraction import RIGID, contraction_of
 from warpmuscle.kernels.muscle.muscle_control import activated, neurally_activated
@@ -15,19 +16,19 @@ from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef, at
 
 
-@wp.func
+@func
 def least_activation(instance: int, m: int, model: ModelRef) -> float:
     """The activation that a muscle never goes below."""
     return at(model.muscles.shape, instance, m).minimum_activation
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def follow(instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef) -> float:
     """Activation after a step towards the excitation."""
     return activated(activation, muscle.excitation, model.time_step, muscle.row, model.muscles.scaled_rates)
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def follow_neural_signal(
     instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
 ) -> float:

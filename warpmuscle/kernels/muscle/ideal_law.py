@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.muscle.muscle_kind import MuscleLaw
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStepRef
@@ -9,13 +10,13 @@ from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def activate(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):
     """The excitation, at once."""
     muscle.activation = muscle.excitation
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def contract(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):
     """The fibre is what the path leaves of the tendon."""
     c = Contraction()
@@ -25,7 +26,7 @@ def contract(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, stat
     muscle.fibre = c
 
 
-@wp.func
+@func
 def strength(instance: int, m: int, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef) -> wp.vec3:
     """All of its force is active, see `muscle_strength.strength_of`."""
     return wp.vec3(0.0, row.f_max, 0.0)

@@ -1,7 +1,6 @@
 """The law of the program of Bergmann 2017: one rate of activation, a switching tendon, no bounds, old moment arms."""
 
-import warp as wp
-
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.activation import activation_step
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.muscle.hill_law import hill_strength_of
@@ -12,7 +11,7 @@ from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def activate(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):
     """Activation at the rate of its rise (Bergmann 2017, eq. 10)."""
     muscle.activation = activation_step(
@@ -20,7 +19,7 @@ def activate(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, stat
     )
 
 
-@wp.func
+@func
 def legacy_contraction(
     instance: int, m: int, activation: float, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef
 ) -> Contraction:
@@ -35,7 +34,7 @@ def legacy_contraction(
     return c
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def contract(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):
     """See `MuscleLaw.contract`."""
     muscle.fibre = legacy_contraction(instance, m, muscle.activation, muscle.stretch, muscle.row, model, state)

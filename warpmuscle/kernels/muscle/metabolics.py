@@ -8,25 +8,27 @@ takes is given back, 0 (positive work) to 1 (net work). Forces are positive, and
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 EFFORT_POWER = 0.6  # of the activation in Umberger's heat rates
 AEROBIC = 1.5  # scaling of his heat rates
 
 
-@wp.func
+@func
 def fibre_work(force: float, speed: float, negative_share: float) -> float:
     """Mechanical power of the contractile element; of one that lengthens, the share that is given back."""
     power = -force * speed
     return wp.where(power < 0.0, negative_share * power, power)
 
 
-@wp.func
+@func
 def recruited(level: float, slow: float) -> wp.vec2:
     """Activity of slow and fast fibres, the slow ones recruited first (Bhargava 2004, eq. 9 and 10)."""
     x = 0.5 * wp.PI * level
     return wp.vec2(slow * wp.sin(x), (1.0 - slow) * (1.0 - wp.cos(x)))
 
 
-@wp.func
+@func
 def maintenance_by_length(length: float) -> float:
     """How the maintenance heat depends on the fibre length (Bhargava 2004, fig. 2): 0.5, 0.5..1, 1..0 to 1.5 l_opt."""
     if length <= 1.0:
@@ -34,7 +36,7 @@ def maintenance_by_length(length: float) -> float:
     return wp.max(3.0 - 2.0 * length, 0.0)
 
 
-@wp.func
+@func
 def bhargava_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
     mass: float, negative_share: float,
@@ -51,7 +53,7 @@ def bhargava_power(
     return heat + fibre_work(force, speed, negative_share)
 
 
-@wp.func
+@func
 def bhargava_strict_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
     mass: float, negative_share: float,
@@ -62,7 +64,7 @@ def bhargava_strict_power(
     return wp.max(wp.max(heat, mass) + work, 0.0)
 
 
-@wp.func
+@func
 def wang_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
     mass: float, negative_share: float,
@@ -76,7 +78,7 @@ def wang_power(
     return heat + fibre_work(force, speed, negative_share)
 
 
-@wp.func
+@func
 def umberger_power(
     activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
     mass: float, negative_share: float, v_max: float, l_opt: float,

@@ -17,6 +17,7 @@ from warpmuscle.kernels.curve.curves import (
     tendon_force_strain,
 )
 from warpmuscle.kernels.curve.lee_curves import lee_passive
+from warpmuscle.kernels.functions import func, gradient_of
 
 SHORTEST_FIBRE = 0.05  # of l_opt
 SMALLEST_COSINE = 0.1  # of the pennation
@@ -36,14 +37,14 @@ GRADIENT_SOLUTIONS = 4  # each from the one before: slopes change fast about a s
 SLACK_SLOPE = 1.0e-6  # of a tendon that just falls slack, so that its end of the fibre follows the path
 
 
-@wp.func
+@func
 def bounded_fibre_length(length: float, l_opt: float, width: float) -> float:
     """The length, or the shortest that the fibre may have, m."""
     shortest = wp.max(SHORTEST_FIBRE * l_opt, width * wp.static((1.0 - SMALLEST_COSINE**2) ** -0.5))
     return wp.max(length, shortest)
 
 
-@wp.func
+@func
 def along_tendon(length: float, width: float) -> float:
     """Length of the fibre along the tendon, m: l cos(pennation)."""
     if width > 0.0:
@@ -51,7 +52,7 @@ def along_tendon(length: float, width: float) -> float:
     return length
 
 
-@wp.func
+@func
 def pennation_cosine(length: float, width: float) -> float:
     """Cosine of the pennation of a fibre."""
     if width > 0.0:
@@ -59,7 +60,7 @@ def pennation_cosine(length: float, width: float) -> float:
     return 1.0
 
 
-@wp.func
+@func
 def rigid_fibre_length(mt_length: float, l_opt: float, l_slack: float, width: float) -> float:
     """Fibre length with a rigid tendon, m, from the length of the whole musculotendon unit."""
     reach = wp.max(mt_length - l_slack, 0.0)
@@ -68,25 +69,25 @@ def rigid_fibre_length(mt_length: float, l_opt: float, l_slack: float, width: fl
     return bounded_fibre_length(reach, l_opt, width)
 
 
-@wp.func
+@func
 def rigid_fibre_speed(mt_speed: float, length: float, width: float) -> float:
     """Lengthening speed of the fibre with a rigid tendon, m/s: the unit's times the cosine of the pennation."""
     return mt_speed * pennation_cosine(length, width)
 
 
-@wp.func
+@func
 def switched_fibre_length(mt_length: float, l_opt: float, l_slack: float) -> float:
     """Fibre length, m, with a tendon rigid up to l_opt and infinitely compliant beyond it (Bergmann 2017, 4.1.1)."""
     return wp.where(mt_length - l_opt < l_slack, mt_length - l_slack, l_opt)
 
 
-@wp.func
+@func
 def switched_fibre_speed(mt_length: float, mt_speed: float, l_opt: float, l_slack: float) -> float:
     """Lengthening speed of the fibre of `switched_fibre_length`, m/s."""
     return wp.where(mt_length - l_opt < l_slack, mt_speed, 0.0)
 
 
-@wp.func
+@func
 def legacy_force(f_max: float, activation: float, length: float, speed: float, l_opt: float) -> float:
     """Force in N as the program of Bergmann 2017 computed it: unbounded, the passive term not times f_max.
 
@@ -98,13 +99,13 @@ def legacy_force(f_max: float, activation: float, length: float, speed: float, l
     return f_max * active + lee_passive(x)
 
 
-@wp.func
+@func
 def bounded_passive(model: int, length: float) -> float:
     """Passive fibre force, at most LARGEST_PASSIVE, at a length over l_opt."""
     return wp.min(passive_force_length(model, length), LARGEST_PASSIVE)
 
 
-@wp.func
+@func
 def fibre_force(model: int, activation: float, length: float, speed: float, damping: float) -> float:
     """Force along the fibre, never negative: a f_l f_v + f_p + damping v (Millard 2013, eq. 8).
 
@@ -116,7 +117,7 @@ def fibre_force(model: int, activation: float, length: float, speed: float, damp
     return wp.max(active + bounded_passive(model, length) + damping * v, 0.0)
 
 
-@wp.func
+@func
 def fibre_damping(model: int, activation: float, length: float, speed: float, damping: float) -> float:
     """Derivative of `fibre_force` by speed, over f_max and v_max; 0 where the force is at a bound."""
     if wp.abs(speed) > LARGEST_SPEED:
@@ -128,7 +129,7 @@ def fibre_damping(model: int, activation: float, length: float, speed: float, da
     return active * curve[1] + damping
 
 
-@wp.func
+@func
 def rigid_force(
     model: int, activation: float, mt_length: float, mt_speed: float,
     l_opt: float, l_slack: float, width: float, v_max: float, damping: float,
@@ -144,19 +145,19 @@ def rigid_force(
     return force * pennation_cosine(length, width)
 
 
-@wp.func
+@func
 def tendon_strain(mt_length: float, length: float, l_slack: float, width: float) -> float:
     """Strain of the tendon of a unit whose fibre has a length."""
     return (mt_length - l_slack - along_tendon(length, width)) / l_slack
 
 
-@wp.func
+@func
 def compliant_force(model: int, mt_length: float, length: float, l_slack: float, width: float) -> float:
     """Force of a unit with a compliant tendon: that of its tendon."""
     return tendon_force_strain(model, tendon_strain(mt_length, length, l_slack, width))
 
 
-@wp.func
+@func
 def slopes_by_length(model: int, length: float) -> wp.vec2:
     """Derivatives of the active and of the passive force by the length over l_opt, by central differences.
 
@@ -180,7 +181,7 @@ class BalanceSlopes:
     width: float
 
 
-@wp.func
+@func
 def balance_slopes(
     model: int, active: float, force: float, mt_length: float, length: float,
     l_opt: float, l_slack: float, width: float,
@@ -206,7 +207,7 @@ def balance_slopes(
     return g
 
 
-@wp.func
+@func
 def bound_slopes(l_opt: float, width: float) -> wp.vec2:
     """Derivatives of the shortest length of a fibre, see `bounded_fibre_length`, by l_opt and by the width."""
     by_width = wp.static((1.0 - SMALLEST_COSINE**2) ** -0.5)
@@ -215,7 +216,7 @@ def bound_slopes(l_opt: float, width: float) -> wp.vec2:
     return wp.vec2(SHORTEST_FIBRE, 0.0)
 
 
-@wp.func
+@func
 def fibre_equilibrium(
     model: int, activation: float, mt_length: float, l_opt: float, l_slack: float, width: float
 ) -> float:
@@ -237,7 +238,7 @@ def fibre_equilibrium(
     return 0.5 * (low + high)
 
 
-@wp.func_grad(fibre_equilibrium)
+@gradient_of(fibre_equilibrium)
 def fibre_equilibrium_gradient(
     model: int, activation: float, mt_length: float, l_opt: float, l_slack: float, width: float, adj_ret: float
 ):
@@ -264,7 +265,7 @@ def fibre_equilibrium_gradient(
         wp.adjoint[width] += g.width * share
 
 
-@wp.func
+@func
 def equilibrium_speed(
     model: int, activation: float, mt_length: float, start: float, reach: float, guess: float,
     l_opt: float, l_slack: float, width: float, damping: float,
@@ -310,7 +311,7 @@ def equilibrium_speed(
     return v
 
 
-@wp.func_grad(equilibrium_speed)
+@gradient_of(equilibrium_speed)
 def equilibrium_speed_gradient(
     model: int, activation: float, mt_length: float, start: float, reach: float, guess: float,
     l_opt: float, l_slack: float, width: float, damping: float, adj_ret: float,
@@ -346,7 +347,7 @@ def equilibrium_speed_gradient(
         wp.adjoint[damping] += v * cosine * share
 
 
-@wp.func
+@func
 def compliant_step(
     model: int, activation: float, mt_length: float, length: float, previous_length: float,
     l_opt: float, l_slack: float, width: float, v_max: float, damping: float, time_step: float,

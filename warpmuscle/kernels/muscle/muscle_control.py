@@ -5,6 +5,7 @@ Bergmann 2017, section 5.1, after Geijtenbeek 2013.
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.activation import activation_rate, activation_relaxed, delayed_slot, neural_step
 from warpmuscle.kernels.structs import (
     CLIP,
@@ -22,7 +23,7 @@ from warpmuscle.kernels.structs import (
 SMALLEST_ARM = 1.0e-6  # m
 
 
-@wp.func
+@func
 def wanted_force(torque: wp.vec3, arm: wp.vec3) -> float:
     """Force with which a muscle gives a joint its torque along the moment arm, N: (r/|r| . torque)/|r| (steps 1, 2).
 
@@ -34,7 +35,7 @@ def wanted_force(torque: wp.vec3, arm: wp.vec3) -> float:
     return wp.dot(arm, torque) / square
 
 
-@wp.func
+@func
 def counted(force: float, negative: int) -> wp.vec2:
     """What a joint adds to the sum of wanted forces, N, and to the number of joints that the average is over."""
     if negative == DROP and force <= 0.0:
@@ -44,13 +45,13 @@ def counted(force: float, negative: int) -> wp.vec2:
     return wp.vec2(force, 1.0)
 
 
-@wp.func
+@func
 def average_force(wanted: wp.vec2) -> float:
     """Force that a muscle should have, N: the average over its joints, never negative (step 2), from `counted` sums."""
     return wp.max(wanted[0], 0.0) / wp.max(wanted[1], 1.0)
 
 
-@wp.func
+@func
 def desired_force(instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Force that a muscle should have, N, with the moment arms in the state and the torques in the working set."""
     paths = model.paths
@@ -63,7 +64,7 @@ def desired_force(instance: int, muscle: int, model: ModelRef, state: StateRef, 
     return average_force(total)
 
 
-@wp.func
+@func
 def timed_excitation(muscles: Muscles, own: OwnExcitation, instance: int, time: float) -> float:
     """A muscle's own excitation at a time, s: straight between knots, constant beyond them, repeated if periodic."""
     first = own.first_knot
@@ -82,20 +83,20 @@ def timed_excitation(muscles: Muscles, own: OwnExcitation, instance: int, time: 
     return at(muscles.knot_value, instance, last)
 
 
-@wp.func
+@func
 def within(excitation: float) -> float:
     """The excitation within 0..1; nothing for what is not a number."""
     return wp.where(excitation > 0.0, wp.min(excitation, 1.0), 0.0)
 
 
-@wp.func
+@func
 def heard_before(instance: int, muscle: int, step: int, delay_steps: int, state: MuscleState) -> float:
     """What the muscle's delay line gives out now, unless the delay is less than a step."""
     capacity = state.excitation_ring.shape[1]
     return state.excitation_ring[instance, delayed_slot(step, delay_steps, capacity), muscle]
 
 
-@wp.func
+@func
 def delayed(
     instance: int, muscle: int, step: int, delay_steps: int, excitation: float, before: float, state: MuscleState
 ) -> float:
@@ -111,7 +112,7 @@ def delayed(
     return before
 
 
-@wp.func
+@func
 def activated(activation: float, excitation: float, time_step: float, row: MuscleRow, scaled_rates: int) -> float:
     """Activation after a step towards an excitation."""
     if scaled_rates == 1:
@@ -121,7 +122,7 @@ def activated(activation: float, excitation: float, time_step: float, row: Muscl
     return excitation + (activation - excitation) * rest
 
 
-@wp.func
+@func
 def neurally_activated(activation: float, neural: float, excitation: float, row: MuscleRow) -> wp.vec2:
     """Activation and neural signal after a step; that rises or falls as this ends up above or below it."""
     rest = row.rise_rest

@@ -18,6 +18,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.control.control import Controller, force_of
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.muscle.muscle_control import (
     average_force,
@@ -237,20 +238,20 @@ def pull_of(kind: MuscleKind) -> Any:
     return pull_at_hand if kind.pulls_at_hand else pull_by_state
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def pull_by_state(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
     """Into the state, which has the moment arms as well."""
     state.muscles.force[instance, m] = muscle.fibre.force
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def pull_straight(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
     """The only joint of a straight path gets its torque at once."""
     work.pull[muscle.stretch.crossing] = muscle.stretch.arm * muscle.fibre.force
     state.muscles.force[instance, m] = muscle.fibre.force
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def pull_at_hand(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
     """Moment arms in the working set become torques."""
     force = muscle.fibre.force
@@ -315,7 +316,7 @@ def account_of(terms: Any, recorded: bool, excites: bool, implicit: bool) -> Any
     return account
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def record_muscle(instance: int, m: int, muscle: MuscleStepRef, frame: int, record: RecordRef):
     """Write what a muscle does into a frame."""
     slot = record.slot[instance]

@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.muscle import SMALLEST_COSINE, along_tendon, pennation_cosine
 from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef
@@ -9,7 +10,7 @@ from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef
 WEAKEST = 1.0e-3  # active force over f_max, so that nothing is divided by zero
 
 
-@wp.func
+@func
 def strength_of(half: float, full: float, least: float, f_max: float) -> wp.vec3:
     """What a muscle has of its forces at activations of 1/2 and 1, which lie on a line.
 
@@ -24,7 +25,7 @@ def strength_of(half: float, full: float, least: float, f_max: float) -> wp.vec3
     return wp.vec3(passive, wp.max(full - passive, WEAKEST * f_max), wp.max(start, least))
 
 
-@wp.func
+@func
 def as_stretched(instance: int, muscle: int, stretch: PathState, row: MuscleRow, model: ModelRef, state: StateRef):
     """The stretch with which a rigid tendon would give a fibre the length and speed that it has on a compliant one.
 

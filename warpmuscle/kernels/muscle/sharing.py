@@ -26,6 +26,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric, symmetric_outer
 from warpmuscle.kernels.force.actuation import ball_projector, hinge_projector
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.sharing_rules import SMALLEST, newton_step, share_of, within_length
 from warpmuscle.kernels.structs import (
@@ -55,34 +56,34 @@ class Places(NamedTuple):
     put: Any  # (instance, muscle, share, state, work)
 
 
-@wp.func
+@func
 def arms_in_state(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
     """Where the moment arms of an instance are kept: in the state."""
     return state.muscles.moment_arm[instance]
 
 
-@wp.func
+@func
 def arms_at_hand(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
     """The same: in the working set."""
     return work.pull
 
 
-@wp.func
+@func
 def share_in_state(instance: int, muscle: int, state: StateRef, work: ScratchRef) -> float:
     return state.muscles.sharing.share[instance, muscle]
 
 
-@wp.func
+@func
 def put_in_state(instance: int, muscle: int, share: float, state: StateRef, work: ScratchRef):
     state.muscles.sharing.share[instance, muscle] = share
 
 
-@wp.func
+@func
 def share_at_hand(instance: int, muscle: int, state: StateRef, work: ScratchRef) -> float:
     return work.share[whole(muscle)]
 
 
-@wp.func
+@func
 def put_at_hand(instance: int, muscle: int, share: float, state: StateRef, work: ScratchRef):
     work.share[whole(muscle)] = share
 
@@ -96,13 +97,13 @@ def places_of(at_hand: bool) -> Places:
     return AT_HAND if at_hand else IN_STATE
 
 
-@wp.func
+@func
 def kept(instance: int, muscle: int, state: StateRef) -> SharedMuscle:
     """What the first pass over the muscles kept of one for the second."""
     return state.muscles.sharing.muscle[instance, muscle]
 
 
-@wp.func
+@func
 def driven_part(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.mat33:
     """Projects a torque on what acts along those degrees of freedom of a joint that muscles drive, world axes."""
     plan = model.skeleton.plan[body]
@@ -121,7 +122,7 @@ def driven_part(instance: int, body: int, model: ModelRef, work: ScratchRef) -> 
     return hinge_projector(a, weight[0])
 
 
-@wp.func
+@func
 def rescale(instance: int, muscle: int, factor: float, model: ModelRef, arm: wp.array[wp.vec3]):
     """Multiply all moment arms of a muscle."""
     span = model.paths.span[muscle]

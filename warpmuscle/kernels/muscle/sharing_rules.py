@@ -6,6 +6,7 @@ A share is x, and carries its sign: positive while the muscle is free to do more
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric
+from warpmuscle.kernels.functions import func
 
 RELAXATION = 1.2  # of a step of Newton's method
 MARGIN = 0.05  # of full activation, within which a muscle at a bound counts as if it were not
@@ -13,7 +14,7 @@ NEAR = 0.02  # activation up to which a muscle that shortens fast is activated b
 SMALLEST = 1.0e-12  # share of a muscle that is free to change
 
 
-@wp.func
+@func
 def share_of(bid: float, most: float) -> float:
     """Share of a muscle to which its joints bid sum g . v, at most sqrt(m); negative where it is at a bound."""
     share = wp.clamp(bid, 0.0, most)
@@ -21,13 +22,13 @@ def share_of(bid: float, most: float) -> float:
     return wp.where(beyond < 0.0, wp.max(share, SMALLEST), -share)
 
 
-@wp.func
+@func
 def activation_of(part: float, idle: float) -> float:
     """Activation with which a muscle has so much of its active force, 0..1; none for none."""
     return (1.0 - idle) * part + idle * wp.min(part * wp.static(1.0 / NEAR), 1.0)
 
 
-@wp.func
+@func
 def symmetric_solution(s: symmetric, v: wp.vec3) -> wp.vec3:
     """S^-1 v by elimination, exact enough also where S is nearly singular, as of hinges, which cofactors are not."""
     p = 1.0 / s[0]
@@ -42,13 +43,13 @@ def symmetric_solution(s: symmetric, v: wp.vec3) -> wp.vec3:
     return wp.vec3(v[0] * p - a * y - b * z, y, z)
 
 
-@wp.func
+@func
 def newton_step(inertia: symmetric, residual: wp.vec3, soft: float) -> wp.vec3:
     """Change of a price: (sum of w g g^T + s 1)^-1 residual, relaxed."""
     return symmetric_solution(inertia + symmetric(soft, 0.0, 0.0, soft, 0.0, soft), residual) * RELAXATION
 
 
-@wp.func
+@func
 def within_length(v: wp.vec3, most: float) -> wp.vec3:
     """The vector, shortened to a length if it is longer."""
     length = wp.length(v)

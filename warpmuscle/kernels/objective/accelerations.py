@@ -2,10 +2,11 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
 
-@wp.func
+@func
 def centre_acceleration(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Acceleration of a body's centre of mass, world, m/s^2; at rest on the ground it is 0.
 
@@ -17,7 +18,7 @@ def centre_acceleration(instance: int, body: int, model: ModelRef, work: Scratch
     return work.acceleration[body] + turned
 
 
-@wp.func
+@func
 def centre_of_mass(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Place of a body's centre of mass, world, m."""
     return work.position[body] + work.rotation[body] * at(model.skeleton.row, instance, body).com

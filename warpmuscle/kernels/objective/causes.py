@@ -6,6 +6,7 @@ users are looked at, and only kernels that have some have this compiled in.
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.objective.failure import is_somewhere
 from warpmuscle.kernels.structs import LARGEST, ScratchRef, StateRef
 
@@ -19,7 +20,7 @@ def cause_of(part: int, kind: int = 0) -> int:
     return part + 8 * min(kind, KINDS - 1)
 
 
-@wp.func
+@func
 def blame(instance: int, cause: int, state: StateRef, work: ScratchRef):
     """Let an instance have diverged because of a part; the first of them counts."""
     if state.cause[instance] == 0:
@@ -27,7 +28,7 @@ def blame(instance: int, cause: int, state: StateRef, work: ScratchRef):
     work.flags[1] = 1
 
 
-@wp.func
+@func
 def checked(value: float, instance: int, cause: int, state: StateRef, work: ScratchRef) -> float:
     """The value of a part, which is to blame if it is none or beyond all bounds."""
     if not (wp.abs(value) < LARGEST):
@@ -35,7 +36,7 @@ def checked(value: float, instance: int, cause: int, state: StateRef, work: Scra
     return value
 
 
-@wp.func
+@func
 def checked_vector(value: wp.vec3, instance: int, cause: int, state: StateRef, work: ScratchRef) -> wp.vec3:
     """The same of a vector."""
     if not is_somewhere(value):

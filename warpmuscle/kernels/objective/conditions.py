@@ -5,12 +5,13 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.objective.causes import CONDITION, cause_of
 from warpmuscle.kernels.objective.failure import CONDITION_MET
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef
 
 
-@wp.func
+@func
 def no_condition(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """No condition of others is looked at."""
 

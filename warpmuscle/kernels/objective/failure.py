@@ -4,6 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.contact.contact import above_ground
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import (
     CROSSED,
     DIVERGED,
@@ -23,52 +24,52 @@ from warpmuscle.kernels.structs import (
 CONDITION_MET = 2  # in the flag of a step that otherwise is 1 if it diverged
 
 
-@wp.func
+@func
 def has_fallen(height: float, start_height: float, fraction: float) -> bool:
     """Whether the centre of mass is below a fraction of its initial height (Bergmann 2017, section 6); NaN has."""
     return not (height >= fraction * start_height)
 
 
-@wp.func
+@func
 def turn_between(angle: float, desired: float) -> float:
     """The turn from a heading to another one on the shorter way, whole revolutions left out, rad, -pi..pi."""
     turn = angle - desired
     return turn - wp.static(2.0 * wp.PI) * wp.round(turn * wp.static(0.5 / wp.PI))
 
 
-@wp.func
+@func
 def has_turned(angle: float, desired: float, largest: float) -> bool:
     """Whether the heading is off by more than `largest` (Bergmann 2017, section 6: 45 degrees); never if 0."""
     return largest > 0.0 and not (wp.abs(turn_between(angle, desired)) <= largest)
 
 
-@wp.func
+@func
 def nearest_on_the_way(angle: float, start: float, desired: float) -> float:
     """The heading nearest to an angle on the shorter way from the starting heading to the desired one, rad."""
     way = turn_between(desired, start)
     return start + wp.clamp(turn_between(angle, start), wp.min(way, 0.0), wp.max(way, 0.0))
 
 
-@wp.func
+@func
 def has_crossed(apart: float, largest: float) -> bool:
     """Whether the left foot is farther to the right of the right foot than `largest`, m; NaN has."""
     return not (apart >= -largest)
 
 
-@wp.func
+@func
 def is_somewhere(place: wp.vec3) -> bool:
     """Whether a place is within all bounds; NaN is not."""
     return wp.abs(place[0]) + wp.abs(place[1]) + wp.abs(place[2]) < LARGEST
 
 
-@wp.func
+@func
 def feet_apart(model: ModelRef, work: ScratchRef) -> float:
     """How far the joint of the left foot is to the left of that of the right foot, as the character faces, m."""
     between = work.position[model.feet.left] - work.position[model.feet.right]
     return wp.quat_rotate_inv(heading(work.orientation[0]), between)[0]
 
 
-@wp.func
+@func
 def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Nothing has diverged yet; in the first step, remember how the instance starts. One lane calls it."""
     work.flags[1] = 0
@@ -77,7 +78,7 @@ def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work:
         state.start_heading[instance] = heading_angle(work.orientation[0])
 
 
-@wp.func
+@func
 def posture_status(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
     """Status by the pose and speed at the start of a step: RUNNING, DIVERGED, FELL, TURNED or CROSSED."""
     limits = at(model.failure, instance, 0)
@@ -100,7 +101,7 @@ def posture_status(instance: int, model: ModelRef, state: StateRef, work: Scratc
     return RUNNING
 
 
-@wp.func
+@func
 def step_status(model: ModelRef, work: ScratchRef) -> int:
     """Status by what happened in a step: RUNNING, DIVERGED or TOUCHED."""
     if work.flags[1] == 1:
@@ -110,14 +111,14 @@ def step_status(model: ModelRef, work: ScratchRef) -> int:
     return RUNNING
 
 
-@wp.func
+@func
 def window_begins(instance: int, step: int, model: ModelRef) -> bool:
     """Whether one window of the mean speed of `progress_status` ends with a step, and the next begins."""
     steps = wp.max(int(at(model.failure, instance, 0).no_progress_window / model.time_step + 0.5), 1)
     return step % steps == 0
 
 
-@wp.func
+@func
 def progress_status(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
     """STOPPED if the centre of mass went less far over the ground than it must in the window that ends, else RUNNING.
 
@@ -132,14 +133,14 @@ def progress_status(instance: int, step: int, model: ModelRef, state: StateRef, 
     return RUNNING
 
 
-@wp.func
+@func
 def remember_place(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Keep where a window of `progress_status` begins. One lane calls it, a barrier after that."""
     if window_begins(instance, step, model):
         state.passed[instance] = work.center[0]
 
 
-@wp.func
+@func
 def condition_status(work: ScratchRef) -> int:
     """FAILED if a condition of the scene's own was met in a step, and nothing diverged, else RUNNING."""
     if work.flags[1] == CONDITION_MET:

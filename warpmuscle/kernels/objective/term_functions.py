@@ -17,6 +17,7 @@ from warpmuscle.kernels.contact.gait_cycle import foot_part, step_part
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity
 from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.metabolics import bhargava_power, bhargava_strict_power, umberger_power, wang_power
 from warpmuscle.kernels.muscle.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.objective.causes import TERM, cause_of, checked
@@ -39,25 +40,25 @@ class MuscleWork:
     force: float  # N
 
 
-@wp.func
+@func
 def effort_squared(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """a^2."""
     return w.activation * w.activation
 
 
-@wp.func
+@func
 def effort_cubed(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """a^3."""
     return w.activation * w.activation * w.activation
 
 
-@wp.func
+@func
 def curves_of(instance: int, m: int, model: ModelRef) -> int:
     """The curves of a muscle: those of all muscles, unless they have shapes of their own (see `shaped_curves.py`)."""
     return model.muscles.model
 
 
-@wp.func
+@func
 def contractile_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Force of the active part of the fibre, N, never negative."""
     row = at(model.muscles.row, instance, m)
@@ -68,7 +69,7 @@ def contractile_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> 
     return wp.max(w.activation * multiplier * row.f_max, 0.0)
 
 
-@wp.func
+@func
 def metabolic_wang(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.wang_power`."""
     row = at(model.muscles.row, instance, m)
@@ -79,7 +80,7 @@ def metabolic_wang(instance: int, m: int, w: MuscleWork, model: ModelRef) -> flo
     )  # fmt: skip
 
 
-@wp.func
+@func
 def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.bhargava_power`."""
     row = at(model.muscles.row, instance, m)
@@ -90,7 +91,7 @@ def metabolic_bhargava(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
     )  # fmt: skip
 
 
-@wp.func
+@func
 def metabolic_bhargava_strict(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.bhargava_strict_power`."""
     row = at(model.muscles.row, instance, m)
@@ -101,7 +102,7 @@ def metabolic_bhargava_strict(instance: int, m: int, w: MuscleWork, model: Model
     )  # fmt: skip
 
 
-@wp.func
+@func
 def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Metabolic power, W, see `metabolics.umberger_power`."""
     row = at(model.muscles.row, instance, m)
@@ -113,20 +114,20 @@ def metabolic_umberger(instance: int, m: int, w: MuscleWork, model: ModelRef) ->
     )  # fmt: skip
 
 
-@wp.func
+@func
 def passive_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
     """Force of the passive fibre, N."""
     row = at(model.muscles.row, instance, m)
     return row.f_max * bounded_passive(curves_of(instance, m, model), w.length / row.l_opt)
 
 
-@wp.func
+@func
 def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Magnitude of the torque that drives a joint, N m."""
     return wp.length(work.torque[body])
 
 
-@wp.func
+@func
 def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Magnitude of the torque of a joint's limits, N m."""
     if model.skeleton.plan[body].has_limits == 0:
@@ -140,7 +141,7 @@ def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, wor
     return excess
 
 
-@wp.func
+@func
 def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared acceleration of a joint's speeds in the step before, rad^2/s^4."""
     total = wp.float32(0.0)
@@ -149,13 +150,13 @@ def smoothness(instance: int, body: int, model: ModelRef, state: StateRef, work:
     return total
 
 
-@wp.func
+@func
 def bin_of(part: float, bins: int) -> int:
     """Which of so many equal parts of a cycle a part of it, 0 to 1, is in."""
     return wp.clamp(int(part * float(bins)), 0, bins - 1)
 
 
-@wp.func
+@func
 def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared angle between a joint and that of the tracked gait, rad^2.
 
@@ -173,7 +174,7 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: S
     return model.tracked[body] * wp.dot(error, error)
 
 
-@wp.func
+@func
 def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of a joint's sagittal angle and that of human legs, in half-widths of the norm.
 
@@ -187,28 +188,28 @@ def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: Scra
     return deviation * deviation
 
 
-@wp.func
+@func
 def speed(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of the forward speed of the centre of mass and the target speed, m^2/s^2."""
     error = work.center[1][2] - at(model.objective, instance, 0).target_speed
     return error * error
 
 
-@wp.func
+@func
 def heading(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of the heading and the desired heading, rad^2."""
     error = turn_between(heading_angle(work.orientation[0]), at(model.heading, instance, 0))
     return error * error
 
 
-@wp.func
+@func
 def head(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared angular velocity of the head, rad^2/s^2."""
     w = work.angular_velocity[model.head]
     return wp.dot(w, w)
 
 
-@wp.func
+@func
 def ground_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Vertical force on each foot beyond its bound, over body weight, summed, of the step before."""
     weight = body_weight(instance, model)
@@ -217,7 +218,7 @@ def ground_force(instance: int, model: ModelRef, state: StateRef, work: ScratchR
     return left + wp.max(state.foot_force[instance, 1][1] / weight - bound, 0.0)
 
 
-@wp.func
+@func
 def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of each foot's last step width and people's, m^2, summed; of a foot that has landed twice."""
     total = wp.float32(0.0)
@@ -228,7 +229,7 @@ def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef
     return total
 
 
-@wp.func
+@func
 def norm_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of each foot's vertical force and that of human walking, in half-widths, of the step before.
 
@@ -260,7 +261,7 @@ MUSCLE_TERMS, BODY_TERMS, WHOLE_TERMS = _functions("muscle"), _functions("body")
 CYCLE_TERMS = {term.name for term in TERMS.values() if term.follows_cycles}
 
 
-@wp.func
+@func
 def sane(value: float, work: ScratchRef) -> wp.float64:
     """The value in double precision; nothing for what is too large or not a number, and the step has diverged."""
     if wp.abs(value) < LARGEST:
@@ -269,7 +270,7 @@ def sane(value: float, work: ScratchRef) -> wp.float64:
     return wp.float64(0.0)
 
 
-@wp.func
+@func
 def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add this step's feedback torque of every joint to its integral (Bergmann 2017, section 6). No barrier.
 
@@ -285,17 +286,17 @@ def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: S
             work.flags[1] = 1
 
 
-@wp.func
+@func
 def no_muscle_terms(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term is summed over muscles."""
 
 
-@wp.func
+@func
 def no_body_terms(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term is summed over bodies."""
 
 
-@wp.func
+@func
 def no_whole_terms(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term of the whole instance is summed."""
 

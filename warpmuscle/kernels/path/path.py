@@ -28,6 +28,7 @@ import warp as wp
 from warpmuscle.kernels.body.coordinate_joint import along_coordinate
 from warpmuscle.kernels.body.follower import along_driver, driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
 from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, ScratchRef, StateRef, at, rolled, whole
@@ -56,7 +57,7 @@ class PathState:
     crossing: int  # and which crossing it belongs to
 
 
-@wp.func
+@func
 def segment_moment_arm(a: wp.vec3, joint: wp.vec3, direction: wp.vec3) -> wp.vec3:
     """Moment arm vector, m, of a segment from a on the joint's parent side to its child side: (a - joint) x direction.
 
@@ -65,14 +66,14 @@ def segment_moment_arm(a: wp.vec3, joint: wp.vec3, direction: wp.vec3) -> wp.vec
     return wp.cross(a - joint, direction)
 
 
-@wp.func
+@func
 def smooth_step(x: float) -> wp.vec2:
     """3 t^2 - 2 t^3 with t = x clamped to 0..1, and its slope."""
     t = wp.clamp(x, 0.0, 1.0)
     return wp.vec2(t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t))
 
 
-@wp.func
+@func
 def condition_weight(angle: float, low: float, high: float, blend: float) -> wp.vec2:
     """Weight of a conditional point and its derivative by the angle: 1 within low..high, 0 outside, 1/2 at both ends.
 
@@ -86,7 +87,7 @@ def condition_weight(angle: float, low: float, high: float, blend: float) -> wp.
     return wp.vec2(rise[0] * fall[0], (rise[1] * fall[0] - rise[0] * fall[1]) / blend)
 
 
-@wp.func
+@func
 def both(a: Weight, b: Weight) -> Weight:
     """The product of two weights."""
     w = Weight()
@@ -96,7 +97,7 @@ def both(a: Weight, b: Weight) -> Weight:
     return w
 
 
-@wp.func
+@func
 def without(a: Weight) -> Weight:
     """1 minus a weight."""
     w = Weight()
@@ -106,7 +107,7 @@ def without(a: Weight) -> Weight:
     return w
 
 
-@wp.func
+@func
 def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """World vector whose product with the angular velocity of a hinge or universal joint is a coordinate's speed."""
     plan = model.skeleton.plan[joint]
@@ -120,7 +121,7 @@ def coordinate_gradient(instance: int, joint: int, axis: int, model: ModelRef, w
     return across / (1.0 - cosine * cosine)
 
 
-@wp.func
+@func
 def point_weight(
     instance: int, point: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: ScratchRef
 ) -> Weight:
@@ -142,7 +143,7 @@ def point_weight(
     return w
 
 
-@wp.func
+@func
 def segment_weight(
     instance: int, segment: int, joint: int, model: ModelRef, state: StateRef, paths: Paths, work: ScratchRef
 ) -> Weight:
@@ -156,7 +157,7 @@ def segment_weight(
     return w
 
 
-@wp.func
+@func
 def offset_between(body: int, origin: int, work: ScratchRef) -> wp.vec3:
     """From the joint of the body `origin` to that of another one, world axes, m."""
     if body == origin:
@@ -164,7 +165,7 @@ def offset_between(body: int, origin: int, work: ScratchRef) -> wp.vec3:
     return work.position[whole(body)] - work.position[whole(origin)]
 
 
-@wp.func
+@func
 def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef) -> wp.vec3:
     """From the joint of the segment's origin to one of its ends, world axes, m.
 
@@ -177,7 +178,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef
     return local
 
 
-@wp.func
+@func
 def joint_velocity(joint: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
     parent = whole(model.skeleton.plan[joint].parent)
@@ -185,7 +186,7 @@ def joint_velocity(joint: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def add_crossings(total: wp.ref[PathState], muscle: int, model: ModelRef, work: ScratchRef, arm: wp.array[wp.vec3]):
     """Add the speed of a path whose moment arms are known, and what its joints want of the muscle."""
     span = model.paths.span[muscle]
@@ -197,7 +198,7 @@ def add_crossings(total: wp.ref[PathState], muscle: int, model: ModelRef, work: 
         total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
 
 
-@wp.func
+@func
 def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Relative angular velocities of all joints into the working set. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
@@ -280,7 +281,7 @@ def segments_stretch_of(
     return muscle_stretch
 
 
-@wp.func
+@func
 def straight_stretch(
     instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
 ) -> PathState:
@@ -301,7 +302,7 @@ def straight_stretch(
     return total
 
 
-@wp.func
+@func
 def pulley_stretch(
     instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
 ) -> PathState:

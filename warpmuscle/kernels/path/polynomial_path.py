@@ -7,12 +7,13 @@ coefficients.
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.path.path import PathState, add_crossings, coordinate_gradient
 from warpmuscle.kernels.structs import ModelRef, PolynomialTerm, ScratchRef, StateRef, whole
 
 
-@wp.func
+@func
 def monomial_value(instance: int, k: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """A product of powers of coordinates, from one of lower degree."""
     own = model.routes.monomial[k]
@@ -20,7 +21,7 @@ def monomial_value(instance: int, k: int, model: ModelRef, state: StateRef, work
     return work.monomial[whole(own.before)] * state.coordinates[instance, whole(start + own.axis)]
 
 
-@wp.func
+@func
 def monomials_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """All products of powers that some path needs, degree by degree. Ends with a barrier."""
     start = model.routes.degree_start
@@ -58,7 +59,7 @@ def weighted_sum(
 ) -> float: ...  # the sum of some terms, in order, of which a GPU fetches several at once, each whole
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def polynomial_stretch(
     instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
 ) -> PathState:

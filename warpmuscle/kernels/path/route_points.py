@@ -8,18 +8,19 @@ import warp as wp
 from warpmuscle.kernels.body.joint_motion import cubic_rates, piece_of
 from warpmuscle.kernels.body.kinematics import coordinate_quat
 from warpmuscle.kernels.body.limits import ball_angles
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef, at, whole
 
 
-@wp.func
+@func
 def always(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     """What `sometimes` says where no point has a condition."""
     return True
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def sometimes(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     """Whether a point of a route counts now."""
     condition = model.routes.point[point].condition
@@ -38,7 +39,7 @@ def sometimes(instance: int, point: int, model: ModelRef, state: StateRef) -> bo
     return q >= interval[0] and q <= interval[1]
 
 
-@wp.func(inline=True)
+@func(inline=True)
 def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -> wp.vec3:
     """How far a point has moved along the axis of one of its motions, and the derivatives by the joint's coordinate."""
     plan = model.routes.motion[motion]

@@ -11,6 +11,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE, THROUGH, Touch, allowed, kept_size, larger, on_side
 
 LEVEL = 5.0e-7  # share of a plane's normal along z below which the plane counts as upright
@@ -20,13 +21,13 @@ LEAST_SHARE = 1.0e-4  # of a radius that something goes round
 SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
 
 
-@wp.func
+@func
 def across(p: wp.vec2, z: float, axis: int) -> float:
     """A coordinate of the point p at the height z."""
     return wp.where(axis == 0, p[0], wp.where(axis == 1, p[1], z))
 
 
-@wp.func
+@func
 def tangent(p: wp.vec2, radius: float, way: float) -> wp.vec2:
     """Where the tangent from a point outside touches the circle; way 1: on counter-clockwise, -1: back."""
     square = wp.dot(p, p)
@@ -34,13 +35,13 @@ def tangent(p: wp.vec2, radius: float, way: float) -> wp.vec2:
     return wp.vec2(radius * p[0] - leg * p[1], radius * p[1] + leg * p[0]) * (radius / square)
 
 
-@wp.func
+@func
 def plane_height(za: float, zb: float, z: float) -> float:
     """Height of a tangent point of the end at za; that of the end itself where it would be beyond the other one."""
     return wp.where(wp.abs(z - zb) < wp.abs(zb - za), z, za)
 
 
-@wp.func
+@func
 def heights_in_plane(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2) -> wp.vec2:
     """Heights of both tangent points in the plane through a, b and the bisector of their directions from the axis."""
     pa = wp.vec2(a[0], a[1])
@@ -61,7 +62,7 @@ def heights_in_plane(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2) ->
     )
 
 
-@wp.func
+@func
 def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, arc: float) -> wp.vec2:
     """Heights of both tangent points on the shortest path, whose slope is the same all the way."""
     before = wp.length(first - wp.vec2(a[0], a[1]))
@@ -74,7 +75,7 @@ def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, ar
 def cylinder_touch_of(smooth: bool) -> Any:
     """The Warp function `cylinder_touch`, of OpenSim's cylinder, or of one off which no path jumps."""
 
-    @wp.func
+    @func
     def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
         """How a segment from a to b, m, goes round a cylinder.
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.path.wrap_touch import INSIDE, THROUGH, Touch, kept_size, on_side
 
 HYBRID, MIDPOINT, AXIAL = 0, 1, 2
@@ -28,7 +29,7 @@ ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which 
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
 
-@wp.func
+@func
 def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
     """The point of an ellipsoid with radii r that is nearest to p, or if `across` is an axis of its section there.
 
@@ -64,7 +65,7 @@ def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
     return found
 
 
-@wp.func
+@func
 def most_along(d: wp.vec3) -> int:
     """The axis that is most along a direction."""
     x = wp.abs(d[0])
@@ -73,7 +74,7 @@ def most_along(d: wp.vec3) -> int:
     return wp.where(y > x, wp.where(z > y, 2, 1), wp.where(z > x, 2, 0))
 
 
-@wp.func
+@func
 def fan_point(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
     """The point of the ellipsoid in the mean direction from a chord within it."""
     total = wp.vec3(0.0)
@@ -91,7 +92,7 @@ class Guide:
     fan: float  # how much the mean direction from the chord counts, 0..1
 
 
-@wp.func
+@func
 def guide_of(start: wp.vec3, chord: wp.vec3, r: wp.vec3, method: int) -> Guide:
     """The point that a path's plane goes through, from the part of the segment within the ellipsoid."""
     along = most_along(chord)
@@ -117,7 +118,7 @@ def guide_of(start: wp.vec3, chord: wp.vec3, r: wp.vec3, method: int) -> Guide:
     return result
 
 
-@wp.func
+@func
 def circle_tangent(end: wp.vec3, middle: wp.vec3, normal: wp.vec3, square: float, outward: wp.vec3) -> wp.vec3:
     """Where the tangent from a point touches a circle, on the outward side; the point itself if it is on the circle."""
     v = end - middle
@@ -130,7 +131,7 @@ def circle_tangent(end: wp.vec3, middle: wp.vec3, normal: wp.vec3, square: float
     return middle + (v * square + across * wp.sqrt(square * (far - square))) / far
 
 
-@wp.func
+@func
 def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
     """Length of the arc u cos t + v sin t, t from 0 to an angle, stretched by radii; by Gauss's rule of 5 points."""
     total = wp.float32(0.0)
@@ -147,7 +148,7 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
 def ellipsoid_touch_of(smooth: bool) -> Any:
     """The Warp function `ellipsoid_touch`, of OpenSim's ellipsoid, or of one off which no path jumps."""
 
-    @wp.func
+    @func
     def ellipsoid_touch(a: wp.vec3, b: wp.vec3, full: wp.vec3, axis: int, side: int, method: int) -> Touch:
         """How a segment from a to b, m, goes round an ellipsoid, which it only does where it would run through it.
 

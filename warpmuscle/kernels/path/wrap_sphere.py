@@ -2,13 +2,14 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, INSIDE, Touch, allowed, kept_size, larger, on_side
 
 STRAIGHT = 1.0e-5  # sine of the angle below which both ends lie opposite each other
 REACH = 1.0  # m, from the first end to the middle of the sphere; OpenSim takes no segment beyond it as running through
 
 
-@wp.func
+@func
 def sphere_tangent(p: wp.vec3, normal: wp.vec3, radius: float, way: float) -> wp.vec3:
     """Where the tangent from a point outside touches the sphere in a plane through its middle; way 1 or -1."""
     square = wp.dot(p, p)
@@ -16,7 +17,7 @@ def sphere_tangent(p: wp.vec3, normal: wp.vec3, radius: float, way: float) -> wp
     return (p * radius + wp.cross(normal, p) * leg) * (radius / square)
 
 
-@wp.func
+@func
 def direction_across(v: wp.vec3) -> wp.vec3:
     """A unit vector at right angles to a vector."""
     s = wp.abs(v)
@@ -28,7 +29,7 @@ def direction_across(v: wp.vec3) -> wp.vec3:
     return wp.normalize(wp.cross(v, other))
 
 
-@wp.func
+@func
 def sphere_touch(a: wp.vec3, b: wp.vec3, radius: float, axis: int, side: int) -> Touch:
     """How a segment from a to b, m, goes round a sphere.
 
@@ -86,7 +87,7 @@ def sphere_touch(a: wp.vec3, b: wp.vec3, radius: float, axis: int, side: int) ->
     return touch
 
 
-@wp.func
+@func
 def smooth_sphere_touch(a: wp.vec3, b: wp.vec3, radius: float, axis: int, side: int) -> Touch:
     """`sphere_touch`, of a sphere off which no path jumps as one of its ends goes inside."""
     near = wp.sqrt(wp.min(wp.dot(a, a), wp.dot(b, b))) / radius

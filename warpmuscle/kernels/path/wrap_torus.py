@@ -7,6 +7,7 @@ ends; the equation that it solves has twice the distance from the axis in it, an
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.path.wrap_cylinder import cylinder_touch
 from warpmuscle.kernels.path.wrap_touch import BESIDE, Touch, on_side
 
@@ -18,7 +19,7 @@ WORTHLESS = 1.0e-4  # share of the expected gain below which a step is not taken
 SMALLEST = 1.0e-12
 
 
-@wp.func
+@func
 def circle_slope(u: float, along: float, flat: float, square: float, rest: float, ring: float) -> wp.vec2:
     """What is 0 where the search ends, and its derivative, at a distance u along the line; see `place_from`."""
     away = wp.sqrt(wp.max(u * u * square + 2.0 * flat * u + rest, SMALLEST))
@@ -27,7 +28,7 @@ def circle_slope(u: float, along: float, flat: float, square: float, rest: float
     return wp.vec2(2.0 * (along + u - 2.0 * ring * inward / away), 2.0 * (1.0 - 2.0 * ring * bend))
 
 
-@wp.func
+@func
 def narrowed(reach: float, size: float, gain: float, expected: float, after: float, before: float) -> float:
     """Reach of a search after a step that gained much less than expected."""
     share = wp.float32(0.5)
@@ -38,7 +39,7 @@ def narrowed(reach: float, size: float, gain: float, expected: float, after: flo
     return share * wp.min(reach, 10.0 * size)
 
 
-@wp.func
+@func
 def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
     """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on.
 
@@ -90,14 +91,14 @@ def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
     return a + n * u
 
 
-@wp.func
+@func
 def from_circle(p: wp.vec3, ring: float) -> float:
     """Squared distance of a place from the circle, m^2."""
     inward = wp.sqrt(p[0] * p[0] + p[1] * p[1]) - ring
     return inward * inward + p[2] * p[2]
 
 
-@wp.func
+@func
 def torus_touch(a: wp.vec3, b: wp.vec3, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
     """How a segment from a to b, m, goes through a torus.
 

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
+
 FREE, INSIDE, BESIDE, THROUGH = 0, 1, 2, 3
 
 
@@ -22,7 +24,7 @@ class Touch:
 GIVES = 4.0  # how much faster a smooth surface shrinks than an end of a segment goes into it
 
 
-@wp.func
+@func
 def kept_size(near: float) -> float:
     """Share of its size that a smooth surface keeps, 0..1, with the end of a segment at so much of it from its middle.
 
@@ -31,13 +33,13 @@ def kept_size(near: float) -> float:
     return wp.clamp(1.0 - GIVES * (1.0 - near), 0.0, 1.0)
 
 
-@wp.func
+@func
 def on_side(x: float, side: int) -> bool:
     """Whether a coordinate is on the side 1 or -1; 0 is on the side 1."""
     return (x >= 0.0) == (side > 0)
 
 
-@wp.func
+@func
 def allowed(a: float, b: float, near: float, side: int, through: bool) -> int:
     """What a segment does at a surface with a side, from coordinates across it of its ends and its nearest point.
 
@@ -55,7 +57,7 @@ def allowed(a: float, b: float, near: float, side: int, through: bool) -> int:
     return FREE
 
 
-@wp.func
+@func
 def larger(p: float, q: float, r: float, s: float) -> int:
     """Which of four numbers is the largest."""
     if p > q and p > r and p > s:

@@ -8,6 +8,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import symmetric_times
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import FOLLOWER, ModelRef, RecordRef, ScratchRef, StateRef, rolled, whole
 
 
@@ -38,7 +39,7 @@ class RecordKind(NamedTuple):
 NOTHING = RecordKind(False, False, False)
 
 
-@wp.func
+@func
 def frame_of(instance: int, step: int, record: RecordRef) -> int:
     """The frame to be written in this step, or -1: the instance is not recorded, or no frame is due."""
     if record.every == 0:
@@ -48,7 +49,7 @@ def frame_of(instance: int, step: int, record: RecordRef) -> int:
     return step / record.every
 
 
-@wp.func
+@func
 def record_desired(
     instance: int,
     lane: int,
@@ -68,7 +69,7 @@ def record_desired(
         record.target[row, frame, i] = work.target[i]
 
 
-@wp.func
+@func
 def record_stage(
     instance: int,
     lane: int,
@@ -104,14 +105,14 @@ def record_stage(
         record.stiffness[row, i] = work.stiffness[i]
 
 
-@wp.func
+@func
 def turning_acceleration(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Acceleration of what is not prescribed of a joint, along which its implicit inertia acts, world, rad/s^2."""
     parent = whole(model.skeleton.plan[body].parent)
     return work.angular_acceleration[body] - work.angular_acceleration[parent] - work.bias[body]
 
 
-@wp.func
+@func
 def any_acceleration(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """The same where there may be joints of one coordinate; of those that follow, which have no torque, nothing."""
     kind = model.skeleton.plan[body].joint_type
@@ -149,7 +150,7 @@ def record_given_way_of(coordinate_joints: bool) -> Any:
     return record_given_way
 
 
-@wp.func
+@func
 def record_motion(
     instance: int,
     lane: int,
@@ -170,7 +171,7 @@ def record_motion(
         record.speeds[row, frame, i] = state.speeds[instance, i]
 
 
-@wp.func
+@func
 def record_nothing(
     instance: int,
     lane: int,
@@ -192,7 +193,7 @@ def recorders_of(kind: RecordKind) -> tuple[Any, Any]:
     return record_nothing, record_motion if kind.motion else record_nothing
 
 
-@wp.func
+@func
 def no_own(instance: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef):
     """Nothing of the scene's own is recorded."""
 

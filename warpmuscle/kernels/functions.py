@@ -1,0 +1,82 @@
+"""The decorator of functions of this package: Warp parses one when a kernel first needs it, not when it is imported.
+
+Warp takes a millisecond for each, and a scene's step needs a third of them.
+"""
+
+from collections.abc import Callable
+from functools import partial, update_wrapper
+from threading import RLock
+from typing import Any
+
+import warp as wp
+
+Python = Callable[..., Any]
+_parsing = RLock()
+
+
+class LateFunction(wp.Function):
+    """A Warp function that is parsed when somebody first asks for more than its name and its Python code."""
+
+    def __init__(self, python: Python, inline: bool | None) -> None:
+        update_wrapper(self, python)
+        self.func, self.inline = python, inline
+
+    def __getattr__(self, name: str) -> Any:
+        state = self.__dict__
+        if not name.startswith("__") and "adj" not in state and not state.get("is_parsed_now"):
+            with _parsing:
+                if "adj" not in self.__dict__:
+                    self._parse()
+        try:
+            return self.__dict__[name]
+        except KeyError:
+            raise AttributeError(f"{self.func.__name__} has no attribute {name!r}") from None
+
+    def _parse(self) -> None:
+        """Become the function that `wp.func` makes of the same code."""
+        gradient = self.__dict__.get("gradient")
+        self.__dict__["is_parsed_now"] = True  # so that nothing that looks for references parses it again
+        try:
+            self.__dict__ = wp.func(self.func, inline=self.inline).__dict__
+        finally:
+            self.__dict__.pop("is_parsed_now", None)
+        if gradient is not None:
+            _put(gradient, self)
+
+
+def func(python: Python | None = None, *, inline: bool | None = None) -> Any:
+    """`wp.func` that parses late: for functions whose names stand for the same later on, those in `wp.static` too.
+
+    Not for several functions of one name, nor in modules with kernels, which Warp would hash anew for each function
+    that it learns of.
+    """
+    return partial(LateFunction, inline=inline) if python is None else LateFunction(python, inline)
+
+
+def gradient_of(function: Any) -> Callable[[Python], Python]:
+    """`wp.func_grad` of a function whose annotation says that it returns a float.
+
+    Warp would translate the function, and all that it calls, to find that out.
+    """
+
+    def given(gradient: Python) -> Python:
+        if isinstance(function, LateFunction) and "adj" not in function.__dict__:
+            function.__dict__["gradient"] = gradient
+        else:
+            _put(gradient, function)
+        return gradient
+
+    return given
+
+
+def _put(gradient: Python, function: Any) -> None:
+    """Give a function that is parsed its gradient."""
+    if not hasattr(function.adj, "return_var"):
+        function.adj.return_var = (_Returned(),)
+    wp.func_grad(function)(gradient)
+
+
+class _Returned:
+    """What Warp asks of the value that a function returns; it is replaced where the function is translated."""
+
+    label, type = "returned", wp.float32
