@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any
 
 import msgspec
-import tomlkit
 
 from warpmuscle.core.files import shown
 from warpmuscle.scene import Part
@@ -155,10 +154,14 @@ def inline(value: Any) -> str:
 
 @cache
 def _text(value: str) -> str:
+    import tomlkit  # which those who only read do not wait for
+
     return tomlkit.item(value).as_string()
 
 
 @cache
 def key_text(name: str) -> str:
     """A key as it is written, in quotes if need be."""
+    import tomlkit
+
     return tomlkit.key(name).as_string() if name else '""'

@@ -37,7 +37,10 @@ class LateFunction(wp.Function):
         gradient = self.__dict__.get("gradient")
         self.__dict__["is_parsed_now"] = True  # so that nothing that looks for references parses it again
         try:
-            self.__dict__ = wp.func(self.func, inline=self.inline).__dict__
+            made = wp.func(self.func, inline=self.inline)
+            if made.func is not self.func:  # but one of the same name that it calls, as those of a factory do
+                made = wp.func(self.func, inline=self.inline)
+            self.__dict__ = made.__dict__
         finally:
             self.__dict__.pop("is_parsed_now", None)
         if gradient is not None:

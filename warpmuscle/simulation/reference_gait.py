@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -12,16 +12,16 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.formats import load, motion_table, npz
-from warpmuscle.formats.npz import JointMotion
+from warpmuscle.formats import load
 from warpmuscle.model.build import ReferenceGait
 from warpmuscle.model.structure import Structure
-from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.result import read
 from warpmuscle.scene import Scene, Tracking
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology
+
+if TYPE_CHECKING:
+    from warpmuscle.formats.npz import JointMotion
 
 BINS = 50  # of the phase
 
@@ -32,6 +32,11 @@ def motion_in_file(tracking: Tracking, scene: Scene) -> Recording | JointMotion:
     Args:
         scene: without free parameters.
     """
+    # What reads files takes longer to import than most scenes to start, which track none.
+    from warpmuscle.formats import motion_table, npz
+    from warpmuscle.results.partial_motion import demanding
+    from warpmuscle.results.result import read
+
     replays: Sequence[Recording | JointMotion]
     suffix = Path(tracking.file).suffix.lower()
     if suffix == ".npz":
@@ -79,7 +84,7 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
     orientation, counts = reference_table(part, structure.names, tracking.joints)
-    return ReferenceGait(orientation, counts, isinstance(motion, JointMotion) and motion.by_contact)
+    return ReferenceGait(orientation, counts, not isinstance(motion, Recording) and motion.by_contact)
 
 
 def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:

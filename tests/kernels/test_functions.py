@@ -1,0 +1,137 @@
+"""Functions that Warp parses when a kernel first needs them."""
+
+import ast
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+import warp as wp
+from probes import evaluate
+
+import warpmuscle.kernels
+from warpmuscle.kernels.functions import LateFunction, func, gradient_of
+
+KERNELS = Path(warpmuscle.kernels.__file__).parent
+MODULES = sorted(path for path in KERNELS.rglob("*.py") if path.name != "functions.py")
+
+
+@func
+def cubed(x: float) -> float:
+    return x * x * x
+
+
+@func
+def root(x: float) -> float:
+    """The square root by halving, through which a reverse sweep finds no derivative."""
+    low = wp.float32(0.0)
+    high = wp.float32(4.0)
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        if middle * middle < x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@gradient_of(root)
+def root_gradient(x: float, adj_ret: float):
+    wp.adjoint[x] += adj_ret / (2.0 * root(x))
+
+
+@wp.kernel(enable_backward=True)
+def roots(x: wp.array[float], y: wp.array[float]):
+    y[0] = root(x[0])
+
+
+def parsed(function: LateFunction) -> bool:
+    return "adj" in vars(function)
+
+
+def added(number: float, to: LateFunction) -> LateFunction:
+    """One of several functions that all have the same name."""
+
+    @func
+    def sum_of(x: float) -> float:
+        return to(x) + wp.static(number)
+
+    return sum_of
+
+
+def test_a_function_is_parsed_with_what_it_calls_when_its_value_is_first_asked_for():
+    # Within the test, since pytest asks all that its module holds for marks.
+    @func(inline=True)
+    def doubled(x: float) -> float:
+        return 2.0 * x
+
+    @func
+    def doubled_cube(x: float) -> float:
+        return doubled(x * x * x)
+
+    assert isinstance(doubled_cube, wp.Function)
+    assert (doubled_cube.__name__, doubled_cube.func(2.0)) == ("doubled_cube", 16.0)
+    assert not parsed(doubled_cube)
+    np.testing.assert_allclose(evaluate(doubled_cube, np.array([2.0, -3.0])), [16.0, -54.0])
+    assert parsed(doubled)
+    assert doubled.inline_hint == "forceinline"
+
+
+def test_functions_of_one_name_that_call_each_other_stay_apart():
+    chain = added(1.0, added(10.0, added(100.0, cubed)))
+    np.testing.assert_allclose(evaluate(chain, np.array([2.0])), [119.0])
+
+
+def test_a_function_has_the_gradient_that_it_was_given_before_it_was_parsed():
+    x, y = (wp.array([number], dtype=float, requires_grad=True, device="cpu") for number in (2.25, 0.0))
+    with wp.Tape() as tape:
+        wp.launch(roots, 1, [x, y], device="cpu")
+    tape.backward(grads={y: wp.ones_like(y)})
+    np.testing.assert_allclose(x.grad.numpy(), [1.0 / 3.0], rtol=1e-5)
+
+
+def test_what_no_function_has_is_not_an_attribute():
+    with pytest.raises(AttributeError, match="cubed has no attribute 'colour'"):
+        cubed.colour  # noqa: B018
+
+
+def test_several_threads_parse_a_function_once():
+    own = added(5.0, cubed)
+    found: list[object] = []
+    threads = [threading.Thread(target=lambda: found.append(own.adj)) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(map(id, found))) == 1
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(KERNELS)))
+def test_a_module_parses_its_functions_late_unless_it_has_kernels(path: Path):
+    """Warp hashes the kernels of a module anew for each function of the module that it learns of."""
+    decorated = [node for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)]
+    first = [ast.unparse(node.decorator_list[0]).partition("(")[0] for node in decorated if node.decorator_list]
+    assert not {"wp.kernel", "func"} <= set(first)
+    assert "wp.kernel" in first or "wp.func" not in first
+    if "func" in first:
+        names = [node.name for node in decorated]
+        assert len(names) == len(set(names))
+
+
+COUNT = """
+import gc
+import warpmuscle as wm
+from warpmuscle.kernels.functions import LateFunction
+rollout = wm.Rollout("fwalk", device="cpu")
+functions = [one for one in gc.get_objects() if isinstance(one, LateFunction)]
+print(len(functions), sum("adj" in vars(one) for one in functions))
+"""
+
+
+def test_a_rollout_that_has_not_stepped_has_parsed_no_function():
+    run = subprocess.run([sys.executable, "-c", COUNT], capture_output=True, text=True, check=True)
+    count, parsed_ones = map(int, run.stdout.split())
+    assert count > 300
+    assert parsed_ones == 0
