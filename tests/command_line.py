@@ -13,7 +13,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import warpmuscle
-from warpmuscle.cli import main
+from warpmuscle.cli.program import main
 from warpmuscle.core import interruption
 from warpmuscle.scene import trusted_code
 from warpmuscle.simulation import kernel_cache

@@ -22,7 +22,7 @@ import warp as wp
 from typer.main import get_command
 
 import warpmuscle as wm
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
 from warpmuscle.formats.schema import notes, scene_schema, unit_of
 from warpmuscle.kernels.learning.decision import Decision

@@ -10,9 +10,12 @@ from warpmuscle.core.interruption import end_at_once_by_ctrl_c
 def main() -> None:
     """Run the command line, which takes a while to import."""
     end_at_once_by_ctrl_c()
-    from warpmuscle.cli import main as run
+    from warpmuscle.cli.quick import answered
 
-    run()
+    if not answered():
+        from warpmuscle.cli.program import main as run
+
+        run()
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from warpmuscle.cli import app, asked_for
+from warpmuscle.cli.program import app, asked_for
 
 ALL = {command.name for command in app.registered_commands}
 

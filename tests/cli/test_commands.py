@@ -221,7 +221,7 @@ def test_a_scene_is_not_written_over_what_it_is_read_from(arguments, tmp_path):
 
 
 def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
-    code = "from warpmuscle.cli import main; main()"
+    code = "from warpmuscle.cli.program import main; main()"
     command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_signals

@@ -6,8 +6,9 @@ import time
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.cli import TRY, app, console
+from warpmuscle.cli import console
 from warpmuscle.cli.console import PlainConsole, tell_of_compiling
+from warpmuscle.cli.program import TRY, app
 
 
 @pytest.fixture

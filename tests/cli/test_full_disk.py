@@ -14,7 +14,7 @@ import pytest
 from small_disk import disk_of
 from small_result import search_result, walk_result
 from synergy.synthetic_emg import raw_emg, write_csv
-from warpmuscle import cli
+from warpmuscle.cli import program
 from warpmuscle.optimization import best_scene
 from warpmuscle.results.result import write
 
@@ -71,7 +71,7 @@ def run(inputs, monkeypatch, capsys):
         arguments = [str(folder / part) if part.startswith("out.") else part for part in command]
         monkeypatch.setattr("sys.argv", ["warpmuscle", *arguments])
         with pytest.raises(SystemExit) as left, disk_of(room or resource.RLIM_INFINITY):
-            cli.main()
+            program.main()
         return int(left.value.code or 0), [line for line in capsys.readouterr().err.splitlines() if line.strip()]
 
     return call
@@ -155,7 +155,7 @@ def limited(*arguments, cwd, shell="", **environment):
 
     What it says meanwhile, where kernels are to be compiled first, is no error.
     """
-    code = "import sys; from warpmuscle.cli import main; main()"
+    code = "import sys; from warpmuscle.cli.program import main; main()"
     script = f'{shell}\nexec "$@"'
     command = ["sh", "-c", script, "sh", sys.executable, "-c", code, *map(str, arguments)]
     done = subprocess.run(

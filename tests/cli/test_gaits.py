@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from small_result import walk_result
-from warpmuscle.cli import app
 from warpmuscle.cli.console import print_gait
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
 from warpmuscle.examples import write as examples
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.cli import GROUPS, app
+from warpmuscle.cli.program import GROUPS, app
 from warpmuscle.core.errors import Error
 
 
@@ -57,7 +57,7 @@ def test_a_group_alone_tells_of_its_commands_and_completion_names_them(group: st
     shown = CliRunner().invoke(app, [group]).output
     assert all(name in shown for name in names)
     variables = {"_WARPMUSCLE_COMPLETE": "complete_bash", "COMP_WORDS": f"warpmuscle {group} ", "COMP_CWORD": "2"}
-    code = "from warpmuscle.cli import app; app(prog_name='warpmuscle')"
+    code = "from warpmuscle.cli.program import app; app(prog_name='warpmuscle')"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=os.environ | variables, capture_output=True, text=True
     )

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import warpmuscle as wm
 from small_result import walk_result
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
 
 RUNNER = CliRunner()

@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 from small_result import search_result, walk_result
-from warpmuscle import cli
+from warpmuscle.cli import program
 from warpmuscle.plots import KINDS
 from warpmuscle.results.result import write
 
@@ -39,7 +39,7 @@ def run(folder, monkeypatch, capsys):
     def call(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr("sys.argv", ["warpmuscle", *map(str, arguments)])
         with pytest.raises(SystemExit) as left:
-            cli.main()
+            program.main()
         shown = capsys.readouterr()
         return int(left.value.code or 0), shown.out.strip(), shown.err.strip()
 

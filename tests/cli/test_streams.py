@@ -14,7 +14,7 @@ from child_signals import hear_signals
 from warpmuscle.cli.streams import _Steady
 from warpmuscle.results.result import read
 
-PROGRAM = [sys.executable, "-c", "from warpmuscle.cli import main; main()"]
+PROGRAM = [sys.executable, "-c", "from warpmuscle.cli.program import main; main()"]
 SHORT = [*PROGRAM, "optimize", "fwalk", "--candidates", "2", "--duration", "0.02", "-o", "out.h5"]
 LONG = [*PROGRAM, "optimize", "fwalk", "--duration", "0.02", "--search", "random", "--until", "100s", "-o", "out.h5"]
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from warpmuscle.cli import COMMANDS, app
+from warpmuscle.cli.program import COMMANDS, app
 
 PARTS = """import warp as wp
 from warpmuscle.kernels.objective.term_functions import MuscleWork

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
 
 FIND = importlib.util.find_spec

@@ -74,7 +74,7 @@ def test_every_error_is_one_line_without_escapes(error):
 
 
 def run(*arguments: object, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
-    code = "from warpmuscle.cli import main; main()"
+    code = "from warpmuscle.cli.program import main; main()"
     return subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)], cwd=folder, capture_output=True, timeout=300,
         env=os.environ | environment,

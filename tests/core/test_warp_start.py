@@ -15,7 +15,7 @@ USES = {
     "from warpmuscle.scene.parameters import start_values, substitute; s = wm.load('walk56'); "
     "f(substitute(s, start_values(s)))",
     "the command line": "import sys; sys.argv = ['warpmuscle', 'info', 'walk56']; "
-    "from warpmuscle.cli import main; main()",
+    "from warpmuscle.cli.program import main; main()",
 }  # fmt: skip
 
 

@@ -62,7 +62,7 @@ def run(block: Block, words: list[str]) -> None:
         return
     for file in Path().glob("*.toml"):
         file.write_text(re.sub(r"^candidates = \d\d+", f"candidates = {FEW}", file.read_text(), flags=re.M))
-    from warpmuscle.cli import main
+    from warpmuscle.cli.program import main
 
     small = smaller(words)
     sys.argv = ["warpmuscle", *small]

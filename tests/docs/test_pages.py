@@ -14,7 +14,7 @@ from typer.main import get_command
 
 from command_line import as_in_a_process
 from session import work_through
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.formats.schema import scene_schema
 from warpmuscle.scene import trusted_code
 

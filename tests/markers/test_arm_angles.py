@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error, SignalError
 from warpmuscle.core.pose import about, multiply, rotate
 from warpmuscle.markers.arm import ANGLES, Choices, arm_angles

@@ -11,7 +11,7 @@ import pytest
 import warpmuscle as wm
 from importing import importable_from
 from muscle_arm import arm, constant
-from warpmuscle.cli import main
+from warpmuscle.cli.program import main
 from warpmuscle.core.array_interop import rows_of
 from warpmuscle.core.errors import UserPartWarning
 from warpmuscle.core.status import Status

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from killing import killed_at
 from same_values import assert_same
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization import curriculum, evaluation
 from warpmuscle.optimization.optimize import optimize
@@ -239,7 +239,7 @@ def test_kill_of_the_process_loses_nothing(scene, tmp_path):
     scene = changed(scene, stages=stages)
     toml.write(scene, tmp_path / "a.toml")
     arguments = ["optimize", str(tmp_path / "a.toml"), "--search", "cma", "--population", "6", "--candidates", "900"]
-    code = "from warpmuscle.cli import main; main()"
+    code = "from warpmuscle.cli.program import main; main()"
     path = tmp_path / "a.h5"
     for more in ([*arguments, "--device", "cpu", "-o", str(path)], ["optimize", "--resume", str(path)]):
         with subprocess.Popen([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:

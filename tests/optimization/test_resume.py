@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from killing import Killed, killed_at
 from same_values import assert_same
 from small_disk import disk_of
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error, ResultError, ResumeWarning
 from warpmuscle.core.machine import this_machine
 from warpmuscle.formats import load
@@ -163,7 +163,7 @@ def test_a_file_with_less_of_the_motion_is_written_once_and_what_is_returned_has
 
 def test_kill_of_the_process_loses_nothing(tmp_path):
     arguments = ["optimize", "fwalk", "--duration", "0.2", "--search", "cma", "--candidates", "3000", "--seed", "4"]
-    code = "from warpmuscle.cli import main; main()"
+    code = "from warpmuscle.cli.program import main; main()"
     path, evaluated = tmp_path / "a.h5", []
     rng = np.random.default_rng()
     for more in ([*arguments, "-o", str(path)], *[["optimize", "--resume", str(path)]] * 2):

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import warpmuscle as wm
 from small_result import march, search_result, walk_scene
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
 from warpmuscle.plots.overlay import OVERLAYS
 

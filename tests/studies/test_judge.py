@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from small_result import march
-from warpmuscle.cli import app
 from warpmuscle.cli.common import with_commands
+from warpmuscle.cli.program import app
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status

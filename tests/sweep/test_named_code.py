@@ -7,7 +7,7 @@ import pytest
 
 from muscle_arm import constant, leg
 from small_sweep import assert_same_file
-from warpmuscle import cli
+from warpmuscle.cli import program
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
 from warpmuscle.results.result import read
@@ -42,7 +42,7 @@ def command(monkeypatch, capsys, *arguments: object) -> tuple[int, list[str]]:
     monkeypatch.setattr("sys.argv", ["warpmuscle", *map(str, arguments)])
     monkeypatch.setenv("COLUMNS", "400")
     with pytest.raises(SystemExit) as left:
-        cli.main()
+        program.main()
     return int(left.value.code or 0), capsys.readouterr().err.strip().splitlines()
 
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from described import assert_described
 from small_disk import disk_of
 from small_sweep import RUNS, assert_same_file, small_sweep
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
@@ -95,7 +95,7 @@ def test_same_sweep_again_changes_nothing(done):
 
 
 def started(folder: Path, *more: str) -> subprocess.Popen:
-    code = "from warpmuscle.cli import main; main()"
+    code = "from warpmuscle.cli.program import main; main()"
     arguments = ["sweep", "small.toml", "--device", "cpu", "-o", "small.h5", *more]
     return subprocess.Popen(
         [sys.executable, "-c", code, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True

@@ -14,7 +14,7 @@ def run(*arguments, folder):
     command = [
         sys.executable,
         "-c",
-        "from warpmuscle.cli import main; main()",
+        "from warpmuscle.cli.program import main; main()",
         "synergies",
         "extract",
         *map(str, arguments),
@@ -68,7 +68,7 @@ def test_modules_of_several_files_are_sorted_by_likeness(folder):
     command = [
         sys.executable,
         "-c",
-        "from warpmuscle.cli import main; main()",
+        "from warpmuscle.cli.program import main; main()",
         "synergies",
         "cluster",
         "p0.h5",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.cli.throw.goal import exit_code
 from warpmuscle.core.errors import Error
 from warpmuscle.results.result import read

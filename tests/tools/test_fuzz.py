@@ -83,7 +83,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
 @pytest.mark.parametrize("what", WRONG)
 def test_what_a_command_must_not_do_is_seen(what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     main, complaint = WRONG[what]
-    monkeypatch.setattr("warpmuscle.cli.main", main)
+    monkeypatch.setattr("warpmuscle.cli.program.main", main)
     (tmp_path / "outer/case").mkdir(parents=True)
     (tmp_path / "outer/case/input").write_text("x")
     found = judge.judged([["info"]], tmp_path / "outer/case", tmp_path).complaints
@@ -93,7 +93,7 @@ def test_what_a_command_must_not_do_is_seen(what: str, tmp_path: Path, monkeypat
 
 @pytest.mark.parametrize("main", [refuse, lambda: print("speed 1 m/s, name inf.toml, info"), lambda: None])
 def test_a_result_and_one_line_of_error_are_in_order(main, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("warpmuscle.cli.main", main)
+    monkeypatch.setattr("warpmuscle.cli.program.main", main)
     (tmp_path / "outer/case").mkdir(parents=True)
     assert judge.judged([["info"]], tmp_path / "outer/case", tmp_path).complaints == []
 

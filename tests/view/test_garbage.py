@@ -175,7 +175,15 @@ def test_broken_connections_and_frames_do_no_harm(live):
 @contextlib.contextmanager
 def command_line(folder: Path) -> Iterator[subprocess.Popen[str]]:
     """The viewer as a command, killed at the latest when it is no longer needed."""
-    command = [sys.executable, "-c", "from warpmuscle.cli import main; main()", "view", "fwalk", "--live", "--no-open"]
+    command = [
+        sys.executable,
+        "-c",
+        "from warpmuscle.cli.program import main; main()",
+        "view",
+        "fwalk",
+        "--live",
+        "--no-open",
+    ]
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder}
     given["preexec_fn"] = hear_signals
     with subprocess.Popen(command, env=os.environ | {"PYTHONUNBUFFERED": "1"}, **given) as run:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import warpmuscle as wm
-from warpmuscle.cli import main
+from warpmuscle.cli.program import main
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization.optimize import optimize

@@ -87,7 +87,7 @@ def judged(commands: list[list[str]], folder: Path, inside: Path) -> Verdict:
 
 def run(command: list[str], folder: Path) -> Outcome:
     """Run a command in a folder as the command line does, all that it prints caught."""
-    from warpmuscle.cli import main
+    from warpmuscle.cli.program import main
 
     begin, crash, code = time.monotonic(), "", 0
     earlier, arguments = Path.cwd(), sys.argv

@@ -24,7 +24,7 @@ def scene_names_like(incomplete: str) -> list[str]:
     """Shipped scenes whose names begin so, for completion; where none does, shells go on with files."""
     from warpmuscle.core.shipped import shipped_scenes
 
-    return [name for name in shipped_scenes() if name.startswith(incomplete)]
+    return list(shipped_scenes(incomplete))
 
 
 Sources = Annotated[

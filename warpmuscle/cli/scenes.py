@@ -1,4 +1,4 @@
-"""Commands about scenes: list, show, fit, convert."""
+"""Commands about scenes: show, fit, convert."""
 
 from __future__ import annotations
 
@@ -25,17 +25,6 @@ from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
-
-
-def scenes() -> None:
-    """List the shipped scenes by what they are good for."""
-    from warpmuscle.core.shipped import STUDIES, description, scene_groups, shipped_scenes
-
-    found = shipped_scenes()
-    for study, names in scene_groups(found).items():
-        out.print(marked(f"{study}:", "bold cyan", f" {STUDIES[study]}"))
-        for name in names:
-            out.print(marked(f"  {name}", "bold", f"  {description(found[name], found)}"))
 
 
 def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:

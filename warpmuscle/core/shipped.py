@@ -56,9 +56,14 @@ def moved_scene(path: Path) -> str:
     return f'shipped scenes have folders of their own now; write the name alone, "{path.stem}"'
 
 
-def shipped_scenes() -> dict[str, Path]:
-    """Files of the shipped scenes by their names, in order; characters that scenes share are not among them."""
-    files = sorted(scenes_folder().rglob("*.toml"), key=lambda path: path.stem)
+def shipped_scenes(beginning: str = "") -> dict[str, Path]:
+    """Files of the shipped scenes by their names, in order; characters that scenes share are not among them.
+
+    Args:
+        beginning: of the names of those that are asked for.
+    """
+    found = (path for path in scenes_folder().rglob("*.toml") if path.stem.startswith(beginning))
+    files = sorted(found, key=lambda path: path.stem)
     return {path.stem: path for path in files if is_scene(path)}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from warpmuscle.cli import app
+from warpmuscle.cli.program import app
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, scene_names, toml

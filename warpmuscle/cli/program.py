@@ -1,0 +1,144 @@
+"""The program: its commands, and which of them are built."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import os
+import shlex
+import sys
+from typing import Annotated
+
+import typer
+from typer.models import CommandInfo
+
+from warpmuscle.cli.arm_angles import arm_angles
+from warpmuscle.cli.console import marked, out
+from warpmuscle.cli.ending import run_to_end
+from warpmuscle.cli.gaits import gait, robustness
+from warpmuscle.cli.groups import add_renamed
+from warpmuscle.cli.inverse import inverse
+from warpmuscle.cli.judge import judge
+from warpmuscle.cli.learn import learn
+from warpmuscle.cli.optimize import optimize
+from warpmuscle.cli.plot import plot
+from warpmuscle.cli.results import apply, export, report
+from warpmuscle.cli.scene_list import scenes
+from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info
+from warpmuscle.cli.simulate import simulate
+from warpmuscle.cli.start import example, schema
+from warpmuscle.cli.sweep import sweep
+from warpmuscle.cli.synergies import synergies
+from warpmuscle.cli.throw import throw
+from warpmuscle.cli.video import video
+from warpmuscle.cli.view import view
+
+app = typer.Typer(
+    help="Simulate and optimise muscle-actuated bipeds, thousands at once.\n\n"
+    "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, or .rbs and .sbc files of the "
+    "Simbicon Controller Editor Framework, and a .rs file if the .sbc names none.",
+    invoke_without_command=True,
+    pretty_exceptions_enable=False,
+)
+COMMANDS = (
+    scenes, info, simulate, optimize, learn, sweep, apply, report, gait, robustness, judge, view, plot, video, export,
+    fit_muscles, fit_paths, convert, arm_angles, inverse, example, schema,
+)  # fmt: skip
+GROUPS = {"synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
+RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}
+for command in COMMANDS:
+    app.command(command.__name__.replace("_", "-"))(command)
+for name, commands in GROUPS.items():
+    app.add_typer(commands, name=name)
+add_renamed(app, RENAMED)
+
+
+def _print_version(given: bool) -> None:
+    if given:
+        from warpmuscle.results.records import version_of
+
+        out.print(f"warpmuscle {version_of('warpmuscle')}", markup=False)
+        raise typer.Exit
+
+
+TRY = {
+    "view walk56_person": "a walk on 56 muscles, in the browser (extra `view`)",
+    "view fwalk --live": "push a biped and steer it while it walks",
+    "optimize stumble56 --candidates 2000": "one that falls learns to walk: two minutes on two cores",
+    "gait walk56_person": "a walk in numbers, beside people's",
+    "convert yours.osim -o yours.toml": "your OpenSim model as a scene",
+    "scenes": "all shipped scenes",
+    "example": "sample files, for everything in the manual",
+    "--help": "all commands; `warpmuscle COMMAND --help` describes one",
+}
+
+
+def _print_what_to_try() -> None:
+    out.print("warpmuscle simulates muscle-actuated bodies, thousands at once. Try")
+    width = max(map(len, TRY))
+    for words, what in TRY.items():
+        out.print(marked(f"  warpmuscle {words:{width}}", "bold", f"  {what}"))
+
+
+@app.callback()
+def common(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    """Options of the program itself."""
+    if context.invoked_subcommand is None:
+        _print_what_to_try()
+
+
+def asked_for(app: typer.Typer) -> typer.Typer:
+    """The program with the command alone that is called or completed, or with all where none is named.
+
+    To build the options of all commands takes longer than most of them run.
+
+    Where a shell completes the name of a command, all are there by their names, without options.
+    """
+    words = _completed()
+    if words == []:
+        names = copy.copy(app)
+        names.registered_commands = [_by_name(command) for command in app.registered_commands]
+        return names
+    name = next(iter(sys.argv[1:] if words is None else words), None)
+    commands = [command for command in app.registered_commands if command.name == name]
+    groups = [group for group in app.registered_groups if group.name == name]
+    if not commands and not groups:
+        return app
+    alone = copy.copy(app)
+    alone.registered_commands, alone.registered_groups = commands, groups
+    return alone
+
+
+def _completed() -> list[str] | None:
+    """The words before the one that a shell asks to complete, without the program's name; None if it asks for none."""
+    if not os.environ.get("_WARPMUSCLE_COMPLETE", "").startswith("complete_"):
+        return None
+    try:
+        if "COMP_CWORD" in os.environ:  # bash
+            return shlex.split(os.environ.get("COMP_WORDS", ""))[1 : int(os.environ["COMP_CWORD"])]
+        line = os.environ.get("_TYPER_COMPLETE_ARGS", "")
+        words = shlex.split(line)[1:]
+        return words if line.endswith(" ") else words[:-1]
+    except ValueError:  # a quote that is still open
+        return None
+
+
+def _by_name(command: CommandInfo) -> CommandInfo:
+    """A command that has a name and a text of help, and no options."""
+    named = copy.copy(command)
+    named.help, named.callback = command.help or inspect.getdoc(command.callback), _nothing
+    return named
+
+
+def _nothing() -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line; an error that a user can mend is one line and exit code 2."""
+    run_to_end(lambda: asked_for(app)(prog_name="warpmuscle", standalone_mode=False))
