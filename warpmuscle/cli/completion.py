@@ -27,7 +27,10 @@ def complete(request: str) -> bool:
     words = _words(request)
     if words is None:
         return False
-    items = completions(*words)
+    try:
+        items = completions(*words)
+    except (OSError, ValueError):  # of a table that cannot be read
+        return False
     if items is None:
         return False
     if os.environ.get("_TYPER_COMPLETE_FISH_ACTION") == "is-args" and request == "complete_fish":
