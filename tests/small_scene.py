@@ -14,11 +14,11 @@ from warpmuscle.scene import (
     Excitation,
     Feedback,
     Joint,
+    MachineState,
     Muscle,
     Objective,
     Scene,
     Sphere,
-    State,
     Trajectory,
     ViaPoint,
 )
@@ -50,7 +50,7 @@ def sound_scene() -> Scene:
             joints={"lHip": hip("l"), "rHip": hip("r")},
         ),
         controller=Controller(
-            states=[State(0.7, {"SWING_Hip": trajectory}, balance=Balance(distance_x=Curve([0.0], [0.1])))],
+            states=[MachineState(0.7, {"SWING_Hip": trajectory}, balance=Balance(distance_x=Curve([0.0], [0.1])))],
             pd={"root": PD(10.0, 1.0), "lHip": PD(Free(10.0, 5.0, 20.0), 1.0)},
         ),
     )

@@ -12,7 +12,7 @@ from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.simbicon import sbc_text
 from warpmuscle.formats.toml_lines import key_lines
-from warpmuscle.scene import PD, Scene, SearchStage, State, Trajectory
+from warpmuscle.scene import PD, MachineState, Scene, SearchStage, Trajectory
 from warpmuscle.scene.number import Free
 
 CHARACTER = """root = "pelvis"
@@ -89,7 +89,7 @@ def test_phase_up_to_which_a_state_waits_is_read_back_equal_and_refused_where_th
 def test_trajectories_bodies_and_joints_keep_their_order(tmp_path):
     scene = sound_scene()
     moving = scene.controller.states[0].trajectories.pop("SWING_Hip")
-    scene.controller.states.append(State(0.1, {"rHip": Trajectory(), "SWING_Hip": moving, "lHip": Trajectory()}))
+    scene.controller.states.append(MachineState(0.1, {"rHip": Trajectory(), "SWING_Hip": moving, "lHip": Trajectory()}))
     again = round_trip(tmp_path, scene)
     assert list(again.controller.states[1].trajectories) == ["rHip", "SWING_Hip", "lHip"]
     assert again == scene

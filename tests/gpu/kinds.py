@@ -31,7 +31,7 @@ USER_CODE = '''"""A term, a curve, a controller and a force of a user's own."""
 import warp as wp
 
 from warpmuscle.kernels.control.control import CustomController
-from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.force.forces import ForceKind
 from warpmuscle.kernels.structs import Model, State, Scratch
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 
@@ -79,7 +79,7 @@ def creep(instance: int, body: int, model: Model, state: State, work: Scratch, m
     return wp.vec3(-memory[0], 0.0, 0.0)
 
 
-creeping = Force(effort=creep, state=1)
+creeping = ForceKind(effort=creep, state=1)
 '''
 
 

@@ -11,6 +11,7 @@ from warpmuscle.formats import load
 from warpmuscle.kernels.memory.scratch import capacity_of
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import MAX_REGISTERS, step_kernel
+from warpmuscle.kernels.step_parts import StepKind
 from warpmuscle.model.muscles import compiled_kind, driven
 from warpmuscle.model.objective import objective_kind
 from warpmuscle.scene.topology import topology
@@ -68,7 +69,7 @@ def build(case: Case, tmp_path_factory: pytest.TempPathFactory) -> dict[str, byt
     capacity = capacity_of(len(names.bodies))
     muscles = compiled_kind(scene, names, driven(scene, names), capacity, lean=True)
     objective = objective_kind(scene, muscles is not None)
-    kernel = step_kernel(capacity, GPU_LANES, GPU_BLOCK, muscles, objective, recorded=recorded)
+    kernel = step_kernel(capacity, GPU_LANES, GPU_BLOCK, StepKind(muscles, objective, recorded=recorded))
     folder = tmp_path_factory.mktemp(name)
     try:
         wp.compile_aot_module(kernel.module, arch=90, module_dir=folder, use_ptx=False)

@@ -1,12 +1,16 @@
-"""Modules of users that name the working set as it was called before."""
+"""Modules of users that have names of before."""
 
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from muscle_arm import leg
+from warpmuscle import scene
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.control import control
+from warpmuscle.kernels.force import forces
 from warpmuscle.simulation.rollout import Rollout
 
 MODULE = """import warp as wp
@@ -17,10 +21,21 @@ def height(instance: int, model: Model, state: State, work: Work) -> float:
 """
 
 
-@pytest.mark.parametrize(("old", "new"), [("Work", "Scratch"), ("WorkRef", "ScratchRef")])
-def test_the_working_set_is_found_by_its_old_name_with_a_warning(old: str, new: str):
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [
+        (structs, "Work", "Scratch"),
+        (structs, "WorkRef", "ScratchRef"),
+        (structs, "Term", "Contribution"),
+        (structs, "Motion", "PrescribedMotion"),
+        (forces, "Force", "ForceKind"),
+        (control, "Controller", "ControllerKind"),
+        (scene, "State", "MachineState"),
+    ],
+)
+def test_what_has_another_name_is_found_by_its_old_one_with_a_warning(module: ModuleType, old: str, new: str):
     with pytest.warns(DeprecationWarning, match=f"{old} is called {new} now"):
-        assert getattr(structs, old) is getattr(structs, new)
+        assert getattr(module, old) is getattr(module, new)
 
 
 def test_other_names_are_not_there():
@@ -31,11 +46,11 @@ def test_other_names_are_not_there():
 def test_a_term_with_the_old_name_is_summed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "older_parts.py").write_text(MODULE)
     monkeypatch.syspath_prepend(str(tmp_path))
-    scene = leg(duration=0.01)
-    scene.objective.custom = {"older_parts:height": 1.0}
+    arm = leg(duration=0.01)
+    arm.objective.custom = {"older_parts:height": 1.0}
     with pytest.warns(DeprecationWarning, match="is called Scratch now"):
-        rollout = Rollout(scene, 1, "cpu", trust=True)
+        rollout = Rollout(arm, 1, "cpu", trust=True)
     rollout.run()
-    height = rollout.terms()["older_parts:height"][0] / scene.duration
+    height = rollout.terms()["older_parts:height"][0] / arm.duration
     assert np.isclose(height, 1.0, atol=0.5)
     assert height > 0.0

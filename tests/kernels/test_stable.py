@@ -38,7 +38,7 @@ ARGUMENTS = {
     "curve.curves.passive_force_length": "model, length",
     "curve.curves.tendon_force_slope": "model, strain",
     "curve.curves.tendon_force_strain": "model, strain",
-    "force.forces.Force": "effort, wrench, pair, parameters, state",
+    "force.forces.ForceKind": "effort, wrench, pair, parameters, state",
     "contact.hunt_crossley.friction_coefficient": "slip, material",
     "contact.hunt_crossley.hertz_force": "depth, hertz",
     "contact.hunt_crossley.smooth_hertz_force": "depth, hertz, smoothing, constant",

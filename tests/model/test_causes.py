@@ -26,7 +26,7 @@ NAME = "unsound_parts"
 MODULE = '''
 import warp as wp
 from warpmuscle.kernels.control.control import CustomController
-from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 
@@ -82,8 +82,8 @@ def excitation(instance: int, muscle: int, model: ModelRef, state: StateRef, wor
 
 
 controller = CustomController(effort=effort, excitation=excitation)
-drags = Force(wrench=drag)
-springs = Force(effort=spring)
+drags = ForceKind(wrench=drag)
+springs = ForceKind(effort=spring)
 '''
 PARTS = [
     "",

@@ -19,7 +19,7 @@ from warpmuscle.simulation.rollout import Rollout
 NAME = "their_forces"
 MODULE = '''
 import warp as wp
-from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.structs import ModelRef, StateRef, ScratchRef
 
 
@@ -39,7 +39,7 @@ def clutched(
     return wp.vec3(clutch.stiffness * (memory[0] - angle), 0.0, 0.0)
 
 
-ratchet = Force(effort=clutched, parameters=Clutch, state=1)
+ratchet = ForceKind(effort=clutched, parameters=Clutch, state=1)
 
 
 @wp.func
@@ -50,7 +50,7 @@ def lift(instance: int, body: int, model: ModelRef, state: StateRef, work: Scrat
     return w
 
 
-both = Force(effort=clutched, wrench=lift)
+both = ForceKind(effort=clutched, wrench=lift)
 '''
 STEP, STEPS, GRAVITY = 0.0005, 1000, 9.8
 NO_LIMIT = dict.fromkeys(devices.CoordinateLimit.vars, 0.0)

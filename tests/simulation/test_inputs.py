@@ -183,7 +183,7 @@ def test_a_kernel_that_knows_no_excitations_over_time_gives_way_when_some_are_gi
     """As a GPU has it where no muscle of the scene has any."""
     plain, lean = batch(1), batch(1)
     usual = lean._launcher.config
-    lean._launcher.config = usual._replace(muscles=usual.muscles._replace(timed=False))
+    lean._launcher.config = usual.compiling(muscles=usual.kind.muscles._replace(timed=False))
     for rollout in (plain, lean):
         rollout.set_excitations([0.0, DURATION], [[[0.9, 0.1], [0.0, 0.8]]])
     assert_same(recorded(plain), recorded(lean))

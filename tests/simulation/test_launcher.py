@@ -10,11 +10,11 @@ from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
 from warpmuscle.kernels.memory.scratch import CONTROL, SECOND, SLOT_FLOATS
-from warpmuscle.kernels.objective.term_functions import ObjectiveKind
 from warpmuscle.kernels.path.route_bends import RouteKind
 from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import block_registers, blocks_of
+from warpmuscle.kernels.step_parts import StepKind
 from warpmuscle.model.controllers.outside import driven_from_outside
 from warpmuscle.model.controllers.simbicon import HELD
 from warpmuscle.model.muscles import muscle_kind
@@ -32,7 +32,7 @@ from warpmuscle.simulation.launcher import (
 )
 from warpmuscle.simulation.rollout import Rollout
 
-CONFIG = KernelConfig(15, 8, 32, None, ObjectiveKind(), False, False, NOTHING)
+CONFIG = KernelConfig(15, 8, 32, StepKind(recorded=NOTHING))
 
 
 @pytest.mark.parametrize("steps", [1, 7, 200])
@@ -46,14 +46,14 @@ def test_pieces_make_all_steps_and_waves_enough_to_fill_the_gaps_of_one_another(
 
 
 def test_the_few_that_are_left_get_the_lanes_and_the_kernel_of_a_replay():
-    replay = CONFIG._replace(lanes=16, recorded=RecordKind())
+    replay = CONFIG._replace(lanes=16).compiling(recorded=RecordKind())
     assert [spread_config(CONFIG, running, 132) for running in (65536, 4096, 2560, 1)] == [None, None, replay, replay]
-    assert spread_config(CONFIG._replace(recorded=RecordKind()), 1, 132) == replay
+    assert spread_config(CONFIG.compiling(recorded=RecordKind()), 1, 132) == replay
 
 
 def test_nothing_changes_for_those_that_have_as_many_lanes_or_record_in_part():
     assert spread_config(CONFIG._replace(lanes=16), 1, 132) is None
-    assert spread_config(CONFIG._replace(recorded=RecordKind(whole=False)), 1, 132) is None
+    assert spread_config(CONFIG.compiling(recorded=RecordKind(whole=False)), 1, 132) is None
 
 
 class Compiled(FusedKernel):
@@ -108,12 +108,12 @@ def test_a_launcher_by_itself_has_one_kernel_a_configuration_and_launches_what_t
     one.read_excitations()
     assert one.config == CONFIG  # which has no muscles
     assert one.config_from_outside(True, False) == CONFIG
-    assert one.config_from_outside(False, True).controller == driven_from_outside(CONFIG.controller)
-    muscles = Launcher(CONFIG._replace(muscles=muscle_kind(MuscleModel())._replace(timed=False)), "cpu", 1)
-    outside = muscles.config_from_outside(True, False).muscles
-    assert (muscles.config.muscles.timed, outside.given, outside.timed) == (False, True, True)
+    assert one.config_from_outside(False, True).kind.controller == driven_from_outside(CONFIG.kind.controller)
+    muscles = Launcher(CONFIG.compiling(muscles=muscle_kind(MuscleModel())._replace(timed=False)), "cpu", 1)
+    outside = muscles.config_from_outside(True, False).kind.muscles
+    assert (muscles.config.kind.muscles.timed, outside.given, outside.timed) == (False, True, True)
     muscles.read_excitations()
-    assert (muscles.config.muscles.timed, muscles.config.muscles.given) == (True, False)
+    assert (muscles.config.kind.muscles.timed, muscles.config.kind.muscles.given) == (True, False)
 
 
 def test_a_gpu_gets_lanes_by_the_number_of_instances_and_code_for_what_the_scene_has_and_a_cpu_one_thread():
@@ -124,10 +124,10 @@ def test_a_gpu_gets_lanes_by_the_number_of_instances_and_code_for_what_the_scene
     )
     assert [config.lanes for config in (few, many, asked)] == [16, 8, 4]
     assert {config.block_dim for config in (few, many, asked)} == {32}
-    assert (many.muscles.timed, many.muscles.straight) == (False, True)
+    assert (many.kind.muscles.timed, many.kind.muscles.straight) == (False, True)
     cpu = kernel_config(scene, structure, 65536, wp.get_device("cpu"), 4, NOTHING)
-    assert (cpu.lanes, cpu.block_dim, cpu.muscles.timed, cpu.muscles.straight) == (1, 1, True, False)
-    assert cpu._replace(lanes=8, block_dim=32, muscles=many.muscles) == many
+    assert (cpu.lanes, cpu.block_dim, cpu.kind.muscles.timed, cpu.kind.muscles.straight) == (1, 1, True, False)
+    assert cpu._replace(lanes=8, block_dim=32).compiling(muscles=many.kind.muscles) == many
     with pytest.raises(RolloutError, match="lanes must be"):
         kernel_config(scene, structure, 1, gpu, 3, NOTHING)
 
@@ -143,26 +143,27 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     assert spread_config(usual, 1, 132) is None
     assert usual.resident(132) % (132 * 32) == 0
     crossings = len(structure.actuation.table.crossings)
-    assert usual.muscles.pulls_at_hand  # which small size classes have no room for
+    assert usual.kind.muscles.pulls_at_hand  # which small size classes have no room for
     assert 3 * crossings <= (SECOND - CONTROL) * usual.capacity + SLOT_FLOATS * usual.slots
-    assert not usual.muscles.delayed
+    assert not usual.kind.muscles.delayed
     wide = kernel_config(scene, structure, 5120, gpu, 32, NOTHING)
     assert (wide.lanes, wide.instances_a_block) == (32, 16)
     # Working sets that leave room for few instances, which then have more lanes:
-    polynomials = usual._replace(muscles=usual.muscles._replace(paths=PathKind(monomials=1300)))
+    polynomials = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(monomials=1300)))
     many = large_blocks(polynomials, structure, None, 4, 65536, 132)
     assert (many.lanes, many.block_dim) == (32, 512)
-    wraps = usual._replace(muscles=usual.muscles._replace(paths=PathKind(RouteKind(wraps=1))))
+    wraps = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(RouteKind(wraps=1))))
     around = large_blocks(wraps, structure, None, 4, 65536, 132)
     assert (around.lanes, around.block_dim) == (12, 384)  # which leaves as many registers as these need
-    larger = usual._replace(muscles=usual.muscles._replace(paths=PathKind(monomials=7000)))
+    larger = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(monomials=7000)))
     assert 32 <= large_blocks(larger, structure, None, 4, 65536, 132).block_dim < 256
     few, some = (kernel_config(scene, structure, n, gpu, None, NOTHING) for n in (1024, 2048))
     assert [(config.lanes, config.instances_a_block) for config in (few, some)] == [(32, 8), (32, 16)]
     assert few.resident(132) >= 1024  # which all fit at once with most lanes
-    assert {config.muscles for config in (few, some, asked, wide)} == {usual.muscles}  # so that results are the same
-    assert not in_large_blocks(usual._replace(collisions=True))  # which some instances test for while others do not
-    assert not in_large_blocks(usual._replace(controller=HELD))
+    kinds = {config.kind.muscles for config in (few, some, asked, wide)}
+    assert kinds == {usual.kind.muscles}  # so that results are the same
+    assert not in_large_blocks(usual.compiling(collisions=True))  # which some instances test for while others do not
+    assert not in_large_blocks(usual.compiling(controller=HELD))
     with pytest.raises(RolloutError, match="lanes must be"):
         kernel_config(scene, structure, 1, gpu, 12, NOTHING)
 

@@ -7,7 +7,18 @@ from pathlib import Path
 
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Line, Lines, Notes
-from warpmuscle.scene import PD, Balance, Character, Component, Controller, Curve, Feedback, Side, State, Trajectory
+from warpmuscle.scene import (
+    PD,
+    Balance,
+    Character,
+    Component,
+    Controller,
+    Curve,
+    Feedback,
+    MachineState,
+    Side,
+    Trajectory,
+)
 from warpmuscle.scene.number import Free
 
 # In the order in which a line is compared with them. No other keyword may come before one that it begins with.
@@ -156,7 +167,7 @@ def _read_state(opening: Line, lines: Lines, controller: Controller) -> None:
         raise opening.error(f"states are numbered in order: this one must be {number}")
     key = f"controller.states.{number}"
     opening.mark(notes, key)
-    state = State(time=0.0)
+    state = MachineState(time=0.0)
     singles: dict[str, Line] = {}
     for line in lines.block(opening, "/ConState"):
         if line.keyword in SET_POINTS:
@@ -175,7 +186,7 @@ def _read_state(opening: Line, lines: Lines, controller: Controller) -> None:
     controller.states.append(state)
 
 
-def _read_state_line(line: Line, state: State, notes: Notes, key: str) -> None:
+def _read_state_line(line: Line, state: MachineState, notes: Notes, key: str) -> None:
     """One of the single-line attributes of a state."""
     if line.keyword == "description":
         state.description = line.rest
@@ -191,7 +202,7 @@ def _read_state_line(line: Line, state: State, notes: Notes, key: str) -> None:
         line.mark(notes, f"{key}.time")
 
 
-def _read_set_point(line: Line, lines: Lines, state: State, key: str) -> None:
+def _read_set_point(line: Line, lines: Lines, state: MachineState, key: str) -> None:
     """A set point of the balance feedback; without knots it is zero, which is the same as none."""
     knots = _read_knots(line, lines)
     state.balance = state.balance or Balance()
@@ -200,7 +211,7 @@ def _read_set_point(line: Line, lines: Lines, state: State, key: str) -> None:
     line.mark(lines.notes, f"{key}.balance.{SET_POINTS[line.keyword]}")
 
 
-def _read_trajectory(opening: Line, lines: Lines, state: State, key: str) -> None:
+def _read_trajectory(opening: Line, lines: Lines, state: MachineState, key: str) -> None:
     """Read a trajectory up to `/trajectory`; it takes the place of an earlier one of the same name."""
     notes, name = lines.notes, opening.word("the name of a joint")
     path = f"{key}.trajectories.{name}"

@@ -21,11 +21,11 @@ from warpmuscle.scene import (
     InitialState,
     Joint,
     JointState,
+    MachineState,
     Muscle,
     Scene,
     Shape,
     Sphere,
-    State,
     Trajectory,
 )
 from warpmuscle.scene.joints import joint_type, root_type
@@ -174,7 +174,7 @@ def _muscle(name: str, muscle: Muscle) -> Iterator[str]:
     yield from ("\t/Muscle", "")
 
 
-def _state(index: int, state: State) -> Iterator[str]:
+def _state(index: int, state: MachineState) -> Iterator[str]:
     if state.longest != 1.0:
         raise SceneError("this format has no states that last beyond phase 1", f"controller.states.{index}.longest")
     yield f"ConState {index}"

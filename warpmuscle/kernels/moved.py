@@ -1,10 +1,10 @@
-"""Where modules of `warpmuscle.kernels` were before they lay in rooms: their old names still work, with a warning."""
+"""Modules of `warpmuscle.kernels` before they lay in rooms, and names in them: old ones still work, with a warning."""
 
 from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -67,6 +67,18 @@ def of_former_module(room: str, name: str) -> Callable[[str], Any]:
         if attribute.startswith("__") or find_spec(f"{room}.{attribute}") is not None:
             raise AttributeError(f"module {room!r} has no attribute {attribute!r}")
         return getattr(import_module(f"{room}.{name}"), attribute)
+
+    return found
+
+
+def of_former_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
+    """What a module answers for names that it had before, by those that they have now; with a warning."""
+
+    def found(attribute: str) -> Any:
+        if attribute not in names:
+            raise AttributeError(f"module {module!r} has no attribute {attribute!r}")
+        warnings.warn(f"{module}.{attribute} is called {names[attribute]} now", DeprecationWarning, stacklevel=2)
+        return getattr(sys.modules[module], names[attribute])
 
     return found
 

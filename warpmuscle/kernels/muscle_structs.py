@@ -24,8 +24,8 @@ class Segment:
     origin: int  # the body from whose joint it is measured
     far: int  # 0: its bodies are neighbours, and its ends are given from the origin
     varies: int  # 1: its weight depends on conditions
-    first_term: int
-    end_term: int
+    first_contribution: int
+    end_contribution: int
 
 
 @wp.struct
@@ -37,7 +37,7 @@ class SegmentEnds:
 
 
 @wp.struct
-class Term:
+class Contribution:
     """What a segment contributes to a crossing."""
 
     crossing: int
@@ -90,7 +90,7 @@ class Paths:
     span: wp.array[PathSpan]  # (muscles,)
     segment: wp.array[Segment]  # (segments,)
     ends: wp.array2d[SegmentEnds]  # (rows, segments)
-    term: wp.array[Term]  # (terms,)
+    contribution: wp.array[Contribution]  # (contributions,)
     straight: wp.array[Straight]  # (muscles,) if all paths are such; the ends of each are those of its segment
     of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
     point_condition: wp.array[int]  # (points,) -1: the point always counts

@@ -15,7 +15,7 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
     ),
     "learning.decision": ("Decision", "goal_point"),
     "objective.declaration": ("Declaration",),
-    "force.forces": ("Force", "Wrench"),
+    "force.forces": ("ForceKind", "Wrench"),
     "contact.hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
     "control.joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
     "muscle.metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),

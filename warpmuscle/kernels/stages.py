@@ -18,7 +18,7 @@ from warpmuscle.kernels.body.inertia import body_inertia_of
 from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
-from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller, control_stage_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of
 from warpmuscle.kernels.memory.scratch import coordinate_work_at, monomials_at
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
@@ -92,7 +92,7 @@ def forward_kinematics(
 
 
 @cache
-def controller_torques(controller: Controller = NO_CONTROLLER) -> Any:
+def controller_torques(controller: ControllerKind = NO_CONTROLLER) -> Any:
     """The kernel (model, state, workspace, extension, target, torque) of a controller, see `control.control_stage_of`.
 
     It gives targets and torques (world, N m, + on the parent) for the joint of every body.
@@ -212,7 +212,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
 
 
 @cache
-def muscle_torques(kind: MuscleKind, controller: Controller = NO_CONTROLLER) -> Any:
+def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER) -> Any:
     """The kernel (model, state, workspace, extension, desired, record, torque) of the muscles of a kind.
 
     It lets the muscles answer to desired joint torques (instances, bodies; world, N m, + on the parent) for one step,

@@ -5,9 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
-from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.scratch import (
     monomials_at,
@@ -17,8 +15,7 @@ from warpmuscle.kernels.memory.scratch import (
     work_memory,
 )
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
-from warpmuscle.kernels.objective.term_functions import ObjectiveKind
-from warpmuscle.kernels.recording.record import RecordKind, frame_of
+from warpmuscle.kernels.recording.record import frame_of
 from warpmuscle.kernels.step_parts import BEGIN as BEGIN
 from warpmuscle.kernels.step_parts import (
     FAILURE,
@@ -128,14 +125,7 @@ def step_kernel(
     capacity: int,
     lanes: int,
     block_dim: int,
-    muscles: MuscleKind | None = None,
-    objective: ObjectiveKind = ObjectiveKind(),  # noqa: B008, immutable
-    collisions: bool = False,
-    motion: bool = False,
-    recorded: RecordKind = RecordKind(),  # noqa: B008, immutable
-    controller: Controller = NO_CONTROLLER,
-    skeleton: SkeletonKind = SkeletonKind(),  # noqa: B008, immutable
-    forces: tuple[Force, ...] = (),
+    kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
     lap: Any = no_lap,
 ) -> Any:
@@ -146,18 +136,15 @@ def step_kernel(
         lanes: threads that share an instance; 1 on the CPU.
         block_dim: threads a block, a multiple of lanes; of more than a warp: the state's numbers of neighbouring
             instances lie side by side, see `core.arrays.instance_zeros`.
-        muscles, objective, collisions, motion, recorded, controller, skeleton, forces: see `step_parts.StepKind`.
-        lap: see `one_step_of`.
+        kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
+        lap: see `one_step_of`.
     """
-    across = block_dim > WARP
-    instances_per_block = max(block_dim // lanes, 1)
-    kind = StepKind(
-        muscles, objective, collisions, motion, recorded, controller, skeleton, forces, across,
-        together=WARP // instances_per_block if across else 0,
-    )  # fmt: skip
+    across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
+    kind = kind._replace(across=across, together=WARP // instances_per_block if across else 0)
+    muscles, skeleton = kind.muscles, kind.skeleton
     one_step, extensions_struct = one_step_of(kind, lap), kind.extensions
-    touching = any(force.touch for force in forces)
+    touching = any(force.touch for force in kind.forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, bool(skeleton.joints), monomials, slots, skeleton.followed)
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots

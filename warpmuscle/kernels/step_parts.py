@@ -13,9 +13,9 @@ from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.contact.collision import collision_stage_of
 from warpmuscle.kernels.contact.gait_cycle import advance_cycles
 from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
-from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller, control_stage_of, record_controller_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of, record_controller_of
 from warpmuscle.kernels.force.extensions import extension_list
-from warpmuscle.kernels.force.forces import Force, body_forces_stage_of, joint_forces_stage_of
+from warpmuscle.kernels.force.forces import ForceKind, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
@@ -67,9 +67,9 @@ class StepKind(NamedTuple):
     collisions: bool = False  # whether bodies are tested for running into each other
     motion: bool = False  # whether the motion of some coordinates is prescribed
     recorded: RecordKind = RecordKind()
-    controller: Controller = NO_CONTROLLER  # what controls joints and muscles
+    controller: ControllerKind = NO_CONTROLLER  # what controls joints and muscles
     skeleton: SkeletonKind = SkeletonKind()  # of the bodies and joints that the model has
-    forces: tuple[Force, ...] = ()  # the kinds of others that act
+    forces: tuple[ForceKind, ...] = ()  # the kinds of others that act
     across: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
     together: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
 
@@ -79,7 +79,7 @@ class StepKind(NamedTuple):
         return extensions_of(self.controller, self.forces)
 
 
-def extensions_of(controller: Controller, forces: tuple[Force, ...]) -> Any:
+def extensions_of(controller: ControllerKind, forces: tuple[ForceKind, ...]) -> Any:
     """Structure of the parameters and states of a controller and of all kinds of forces."""
     return extension_list((controller.extension, *(force.extension for force in forces)))
 

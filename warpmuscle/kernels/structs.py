@@ -6,7 +6,6 @@ where all instances share them, or one row an instance; `at` reads both. What bo
 stands in `body_structs.py`, `control_structs.py` and `muscle_structs.py`.
 """
 
-import warnings
 from typing import Any
 
 import warp as wp
@@ -38,6 +37,8 @@ from warpmuscle.kernels.control_structs import SimbiconRecord as SimbiconRecord
 from warpmuscle.kernels.control_structs import SimbiconState as SimbiconState
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.moved import of_former_names
+from warpmuscle.kernels.muscle_structs import Contribution as Contribution
 from warpmuscle.kernels.muscle_structs import Crossing as Crossing
 from warpmuscle.kernels.muscle_structs import CurveRow as CurveRow
 from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
@@ -52,7 +53,6 @@ from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
 from warpmuscle.kernels.muscle_structs import SharedMuscle as SharedMuscle
 from warpmuscle.kernels.muscle_structs import SharingState as SharingState
 from warpmuscle.kernels.muscle_structs import Straight as Straight
-from warpmuscle.kernels.muscle_structs import Term as Term
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.route_structs import Lever as Lever
 from warpmuscle.kernels.route_structs import Monomial as Monomial
@@ -138,7 +138,7 @@ class Actuation:
 
 
 @wp.struct
-class Motion:
+class PrescribedMotion:
     """How the kinematic coordinates move; see `motion.py`. Only kernels that have it compiled in read it."""
 
     start: wp.array[float]  # (pieces,) s, where the pieces of the curves start
@@ -209,7 +209,7 @@ class Model:
     actuation: Actuation
     muscles: Muscles
     paths: Paths
-    motion: Motion
+    motion: PrescribedMotion
     reflexes: Reflexes
     couplings: Couplings
     routes: Routes
@@ -363,11 +363,8 @@ StateRef = wp.ref[State]
 ScratchRef = wp.ref[Scratch]
 RecordRef = wp.ref[Record]
 
-
-def __getattr__(name: str) -> Any:
-    """Names that users' modules may have from before."""
-    if name not in ("Work", "WorkRef"):
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    new = name.replace("Work", "Scratch")
-    warnings.warn(f"{__name__}.{name} is called {new} now", DeprecationWarning, stacklevel=2)
-    return globals()[new]
+# Names that users' modules may have from before.
+__getattr__ = of_former_names(
+    __name__,
+    {"Work": "Scratch", "WorkRef": "ScratchRef", "Term": "Contribution", "Motion": "PrescribedMotion"},
+)

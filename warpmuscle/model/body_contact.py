@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.contact.body_contact import body_contact_of
-from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.force.forces import ForceKind
 from warpmuscle.model.collisions import FASTEST, CapsuleRows, capsule_of, steps_between_tests
 from warpmuscle.model.joints import has_turned_axes
 from warpmuscle.scene import Scene
@@ -47,9 +47,9 @@ def shape_pairs(scene: Scene) -> tuple[ShapePair, ...]:
     return pairs
 
 
-def contact_kind(scene: Scene) -> Force:
+def contact_kind(scene: Scene) -> ForceKind:
     """The kind of force between bodies of a scene that touch."""
-    kind: Force = body_contact_of(any(map(has_turned_axes, scene.character.bodies.values())))
+    kind: ForceKind = body_contact_of(any(map(has_turned_axes, scene.character.bodies.values())))
     return kind
 
 

@@ -10,7 +10,7 @@ import warp as wp
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.force.devices import FORCES
-from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
 from warpmuscle.model.extensions import BODY, check_declaration
 from warpmuscle.model.user_functions import declared
@@ -25,7 +25,7 @@ FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), 
 class ForceEntries:
     """All forces of one kind."""
 
-    kind: Force
+    kind: ForceKind
     names: tuple[str | ShapePair, ...]  # in the scene, sorted by body, those between two twice; or what may touch
     start: tuple[int, ...] = ()  # (bodies + 1,) which of them act on each body, or on the joint that carries it
     other: tuple[int, ...] = ()  # of each between two bodies: the other one
@@ -39,7 +39,7 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
     Raises:
         SceneError: there is no such kind, it cannot be used, or its parameters are not those of the scene.
     """
-    found: dict[Force, list[_Acting]] = {}
+    found: dict[ForceKind, list[_Acting]] = {}
     for name, force in scene.forces.items():
         key = f"forces.{name}"
         kind = _kind(force.type, "effort" if force.joint else "wrench", f"{key}.type")
@@ -78,7 +78,7 @@ def _both_ways(name: str, body: int, other: int) -> list[_Acting]:
     return [_Acting(body, name, other, 0), _Acting(other, name, body, 1)]
 
 
-def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntries:
+def _entries(kind: ForceKind, acting: list[_Acting], names: Topology) -> ForceEntries:
     acting = sorted(acting, key=lambda one: one.body)
     start = [sum(one.body < i for one in acting) for i in range(len(names.bodies) + 1)]
     both = [(one.other, one.second) for one in acting] if kind.pair is not None else []
@@ -86,13 +86,13 @@ def _entries(kind: Force, acting: list[_Acting], names: Topology) -> ForceEntrie
     return ForceEntries(kind, tuple(one.name for one in acting), tuple(start), other, second)
 
 
-def _kind(entry: str, alone: str, key: str) -> Force:
+def _kind(entry: str, alone: str, key: str) -> ForceKind:
     """The kind of forces of a name, shipped or `module:name`; `alone` is what a function by itself is of it."""
     if ":" not in entry:
-        kind: Force = FORCES[entry]
+        kind: ForceKind = FORCES[entry]
         return kind
-    given = declared(entry, key, Force)
-    kind = given if isinstance(given, Force) else Force(**{alone: given})
+    given = declared(entry, key, ForceKind)
+    kind = given if isinstance(given, ForceKind) else ForceKind(**{alone: given})
     if kind.effort is not None and kind.wrench is not None:
         raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
     check_declaration(kind, FUNCTIONS, entry, key)

@@ -30,20 +30,20 @@ def paths_struct(table: PathTable, names: Topology, character: Character, device
     """
     p = structs.Paths()
     p.fixed_length = to_device(_fixed_lengths(table), float, device)
-    terms = _terms_by_segment(table)
+    by_segment = _contributions(table)
     _put_conditions(p, table, names, device)
-    _put_segments(p, table, names, character, starts(map(len, terms)), device)
-    flat = [term for group in terms for term in group]
-    columns = {name: [term[name] for term in flat] for name in structs.Term.vars}
-    p.term = records_to_device(structs.Term, device, **columns)
+    _put_segments(p, table, names, character, starts(map(len, by_segment)), device)
+    flat = [one for group in by_segment for one in group]
+    columns = {name: [one[name] for one in flat] for name in structs.Contribution.vars}
+    p.contribution = records_to_device(structs.Contribution, device, **columns)
     p.straight = records_to_device(structs.Straight, device, **_straight(table, names, character))
     _put_crossings(p, table, names, device)
     _put_pulleys(p, table, device)
     return p
 
 
-def _terms_by_segment(table: PathTable) -> list[list[dict[str, int]]]:
-    """What each segment contributes to crossings, by field of `kernels.structs.Term`."""
+def _contributions(table: PathTable) -> list[list[dict[str, int]]]:
+    """What each segment contributes to crossings, by field of `kernels.structs.Contribution`."""
     found: list[list[dict[str, int]]] = [[] for _ in table.segments]
     for i, crossing in enumerate(table.crossings):
         for place, (segment, sign, mover) in enumerate(crossing.terms):
@@ -64,16 +64,16 @@ def _put_conditions(p: structs.Paths, table: PathTable, names: Topology, device:
 
 
 def _put_segments(
-    p: structs.Paths, table: PathTable, names: Topology, character: Character, term_start: list[int], device: Any
+    p: structs.Paths, table: PathTable, names: Topology, character: Character, start: list[int], device: Any
 ) -> None:
-    """Put in the segments and their ends; `term_start` says where the terms of each start."""
+    """Put in the segments and their ends; `start` says where the contributions of each start."""
     ends = [_ends(segment, table, names, character) for segment in table.segments]
     p.segment = records_to_device(
         structs.Segment, device,
         body_a=[end.bodies[0] for end in ends], body_b=[end.bodies[1] for end in ends],
         origin=[end.origin for end in ends], far=[end.far for end in ends],
         varies=[bool(table.conditional(i)) for i in range(len(table.segments))],
-        first_term=term_start[:-1], end_term=term_start[1:],
+        first_contribution=start[:-1], end_contribution=start[1:],
     )  # fmt: skip
     a, b = (stacked([end.points[k] for end in ends] or [rows(ZERO)]) for k in range(2))
     p.ends = structs_to_device(structs.SegmentEnds, {"a": a, "b": b}, device)

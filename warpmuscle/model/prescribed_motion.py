@@ -37,7 +37,7 @@ class Kinematic:
     """The kinematic coordinates of a scene: C of them."""
 
     names: tuple[str, ...] = ()  # (C,)
-    angle: list[tuple[int, int, int]] = field(default_factory=list)  # see `kernels.structs.Motion`
+    angle: list[tuple[int, int, int]] = field(default_factory=list)  # see `kernels.structs.PrescribedMotion`
     turn: list[tuple[int, int, int, int]] = field(default_factory=list)
     joint: list[tuple[int, int]] = field(default_factory=list)
     remaining: tuple[int, ...] = ()
@@ -287,9 +287,9 @@ def check_knots(time: Floats, values: Floats, what: str) -> None:
         raise RolloutError(f"times of the {what} must increase")
 
 
-def motion_struct(moving: Kinematic, curves: Curves, device: Any) -> structs.Motion:
-    """The device structure of prescribed motion (see `kernels.structs.Motion`)."""
-    m = structs.Motion()
+def motion_struct(moving: Kinematic, curves: Curves, device: Any) -> structs.PrescribedMotion:
+    """The device structure of prescribed motion (see `kernels.structs.PrescribedMotion`)."""
+    m = structs.PrescribedMotion()
     m.start = to_device(curves.start, float, device)
     m.curve = to_device(curves.coefficients, structs.polynomial, device)
     m.row = to_device(np.zeros(0) if curves.row is None else curves.row, int, device)

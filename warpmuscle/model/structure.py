@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
-from warpmuscle.kernels.control.control import Controller
-from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.control.control import ControllerKind
+from warpmuscle.kernels.force.forces import ForceKind
 from warpmuscle.kernels.objective.term_functions import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controllers.reads import check_reads
@@ -33,12 +33,12 @@ class Structure:
     collision_pairs: list[Pair]  # of bodies that must not run into each other
     skeleton: SkeletonKind  # what a step has compiled in for bodies and joints
     objective: ObjectiveKind  # the sums that a step makes
-    controller: Controller  # what a step has compiled in of it
+    controller: ControllerKind  # what a step has compiled in of it
     forces: tuple[ForceEntries, ...]  # besides those of muscles and controller, by kind
     parts: OwnParts  # of the scene's own
 
     @property
-    def force_kinds(self) -> tuple[Force, ...]:
+    def force_kinds(self) -> tuple[ForceKind, ...]:
         """Kinds of forces that a step has compiled in."""
         return tuple(entries.kind for entries in self.forces)
 

@@ -8,6 +8,9 @@ May import: core, kernels.
 To add: a field to the part that it belongs to, with its unit, `Annotated[Number, "m"]`; its check into `validation`.
 """
 
+from typing import TYPE_CHECKING
+
+from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.scene.scene import (
     PD,
     Actuation,
@@ -41,6 +44,7 @@ from warpmuscle.scene.scene import (
     Joint,
     JointState,
     Ligament,
+    MachineState,
     Marker,
     MillardCurves,
     Motion,
@@ -62,7 +66,6 @@ from warpmuscle.scene.scene import (
     Side,
     Sphere,
     SphereSurface,
-    State,
     Surface,
     ThelenCurves,
     TorusSurface,
@@ -105,6 +108,7 @@ __all__ = [
     "Joint",
     "JointState",
     "Ligament",
+    "MachineState",
     "Marker",
     "MillardCurves",
     "Motion",
@@ -126,7 +130,6 @@ __all__ = [
     "Side",
     "Sphere",
     "SphereSurface",
-    "State",
     "Surface",
     "ThelenCurves",
     "TorusSurface",
@@ -135,3 +138,6 @@ __all__ = [
     "ViaPoint",
     "Wrap",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = of_former_names(__name__, {"State": "MachineState"})

@@ -12,7 +12,7 @@ class Force(Part):
     """A device on a joint, or a force on a body.
 
     `type`: `bilinear_spring` on a joint, `air_drag` on a body, `bushing` between two, see `kernels.force.devices`; or
-    `module:name` of a `kernels.force.forces.Force` of one's own.
+    `module:name` of a `kernels.force.forces.ForceKind` of one's own.
     """
 
     type: str

@@ -24,13 +24,7 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.body.joint_stages import SkeletonKind
-from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
-from warpmuscle.kernels.force.forces import Force
 from warpmuscle.kernels.memory.scratch import work_floats
-from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
-from warpmuscle.kernels.objective.term_functions import ObjectiveKind
-from warpmuscle.kernels.recording.record import RecordKind
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -42,6 +36,7 @@ from warpmuscle.kernels.step import (
     registers_of,
     step_kernel,
 )
+from warpmuscle.kernels.step_parts import StepKind
 from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
@@ -65,23 +60,19 @@ class KernelConfig(NamedTuple):
     capacity: int
     lanes: int
     block_dim: int
-    muscles: MuscleKind | None
-    objective: ObjectiveKind
-    collisions: bool
-    motion: bool
-    recorded: RecordKind
-    controller: Controller = NO_CONTROLLER
-    skeleton: SkeletonKind = SkeletonKind()
-    forces: tuple[Force, ...] = ()
+    kind: StepKind
     slots: int | None = None  # of feet; None for those of the size class
+
+    def compiling(self, **parts: Any) -> KernelConfig:
+        """The same with other parts of the step, see `StepKind`."""
+        return self._replace(kind=self.kind._replace(**parts))
 
     @property
     def work_floats(self) -> int:
         """Numbers of the working set of an instance."""
-        monomials = 0 if self.muscles is None else self.muscles.paths.monomials
-        return int(
-            work_floats(self.capacity, bool(self.skeleton.joints), monomials, self.slots, self.skeleton.followed)
-        )
+        muscles, skeleton = self.kind.muscles, self.kind.skeleton
+        monomials = 0 if muscles is None else muscles.paths.monomials
+        return int(work_floats(self.capacity, bool(skeleton.joints), monomials, self.slots, skeleton.followed))
 
     @property
     def several_warps(self) -> bool:
@@ -101,13 +92,13 @@ class KernelConfig(NamedTuple):
     @property
     def large_blocks(self) -> int:
         """Blocks of several warps that fit a multiprocessor."""
-        return int(blocks_of(self.block_dim, self.instances_a_block * self.work_floats, self.muscles))
+        return int(blocks_of(self.block_dim, self.instances_a_block * self.work_floats, self.kind.muscles))
 
     def resident(self, multiprocessors: int) -> int:
         """Instances that so many multiprocessors have room for at once."""
         if self.several_warps:
             return multiprocessors * self.large_blocks * self.instances_a_block
-        blocks = resident_blocks(self.instances_a_block * self.work_floats, registers_of(self.muscles))
+        blocks = resident_blocks(self.instances_a_block * self.work_floats, registers_of(self.kind.muscles))
         return int(multiprocessors * blocks * self.instances_a_block)
 
 
@@ -166,7 +157,7 @@ class FusedKernel:
         """What tells of compiling, if there is anything to compile."""
         if not self.compiles:
             return nullcontext()
-        muscles = "muscles and joints" if self.config.muscles is not None else "joints"
+        muscles = "muscles and joints" if self.config.kind.muscles is not None else "joints"
         return told_of_compiling(f"{muscles} of this kind of scene for {self.device}")
 
     @property

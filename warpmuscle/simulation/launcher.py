@@ -11,12 +11,14 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.memory.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import WARP
+from warpmuscle.kernels.step_parts import StepKind
 from warpmuscle.model.bodies import foot_slots
 from warpmuscle.model.controllers.outside import driven_from_outside
 from warpmuscle.model.muscles import compiled_kind
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.fused_kernel import GPU_BLOCK, FusedKernel, KernelConfig, is_loaded, resident_blocks
+from warpmuscle.simulation.stepper import excited
 
 GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
@@ -64,16 +66,14 @@ class Launcher:
 
     def read_excitations(self) -> None:
         """From now on launch kernels that read excitations over time."""
-        muscles = self.config.muscles
+        muscles = self.config.kind.muscles
         if muscles is not None:
-            self.config = self.config._replace(muscles=muscles._replace(timed=True, told=self.config.block_dim > 1))
+            self.config = self.config.compiling(muscles=muscles._replace(timed=True, told=self.config.block_dim > 1))
 
     def config_from_outside(self, excitations: bool, torques: bool) -> KernelConfig:
         """The configuration of a kernel that takes excitations (of muscles, if any), torques or both from outside."""
-        config = self.config
-        if excitations and config.muscles is not None:
-            config = config._replace(muscles=config.muscles._replace(given=True, timed=True))
-        return config._replace(controller=driven_from_outside(config.controller)) if torques else config
+        config = excited(self.config) if excitations else self.config
+        return config.compiling(controller=driven_from_outside(config.kind.controller)) if torques else config
 
 
 def kernel_config(
@@ -90,12 +90,12 @@ def kernel_config(
     if lanes is not None:
         as_whole(lanes, "lanes", 1, WARP, error=RolloutError)
     capacity = capacity_of(len(structure.names.bodies))
-    config = KernelConfig(
-        capacity, 1, 1,
+    kind = StepKind(
         compiled_kind(scene, structure.names, structure.actuation, capacity, lean=not device.is_cpu),
         structure.objective, bool(structure.collision_pairs), bool(structure.kinematic.names), recorded,
         structure.controller, structure.skeleton, structure.force_kinds,
     )  # fmt: skip
+    config = KernelConfig(capacity, 1, 1, kind)
     if device.is_cpu:
         return config
     if in_large_blocks(config):
@@ -112,9 +112,9 @@ def in_large_blocks(config: KernelConfig) -> bool:
     That is best where muscles' paths take long, in many ways. All instances of a block wait for one another, so none
     may have something to do that the others do not wait for.
     """
-    tests = config.collisions or any(force.touch for force in config.forces)
-    uniform = not tests and not config.controller.renews
-    return config.muscles is not None and config.muscles.long_paths and uniform
+    tests = config.kind.collisions or any(force.touch for force in config.kind.forces)
+    uniform = not tests and not config.kind.controller.renews
+    return config.kind.muscles is not None and config.kind.muscles.long_paths and uniform
 
 
 def large_blocks(
@@ -135,8 +135,8 @@ def large_blocks(
     """
     if lanes is not None and lanes & (lanes - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
-    assert config.muscles is not None
-    may_be_near = config.muscles.may_be_at_hand
+    assert config.kind.muscles is not None
+    may_be_near = config.kind.muscles.may_be_at_hand
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
     usual = [in_blocks(config, structure, slots, None, at_hand) for at_hand in (False, may_be_near)]
     if not usual[0]:
@@ -158,8 +158,8 @@ def in_blocks(
     Args:
         lanes: None for as many as a block has room for. slots, at_hand: see `with_room`.
     """
-    assert config.muscles is not None
-    threads = LARGE_BLOCK_OF_WRAPS if config.muscles.paths.wraps else LARGE_BLOCK
+    assert config.kind.muscles is not None
+    threads = LARGE_BLOCK_OF_WRAPS if config.kind.muscles.paths.wraps else LARGE_BLOCK
     for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
@@ -178,7 +178,7 @@ def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: b
     Args:
         slots: of the character's feet. at_hand: whether pulls are to be in the working set.
     """
-    muscles, capacity, crossings = config.muscles, config.capacity, len(structure.actuation.table.crossings)
+    muscles, capacity, crossings = config.kind.muscles, config.capacity, len(structure.actuation.table.crossings)
     assert muscles is not None
     pulls, monomials = 3 * crossings if at_hand else 0, muscles.paths.monomials
     if muscles.shared > 0:  # shares come where pulls could go on
@@ -186,7 +186,8 @@ def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: b
         capacity = max(capacity, -(-pulls // (3 * PULLS_A_BODY)))
     else:
         slots = slots_for(capacity, pulls + monomials, slots)
-    return config._replace(capacity=capacity, slots=slots, muscles=muscles._replace(pulls_at_hand=at_hand))
+    config = config._replace(capacity=capacity, slots=slots)
+    return config.compiling(muscles=muscles._replace(pulls_at_hand=at_hand))
 
 
 def usual_lanes(lanes: int | None, floats: int, instances: int, multiprocessors: int) -> int:
@@ -218,9 +219,9 @@ def spread_config(config: KernelConfig, running: int, multiprocessors: int) -> K
     if config.several_warps:
         return None
     lanes = usual_lanes(None, config.work_floats, running, multiprocessors)
-    if lanes <= config.lanes or config.recorded not in (NOTHING, RecordKind()):
+    if lanes <= config.lanes or config.kind.recorded not in (NOTHING, RecordKind()):
         return None
-    return config._replace(lanes=lanes, recorded=RecordKind())
+    return config._replace(lanes=lanes).compiling(recorded=RecordKind())
 
 
 def soon_loaded(config: KernelConfig, device: Any) -> bool:

@@ -47,23 +47,23 @@ class Stepper:
 
 def unrecorded(config: KernelConfig) -> KernelConfig:
     """The configuration of a kernel that records nothing."""
-    return config._replace(recorded=NOTHING)
+    return config.compiling(recorded=NOTHING)
 
 
 def sensing(config: KernelConfig) -> KernelConfig:
     """The configuration of a kernel in which muscles also tell what they feel, in `MuscleState.sensed`."""
-    if config.muscles is None:
+    if config.kind.muscles is None:
         return config
-    return config._replace(controller=telling(config.controller))
+    return config.compiling(controller=telling(config.kind.controller))
 
 
 def excited(config: KernelConfig) -> KernelConfig:
     """The configuration of a kernel whose muscles take excitations from outside."""
-    if config.muscles is None:
+    if config.kind.muscles is None:
         return config
-    return config._replace(muscles=config.muscles._replace(given=True, timed=True))
+    return config.compiling(muscles=config.kind.muscles._replace(given=True, timed=True))
 
 
 def moved(config: KernelConfig, effort: Any) -> KernelConfig:
     """The configuration of a kernel with a Warp function for the efforts of joints, see `control.CustomController`."""
-    return config._replace(controller=moved_by(config.controller, effort))
+    return config.compiling(controller=moved_by(config.kind.controller, effort))

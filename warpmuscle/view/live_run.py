@@ -12,7 +12,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, rotate, twist_angle
 from warpmuscle.core.status import Status
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Balance, Controller, Curve, Scene, State
+from warpmuscle.scene import Balance, Controller, Curve, MachineState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
@@ -297,7 +297,7 @@ def _within(value: float, most: float) -> float:
     return 0.0 if np.isnan(value) else float(np.clip(value, -most, most))
 
 
-def _with_velocity(state: State, faster: float) -> State:
+def _with_velocity(state: MachineState, faster: float) -> MachineState:
     balance = state.balance if state.balance is not None else Balance()
     curve = balance.velocity_z if balance.velocity_z is not None else Curve([0.0], [0.0])
     value = [float(np.asarray(number)) + faster for number in curve.value]

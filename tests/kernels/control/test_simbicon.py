@@ -14,7 +14,18 @@ from warpmuscle.formats import load
 from warpmuscle.kernels.control import simbicon
 from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME, Model, Scratch, Simbicon, Skeleton
 from warpmuscle.model.controllers.simbicon import model_fields
-from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, Ground, Scene, State, Trajectory
+from warpmuscle.scene import (
+    PD,
+    Balance,
+    Component,
+    Controller,
+    Curve,
+    Feedback,
+    Ground,
+    MachineState,
+    Scene,
+    Trajectory,
+)
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.stages import Stages
@@ -75,7 +86,7 @@ def everything_on() -> Scene:
     lateral = Feedback(X, 0.5, 0.3, d_limits=(-0.1, 0.2), v_limits=(-0.5, 0.4))
     oblique = Feedback((1.0, 0.0, -2.0), -0.4, 0.2)
     joints = list(biped().joints)
-    first = State(
+    first = MachineState(
         0.5,
         {
             "root": Trajectory([turn(X, 0.1, 0.2), turn(Z, -0.2)], strength=curve(0.5, 1.5)),
@@ -88,7 +99,9 @@ def everything_on() -> Scene:
         },
         balance=Balance(curve(0.05, 0.1), curve(-0.1), curve(0.2, 0.1, 0.3), curve(0.5, 1.0)),
     )
-    second = State(0.3, {"pelvis_torso": Trajectory([turn(Y, 0.2, -0.2, feedback=oblique)])}, 1, "time_up", "same")
+    second = MachineState(
+        0.3, {"pelvis_torso": Trajectory([turn(Y, 0.2, -0.2, feedback=oblique)])}, 1, "time_up", "same"
+    )
     return Scene(
         "everything on",
         biped(),
@@ -145,7 +158,7 @@ def test_of_two_trajectories_of_one_joint_the_later_wins():
     knee = list(Stages(scene, 1, "cpu").names.joints).index("lKnee")
     states = upright_states(2, seed=6)
     for order, in_left_stance in ((1, 0.8), (-1, 0.3)):
-        scene.controller.states = [State(0.5, dict(list(angles.items())[::order]))]
+        scene.controller.states = [MachineState(0.5, dict(list(angles.items())[::order]))]
         target, _ = torques(scene, states, stance=[0, 1])
         np.testing.assert_allclose(2.0 * np.arcsin(target[:, knee, 0]), [in_left_stance, 0.3], atol=1e-6)
 
@@ -167,7 +180,7 @@ def test_torques_on_the_root_add_up_to_its_own_whatever_the_load_of_the_feet():
 # The state machine, step by step.
 
 
-def machine(phase: float, states: list[State], stance: int = 0) -> tuple[float, int, int]:
+def machine(phase: float, states: list[MachineState], stance: int = 0) -> tuple[float, int, int]:
     """Phase, state and stance after one step in free flight, from state 0."""
     scene = load("fwalk")
     scene.controller.states, scene.ground = states, Ground(stiffness=0.0)
@@ -180,7 +193,7 @@ def machine(phase: float, states: list[State], stance: int = 0) -> tuple[float, 
 
 
 def test_phase_advances_by_the_nominal_duration_of_the_state():
-    phase, state, stance = machine(0.6, [State(0.4)])
+    phase, state, stance = machine(0.6, [MachineState(0.4)])
     assert (phase, state, stance) == (pytest.approx(0.6 + 0.0005 / 0.4), 0, LEFT)
 
 
@@ -190,20 +203,20 @@ def test_phase_advances_by_the_nominal_duration_of_the_state():
     [("reverse", 0, 1), ("reverse", 1, 0), ("same", 1, 1), ("same", 0, 0), ("left", 1, 0), ("right", 1, 1)],
 )
 def test_at_phase_one_the_next_state_begins_with_its_own_stance(transition, rule, before, after):
-    states = [State(0.4, next=1, transition=transition, stance="same"), State(0.7, stance=rule)]
+    states = [MachineState(0.4, next=1, transition=transition, stance="same"), MachineState(0.7, stance=rule)]
     assert machine(0.9999, states, before) == (0.0, 1, after)
 
 
 def test_state_that_may_last_passes_phase_one_in_flight_and_ends_at_its_longest():
-    states = [State(0.4, next=1, longest=1.5, stance="same"), State(0.7, stance="reverse")]
+    states = [MachineState(0.4, next=1, longest=1.5, stance="same"), MachineState(0.7, stance="reverse")]
     assert machine(0.9999, states) == (pytest.approx(0.9999 + 0.0005 / 0.4), 0, LEFT)
     assert machine(1.4999, states) == (0.0, 1, RIGHT)
 
 
 def test_each_instance_waits_for_its_own_longest_phase():
     scene = substitute(load("fwalk"), start_values(load("fwalk")))
-    free = State(0.4, next=1, longest=Free(1.2, 1.0, 2.0), stance="same")
-    scene.controller.states, scene.ground = [free, State(0.7)], Ground(stiffness=0.0)
+    free = MachineState(0.4, next=1, longest=Free(1.2, 1.0, 2.0), stance="same")
+    scene.controller.states, scene.ground = [free, MachineState(0.7)], Ground(stiffness=0.0)
     stages = Stages(scene, 2, "cpu")
     values = substitute(scene, np.array([[1.2], [1.6]]))
     stages.model.simbicon = model_fields(values, stages.names, "cpu")["simbicon"]

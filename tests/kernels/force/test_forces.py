@@ -5,7 +5,7 @@ import warp as wp
 from probes import filled, matrix, units, vectors
 
 from warpmuscle.kernels.force.extensions import extension_list
-from warpmuscle.kernels.force.forces import Force, Wrench, body_forces_stage_of, joint_forces_stage_of
+from warpmuscle.kernels.force.forces import ForceKind, Wrench, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.structs import (
     FIXED,
     HINGE,
@@ -40,7 +40,7 @@ def pull(instance: int, body: int, model: ModelRef, state: StateRef, work: Scrat
     return wp.vec3(p.size, 0.0, 0.0)
 
 
-FORCES = (Force(wrench=blow), Force(effort=pull, parameters=Pull))
+FORCES = (ForceKind(wrench=blow), ForceKind(effort=pull, parameters=Pull))
 Extensions = extension_list(tuple(force.extension for force in FORCES))
 push_bodies, turn_joints = body_forces_stage_of(FORCES), joint_forces_stage_of(FORCES)
 COM, AXES = vectors(3, 1, 0.1), units(3, 2)

@@ -16,7 +16,7 @@ from warpmuscle.kernels.control.controllers import CONTROLLERS
 from warpmuscle.model.structure import structure_of
 from warpmuscle.model.unused_parameters import unused_parameters
 from warpmuscle.results.records import Result, parameter_table
-from warpmuscle.scene import Actuation, Controller, Scene, State
+from warpmuscle.scene import Actuation, Controller, MachineState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.trusted_code import named_code, without_code
 from warpmuscle.scene.validation.scene import check_scene
@@ -241,10 +241,10 @@ PD_GAINS = {"others": {"kp": 40.0, "kd": 4.0, "angle": 0.2}}
             "controller.by_muscle: 'joint_pd' takes no values by muscle",
         ),
         (
-            Controller([State(0.5)], type="joint_pd", by_joint=PD_GAINS),
+            Controller([MachineState(0.5)], type="joint_pd", by_joint=PD_GAINS),
             "controller.states: a controller of type 'joint_pd' takes no states, which is of simbicon",
         ),
-        (Controller([State(0.5)], by_joint=PD_GAINS), "controller.by_joint: a simbicon controller takes none"),
+        (Controller([MachineState(0.5)], by_joint=PD_GAINS), "controller.by_joint: a simbicon controller takes none"),
         (Controller(hips=("hip", "hip2")), "controller.hips.1: no joint is called 'hip2'"),
     ],
     ids=str,

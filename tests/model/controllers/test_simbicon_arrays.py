@@ -22,8 +22,8 @@ from warpmuscle.scene import (
     Curve,
     Feedback,
     Joint,
+    MachineState,
     Scene,
-    State,
     Trajectory,
 )
 from warpmuscle.scene.topology import topology
@@ -43,7 +43,7 @@ def scene_of() -> Scene:
         for side in "lr"
     }  # fmt: skip
     lateral = Feedback((0.0, 0.0, 2.0), 0.5, 0.3, d_limits=(-0.1, 0.2), v_limits=(-0.5, 0.4))
-    first = State(
+    first = MachineState(
         0.5,
         {
             "SWING_Hip": Trajectory(
@@ -59,7 +59,7 @@ def scene_of() -> Scene:
         1, "time_up", "right",
         balance=Balance(Curve([0.0], [0.05]), None, Curve([0.0, 1.0], [0.2, 0.3]), None),
     )  # fmt: skip
-    second = State(0.3, {"rHip": Trajectory([Component(X, [0.0], [0.9])])}, 0, "foot_down", "same", longest=1.4)
+    second = MachineState(0.3, {"rHip": Trajectory([Component(X, [0.0], [0.9])])}, 0, "foot_down", "same", longest=1.4)
     controller = Controller(
         [first, second],
         {"root": PD(800.0, 60.0, 300.0, (1.0, 0.5, 0.9)), "rHip": PD(300.0, 30.0, 150.0, (1.0, 0.6, 0.8))},

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.structs import Model, Scratch, State
 
 
@@ -19,4 +19,4 @@ def pull(instance: int, body: int, model: Model, state: State, work: Scratch, li
     return w
 
 
-glider = Force(wrench=pull, parameters=Lift)
+glider = ForceKind(wrench=pull, parameters=Lift)

@@ -14,7 +14,7 @@ from warpmuscle.kernels.structs import (
     FIRST_AXIS,
     SECOND_AXIS,
     ModelRef,
-    Motion,
+    PrescribedMotion,
     ScratchRef,
     StateRef,
     at,
@@ -66,7 +66,7 @@ def angular_acceleration(p: wp.quat, rate: wp.quat, bend: wp.quat, world: bool) 
 
 
 @func
-def curve_at(motion: Motion, row: int, piece: int, curve: int, x: float) -> wp.vec3:
+def curve_at(motion: PrescribedMotion, row: int, piece: int, curve: int, x: float) -> wp.vec3:
     """Value and derivatives of a curve, x s after the start of a piece."""
     return polynomial_rates(motion.curve[row, piece, curve], x)
 

@@ -13,7 +13,7 @@ import warp as wp
 from warpmuscle.kernels.contact.collision import fractions_along
 from warpmuscle.kernels.contact.contact import friction_damping, normal_force
 from warpmuscle.kernels.contact.touching import Touch
-from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.force.forces import ForceKind
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import BodyRow, ModelRef, ScratchRef, at
 
@@ -182,6 +182,6 @@ def capsule_contact_of(turned: bool) -> Any:
 
 
 @cache
-def body_contact_of(turned: bool) -> Force:
+def body_contact_of(turned: bool) -> ForceKind:
     """The kind of force between bodies that touch, see `capsule_contact_of`."""
-    return Force(touch=capsule_contact_of(turned), parameters=CapsulePair, state=1)
+    return ForceKind(touch=capsule_contact_of(turned), parameters=CapsulePair, state=1)

@@ -11,7 +11,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.force.extensions import extension_list
-from warpmuscle.kernels.force.forces import Force
+from warpmuscle.kernels.force.forces import ForceKind
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import any_lane, synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, rolled
@@ -51,7 +51,7 @@ def push_each_other_of(touch_between: Any, extension_struct: Any) -> Any:
     """The Warp function that adds to the bias forces of bodies what those of one kind that touch do to each other.
 
     Args:
-        touch_between: see `forces.Force`. extension_struct: type of the kind's extension.
+        touch_between: see `forces.ForceKind`. extension_struct: type of the kind's extension.
     """
 
     @wp.func
@@ -92,7 +92,7 @@ def push_each_other_of(touch_between: Any, extension_struct: Any) -> Any:
 
 
 @cache
-def touching_stage_of(forces: tuple[Force, ...]) -> Any:
+def touching_stage_of(forces: tuple[ForceKind, ...]) -> Any:
     """The stage of those of the forces that act between bodies that touch."""
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     touches = forces[0].touch is not None

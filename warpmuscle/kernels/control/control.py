@@ -1,6 +1,6 @@
 """What controls joints and muscles: what a controller has compiled into a step, and the stages that call it.
 
-`model.controllers` makes the `Controller` of a scene, from a table of all there are. One of one's own is a
+`model.controllers` makes the `ControllerKind` of a scene, from a table of all there are. One of one's own is a
 `CustomController` in any module, which a scene names; those of `kernels.control.controllers` are made in the same way.
 An effort of a joint is a generalised force: its power is that of effort times speed, for each of the joint's speeds.
 A positive one turns the child, and the parent backwards, in the sense in which the speed is positive, N m.
@@ -21,6 +21,7 @@ from warpmuscle.kernels.force.extensions import (
 )
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.kernels.muscle.muscle_control import within
 from warpmuscle.kernels.objective.causes import (
     EFFORT,
@@ -83,7 +84,7 @@ class CustomController(NamedTuple):
 PLACES = ("by_joint", "by_body", "by_muscle")  # that may have parameters of their own
 
 
-class Controller(NamedTuple):
+class ControllerKind(NamedTuple):
     """What a controller has compiled into a step: Warp functions, None where it does nothing."""
 
     torques: Any  # stage (instance, lane, lanes, model, state, work): targets and torques; it ends with a barrier
@@ -157,11 +158,11 @@ def no_torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
     synchronize()
 
 
-NO_CONTROLLER = Controller(no_torques_stage)
+NO_CONTROLLER = ControllerKind(no_torques_stage)
 
 
 @cache
-def control_stage_of(controller: Controller) -> Any:
+def control_stage_of(controller: ControllerKind) -> Any:
     """The stage (instance, lane, lanes, model, state, work, extension) that says what is wanted of the joints.
 
     It puts that into the working set and ends with a barrier.
@@ -210,7 +211,7 @@ def control_stage_of(controller: Controller) -> Any:
 
 
 @cache
-def record_controller_of(controller: Controller) -> Any:
+def record_controller_of(controller: ControllerKind) -> Any:
     """The Warp function (instance, frame, state, record, extension) that records what changes of a controller.
 
     It does so if a frame is due; one lane calls it.
@@ -234,7 +235,7 @@ def record_controller_of(controller: Controller) -> Any:
 
 
 @cache
-def force_of(controller: Controller) -> Any:
+def force_of(controller: ControllerKind) -> Any:
     """The Warp function (instance, muscle, asked, row, model, state, work, extension) -> force wanted of a muscle, N.
 
     `asked` is what the joints' torques ask for, `row` the muscle's numbers.
@@ -268,3 +269,6 @@ def force_of(controller: Controller) -> Any:
         return wanted
 
     return wanted_force
+
+
+__getattr__ = of_former_names(__name__, {"Controller": "ControllerKind"})  # which users' modules may have

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.force.bushing import Bushing, bushing
-from warpmuscle.kernels.force.forces import Force, Wrench
+from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -122,10 +122,10 @@ def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: S
 
 
 FORCES = {
-    "bilinear_spring": Force(effort=bilinear_spring, parameters=BilinearSpring),
-    "coordinate_limit": Force(effort=coordinate_limit, parameters=CoordinateLimit, positive=("transition",)),
-    "coordinate_spring": Force(effort=coordinate_spring, parameters=CoordinateSpring),
-    "bushing": Force(pair=bushing, parameters=Bushing),
-    "air_drag": Force(wrench=air_drag, parameters=AirDrag),
+    "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring),
+    "coordinate_limit": ForceKind(effort=coordinate_limit, parameters=CoordinateLimit, positive=("transition",)),
+    "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring),
+    "bushing": ForceKind(pair=bushing, parameters=Bushing),
+    "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),
 }
 FORCES = {name: force._replace(shipped=True) for name, force in FORCES.items()}

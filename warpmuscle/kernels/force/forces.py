@@ -1,7 +1,7 @@
 """Torques and forces that act on joints and bodies besides muscles and the controller: devices, drag, what one likes.
 
-Each kind is a `Force`, of a file like `devices.py` or of a user's module; a scene's `forces` say where they act. They
-are explicit: a stiffness k and a damping d on an inertia I need a step shorter than d/k and I/d or so.
+Each kind is a `ForceKind`, of a file like `devices.py` or of a user's module; a scene's `forces` say where they act.
+They are explicit: a stiffness k and a damping d on an inertia I need a step shorter than d/k and I/d or so.
 Joint springs of the actuation, which are implicit where PD or muscles are, stand in `springs.py`.
 """
 
@@ -14,6 +14,7 @@ from warpmuscle.kernels.control.control import effort_torque
 from warpmuscle.kernels.force.extensions import extension_list, extension_type, of_body, touch_extension
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.kernels.objective.causes import ENTRY, FORCE, blame, cause_of, checked_vector
 from warpmuscle.kernels.objective.failure import is_somewhere
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
@@ -34,7 +35,7 @@ def look_at(wrench: Wrench, instance: int, cause: int, state: StateRef, work: Sc
         blame(instance, cause, state, work)
 
 
-class Force(NamedTuple):
+class ForceKind(NamedTuple):
     """A kind of torque on joints, or of force on bodies: one Warp function, its parameters and its state.
 
     The function takes what is in brackets if it is declared: `parameters`, a `@wp.struct` of floats whose values stand
@@ -61,7 +62,7 @@ class Force(NamedTuple):
 
 
 @cache
-def torque_of(forces: tuple[Force, ...], place: int = 0) -> Any:
+def torque_of(forces: tuple[ForceKind, ...], place: int = 0) -> Any:
     """The Warp function (instance, body, torque, model, state, work, extensions) -> torque and all forces on its joint.
 
     Torques act on the parent, world, N m. `place` is that of the first force among all kinds.
@@ -101,7 +102,7 @@ def torque_of(forces: tuple[Force, ...], place: int = 0) -> Any:
 
 
 @cache
-def wrench_of(forces: tuple[Force, ...], place: int = 0) -> Any:
+def wrench_of(forces: tuple[ForceKind, ...], place: int = 0) -> Any:
     """The Warp function (instance, body, wrench, model, state, work, extensions) -> that and all forces on a body.
 
     `place` is that of the first force among all kinds.
@@ -152,7 +153,7 @@ def wrench_of(forces: tuple[Force, ...], place: int = 0) -> Any:
 
 
 @cache
-def joint_forces_stage_of(forces: tuple[Force, ...]) -> Any:
+def joint_forces_stage_of(forces: tuple[ForceKind, ...]) -> Any:
     """The stage that adds what acts on the joints to their torques, in the order of bodies. It ends with a barrier."""
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     torque = torque_of(forces)
@@ -175,7 +176,7 @@ def joint_forces_stage_of(forces: tuple[Force, ...]) -> Any:
 
 
 @cache
-def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
+def body_forces_stage_of(forces: tuple[ForceKind, ...]) -> Any:
     """The stage that adds what acts on the bodies to their bias forces. It ends with a barrier."""
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     wrench_on = wrench_of(forces)
@@ -198,3 +199,6 @@ def body_forces_stage_of(forces: tuple[Force, ...]) -> Any:
         synchronize()
 
     return body_forces_stage
+
+
+__getattr__ = of_former_names(__name__, {"Force": "ForceKind"})  # which users' modules may have

@@ -17,7 +17,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.control.control import Controller, force_of
+from warpmuscle.kernels.control.control import ControllerKind, force_of
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.muscle.muscle_control import (
@@ -156,7 +156,7 @@ def sense_past_arms_of(kind: MuscleKind) -> Any:
 
 
 @cache
-def want_of(kind: MuscleKind, controller: Controller) -> Any:
+def want_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     """The Warp function (instance, m, muscle, model, state, work, extension) that changes the desired force.
 
     Args:

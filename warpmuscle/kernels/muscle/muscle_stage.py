@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
-from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
+from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind
 from warpmuscle.kernels.force.actuation import (
     actuation_stage_of,
     implicit_damping_stage_of,
@@ -40,7 +40,7 @@ def muscle_stage_of(
     kind: MuscleKind,
     terms: tuple[Any, ...] = (),
     recorded: bool = True,
-    controller: Controller = NO_CONTROLLER,
+    controller: ControllerKind = NO_CONTROLLER,
     together: int = 0,
 ) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
@@ -79,7 +79,7 @@ def inlined(kind: MuscleKind) -> Any:
     return wp.func(inline=True) if kind.long_paths else wp.func
 
 
-def one_muscle_of(kind: MuscleKind, terms: tuple[Any, ...], recorded: bool, controller: Controller) -> Any:
+def one_muscle_of(kind: MuscleKind, terms: tuple[Any, ...], recorded: bool, controller: ControllerKind) -> Any:
     """The Warp function of a muscle's step, see `muscle_pipeline`."""
     add_terms = muscle_terms_of(terms)
     if kind.cables:
@@ -109,7 +109,7 @@ def one_muscle_of(kind: MuscleKind, terms: tuple[Any, ...], recorded: bool, cont
     return one_muscle
 
 
-def preparation_of(kind: MuscleKind, controller: Controller) -> Any:
+def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     """The stage of what all muscles need before the first of them: joint velocities, senses, shares of torques."""
     coordinate_joints, polynomials, shared = kind.coordinate_joints, kind.paths.monomials > 0, kind.shared > 0
     sense, senses = controller.sense, controller.sense is not None
@@ -136,7 +136,7 @@ def preparation_of(kind: MuscleKind, controller: Controller) -> Any:
     return prepare_all
 
 
-def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: Controller, together: int) -> Any:
+def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKind, together: int) -> Any:
     """The stage in which lanes take the muscles of an instance: from a queue, in turn by their work, or as they come.
 
     Args:

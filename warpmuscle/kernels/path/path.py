@@ -244,34 +244,34 @@ def segments_stretch_of(
             direction = d * (1.0 / wp.max(length, SHORTEST))
             weight = Weight()
             weight.value = 1.0
-            for k in range(segment.first_term, segment.end_term):
-                term = paths.term[whole(k)]
-                joint = whole(term.joint)
-                crossing = whole(term.crossing)
+            for k in range(segment.first_contribution, segment.end_contribution):
+                own = paths.contribution[whole(k)]
+                joint = whole(own.joint)
+                crossing = whole(own.crossing)
                 center = offset_between(joint, segment.origin, work)
-                r = segment_moment_arm(a, center, direction) * float(term.sign)
+                r = segment_moment_arm(a, center, direction) * float(own.sign)
                 if wp.static(wrench):
                     if wp.static(conditions) and segment.varies != 0:
                         weight = segment_weight(instance, i, 0, model, state, paths, work)
-                    pull = direction * (float(term.sign) * weight.value)
+                    pull = direction * (float(own.sign) * weight.value)
                     arm[joint] = arm[joint] + r * weight.value
                     arm[model.body_count + joint] = arm[model.body_count + joint] + pull
                 else:
                     if wp.static(followers):
                         if has_motion(model.skeleton.plan[joint].joint_type):
-                            r = along_driver(instance, joint, r, direction * float(term.sign), model, work)
+                            r = along_driver(instance, joint, r, direction * float(own.sign), model, work)
                     elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
-                        r = along_coordinate(instance, joint, r, direction * float(term.sign), model, work)
+                        r = along_coordinate(instance, joint, r, direction * float(own.sign), model, work)
                     if wp.static(conditions) and segment.varies != 0:
                         weight = segment_weight(instance, i, joint, model, state, paths, work)
                         r = r * weight.value + weight.gradient * length
                     if wp.static(followers):
                         joint = driver_of(joint, model)
                     total.speed += wp.dot(r, work.joint_velocity[joint])
-                    if term.first == 0:
+                    if own.first == 0:
                         r += arm[crossing]
                     arm[crossing] = r
-                    if term.last != 0:
+                    if own.last != 0:
                         total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
             if wp.static(conditions) and segment.varies != 0:
                 weight = segment_weight(instance, i, 0, model, state, paths, work)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.control.control import Controller
+from warpmuscle.kernels.control.control import ControllerKind
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
 
@@ -40,7 +40,7 @@ class Entry(NamedTuple):
 
     name: str
     applies: Callable[[Scene, Sequence[str]], bool]
-    compiled: Callable[[Controller, Scene], Controller]
+    compiled: Callable[[ControllerKind, Scene], ControllerKind]
     fields: Callable[[Scene, Topology, Any], Mapping[str, Any]] = _no_fields
     state: Callable[[Scene, int, Topology, Zeros], Mapping[str, wp.array]] = _no_arrays
     start: Callable[[Scene], Mapping[str, int]] = _no_start

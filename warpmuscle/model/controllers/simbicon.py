@@ -10,16 +10,16 @@ import warp as wp
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.control.control import Controller
+from warpmuscle.kernels.control.control import ControllerKind
 from warpmuscle.kernels.control.coordinate_control import coordinate_control_stage
 from warpmuscle.kernels.control.simbicon import advance_machine, control_stage, held_control_stage, record_machine
 from warpmuscle.model.joints import by_coordinate
-from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, Scene, State
+from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, MachineState, Scene
 from warpmuscle.scene.simbicon.checks import trajectory_joints
 from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.topology import Topology
 
-SIMBICON = Controller(control_stage, coordinate_control_stage, advance_machine, record_machine)
+SIMBICON = ControllerKind(control_stage, coordinate_control_stage, advance_machine, record_machine)
 HELD = SIMBICON._replace(torques=held_control_stage, renews=True)
 
 STANCE_RULE = {"left": structs.LEFT, "right": structs.RIGHT, "reverse": structs.REVERSE, "same": structs.SAME}
@@ -45,7 +45,7 @@ class Knots:
         return (0, 0) if curve is None else self.add(curve.phase, curve.value)
 
 
-def trajectory_bodies(state: State, controller: Simbicon, names: Topology) -> list[tuple[int, int]]:
+def trajectory_bodies(state: MachineState, controller: Simbicon, names: Topology) -> list[tuple[int, int]]:
     """Body of every trajectory in left and in right stance; -1 where a later trajectory drives the same joint."""
     pairs = (trajectory_joints(name, controller.pairs) for name in state.trajectories)
     meant = [[names.body_of_joint(joint) for joint in pair] for pair in pairs]
@@ -63,7 +63,7 @@ def control_steps(scene: Scene) -> int:
     return max(round(1.0 / (scene.control_rate * scene.time_step)), 1) if scene.control_rate > 0.0 else 1
 
 
-def compiled(scene: Scene) -> Controller:
+def compiled(scene: Scene) -> ControllerKind:
     """What a step has compiled in of the controller of a scene."""
     return HELD if control_steps(scene) > 1 else SIMBICON
 

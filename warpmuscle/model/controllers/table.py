@@ -7,7 +7,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.control.control import NO_CONTROLLER, Controller
+from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind
 from warpmuscle.kernels.control.reflex import reflex_force, reflex_stage
 from warpmuscle.model.controllers import simbicon
 from warpmuscle.model.controllers.declared import declared_controller, has_declared
@@ -45,7 +45,7 @@ def entries_of(scene: Scene, muscles: Sequence[str] = ()) -> tuple[Entry, ...]:
     return tuple(entry for entry in TABLE if entry.applies(scene, muscles))
 
 
-def compiled_controller(scene: Scene, muscles: Sequence[str]) -> Controller:
+def compiled_controller(scene: Scene, muscles: Sequence[str]) -> ControllerKind:
     """What a step has compiled in of the controllers of a scene with these simulated muscles.
 
     Raises:
@@ -81,6 +81,6 @@ def controller_start(scene: Scene) -> dict[str, int]:
     return found
 
 
-def recorded_places(controller: Controller) -> tuple[str, ...]:
+def recorded_places(controller: ControllerKind) -> tuple[str, ...]:
     """Places in `kernels.structs.Record` that a compiled controller writes, but for the memory of a declared one."""
     return TABLE[0].recorded if controller.record is not None else ()

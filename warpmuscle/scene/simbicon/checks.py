@@ -7,7 +7,7 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import PD, Character, Component, Curve, Joint, State
+from warpmuscle.scene import PD, Character, Component, Curve, Joint, MachineState
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.validation.checks import Checks, known
@@ -61,7 +61,7 @@ def check_gains(check: Checks, key: str, gains: PD) -> None:
 
 
 def check_state(
-    check: Checks, key: str, state: State, joints: dict[str, Joint], pairs: Mapping[str, tuple[str, str]]
+    check: Checks, key: str, state: MachineState, joints: dict[str, Joint], pairs: Mapping[str, tuple[str, str]]
 ) -> None:
     """A state lasts a while, its trajectories have joints, its curves knots."""
     check.positive(key, state, "time")

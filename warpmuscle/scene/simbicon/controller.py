@@ -65,7 +65,7 @@ class Balance(Part):
     velocity_z: Annotated[Curve | None, "m/s"] = None
 
 
-class State(Part):
+class MachineState(Part):
     """A state of the controller's machine. Trajectories are named by joint, `root`, `SWING_X` or `STANCE_X`.
 
     The latter two mean the joints `lX` and `rX`, or the pair X of the controller's `pairs`.
@@ -84,7 +84,7 @@ class State(Part):
 class Simbicon(Part):
     """A SIMBICON controller (Yin, Loken, van de Panne 2007; as in the Controller Editor Framework 1.5)."""
 
-    states: list[State] = []
+    states: list[MachineState] = []
     pd: dict[str, PD] = {}  # by joint, or `root`; a joint without an entry gets no torque
     feet: tuple[str, str] = ("lFoot", "rFoot")  # bodies, left and right, unless the character names its own
     hips: tuple[str, str] = ("lHip", "rHip")  # joints, left and right
