@@ -13,8 +13,9 @@ from warpmuscle.kernels.algebra.spatial import symmetric
 from warpmuscle.kernels.body.inertia import body_inertia_of
 from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.body.speed_axes import speed_rate_of
 from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
-from warpmuscle.kernels.stages import speed_rate_of, work_of
+from warpmuscle.kernels.stages import work_of
 from warpmuscle.kernels.structs import FIRST_OF_TABLE, SECOND_HINGE, Model, State
 from warpmuscle.model.prescribed_motion import speed_numbers
 from warpmuscle.scene import Actuation, Body, Character, Displacement, Failure, Ground, Joint, Motion, Scene

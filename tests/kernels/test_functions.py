@@ -105,6 +105,7 @@ def test_several_threads_parse_a_function_once():
         thread.start()
     for thread in threads:
         thread.join()
+    assert len(found) == len(threads)
     assert len(set(map(id, found))) == 1
 
 

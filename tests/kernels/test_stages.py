@@ -6,7 +6,7 @@ import warp as wp
 from probes import filled, matrix
 
 from muscle_arm import arm, constant
-from warpmuscle.kernels.stages import speed_rate_of
+from warpmuscle.kernels.body.speed_axes import speed_rate_of
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, Model, Scratch, Skeleton
 from warpmuscle.scene import Body, Character, Failure, Ground, Joint, Scene
 from warpmuscle.simulation.stages import Stages

@@ -22,10 +22,9 @@ class LateFunction(wp.Function):
         self.func, self.inline = python, inline
 
     def __getattr__(self, name: str) -> Any:
-        state = self.__dict__
-        if not name.startswith("__") and "adj" not in state and not state.get("is_parsed_now"):
+        if not name.startswith("__") and "adj" not in self.__dict__:
             with _parsing:
-                if "adj" not in self.__dict__:
+                if "adj" not in self.__dict__ and "is_parsed_now" not in self.__dict__:
                     self._parse()
         try:
             return self.__dict__[name]

@@ -15,8 +15,9 @@ from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_times
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.body.dynamics import leave_for_parent
 from warpmuscle.kernels.body.inertia import body_inertia_of
-from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, has_motion, slide_motion, turning_motion
+from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide_motion, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.body.speed_axes import angular_axis, linear_axis, moving_speeds, speed_rate_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of
 from warpmuscle.kernels.memory.scratch import coordinate_work_at, monomials_at
@@ -26,12 +27,9 @@ from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.polynomial_path import monomials_stage
 from warpmuscle.kernels.path.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.structs import (
-    BALL,
     DRIVING_HINGE,
     FIRST_OF_TABLE,
     FOLLOWER,
-    ROOT_FREE,
-    UNIVERSAL,
     Model,
     ModelRef,
     Record,
@@ -246,20 +244,6 @@ def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER)
     return kernel
 
 
-@wp.func
-def speed_rate_of(body: int, k: int, model: ModelRef, work: ScratchRef) -> float:
-    """Derivative of speed k of a body's joint, from the accelerations."""
-    if body > 0:
-        return work.factor_c[body][k]
-    if model.skeleton.plan[0].joint_type == ROOT_FREE:
-        if k < 3:
-            return work.acceleration[0][k]
-        return work.angular_acceleration[0][k - 3]
-    if k < 2:
-        return work.acceleration[0][k + 1]
-    return work.angular_acceleration[0][0]
-
-
 @cache
 def forward_dynamics_of(followed: int = 0) -> Any:
     """The kernel of accelerations under joint torques (world, N m, + on the parent), gravity, contacts and limits.
@@ -309,51 +293,6 @@ def forward_dynamics_of(followed: int = 0) -> Any:
 
 
 forward_dynamics = forward_dynamics_of()  # where no joint follows one that is not its neighbour
-
-
-@wp.func
-def unit(k: int) -> wp.vec3:
-    """Unit vector along axis k."""
-    v = wp.vec3(0.0)
-    v[k] = 1.0
-    return v
-
-
-@wp.func
-def angular_axis(instance: int, body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
-    """Angular velocity that a unit of speed k of a body's joint gives the body relative to its parent, world."""
-    kind = model.skeleton.plan[body].joint_type
-    if body == 0:
-        if kind == ROOT_FREE:
-            return wp.where(k < 3, wp.vec3(0.0), unit(wp.max(k - 3, 0)))
-        return wp.where(k < 2, wp.vec3(0.0), unit(0))
-    if kind == BALL:
-        return work.rotation[body] * unit(k)
-    if has_motion(kind):
-        return work.coordinate_turning[body]
-    if kind == UNIVERSAL and k == 1:
-        return work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
-    return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
-
-
-@wp.func
-def moving_speeds(body: int, model: ModelRef) -> int:
-    """How many speeds move the joint of a body, its own or that which it follows."""
-    if model.skeleton.plan[body].joint_type == FOLLOWER:
-        return 1
-    return model.skeleton.plan[body].speed_end - model.skeleton.plan[body].speed_start
-
-
-@wp.func
-def linear_axis(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
-    """Velocity that a unit of speed k of a body's joint gives the joint, world; 0 if that cannot move."""
-    if body == 0 and model.skeleton.plan[0].joint_type == ROOT_FREE:
-        return wp.where(k < 3, unit(wp.min(k, 2)), wp.vec3(0.0))
-    if body == 0:
-        return wp.where(k < 2, unit(wp.min(k, 1) + 1), wp.vec3(0.0))
-    if has_motion(model.skeleton.plan[body].joint_type):
-        return work.coordinate_moving[body]
-    return wp.vec3(0.0)
 
 
 @wp.kernel

@@ -29,7 +29,7 @@ from warpmuscle.kernels.objective.failure import (
     remember_place,
     step_status,
 )
-from warpmuscle.kernels.objective.term_functions import (
+from warpmuscle.kernels.objective.term_sums import (
     ObjectiveKind,
     desired_stage_of,
     effort_stage,

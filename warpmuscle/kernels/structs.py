@@ -252,7 +252,7 @@ class State:
     push: wp.array[wp.vec3]  # (instances,) N, on the root's centre of mass, world
     push_steps: wp.array2d[int]  # (instances, 2) first step of the push, and the step after its last
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m
-    muscle_terms: wp.array3d[wp.float64]  # (instances, terms, muscles) sums over steps, see `term_functions`
+    muscle_terms: wp.array3d[wp.float64]  # (instances, terms, muscles) sums over steps, see `term_sums`
     body_terms: wp.array3d[wp.float64]  # (instances, terms, bodies)
     whole_terms: wp.array2d[wp.float64]  # (instances, terms)
     part_memory: wp.array3d[float]  # (instances, rows, floats) of parts of the scene's own; no instances without any

@@ -12,7 +12,8 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective.objective_terms import TERMS, Term
-from warpmuscle.kernels.objective.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS, ObjectiveKind
+from warpmuscle.kernels.objective.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS
+from warpmuscle.kernels.objective.term_sums import ObjectiveKind
 from warpmuscle.model.found_parts import Kind, known_part
 from warpmuscle.model.parts import OwnParts, plain_function
 from warpmuscle.scene import Objective, Scene

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.control.control import ControllerKind
 from warpmuscle.kernels.force.forces import ForceKind
-from warpmuscle.kernels.objective.term_functions import ObjectiveKind
+from warpmuscle.kernels.objective.term_sums import ObjectiveKind
 from warpmuscle.model.collisions import Pair, collision_pairs
 from warpmuscle.model.controllers.reads import check_reads
 from warpmuscle.model.controllers.table import compiled_controller

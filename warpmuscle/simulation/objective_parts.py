@@ -7,7 +7,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.objective.term_functions import ObjectiveKind
+from warpmuscle.kernels.objective.term_sums import ObjectiveKind
 from warpmuscle.model.objective import torque_integrals
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import basal_rate

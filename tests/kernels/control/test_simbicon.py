@@ -11,7 +11,7 @@ from probes import evaluate, filled, matrix, turn_about, units, vectors
 from biped import biped, xyzw
 from random_states import States, random_states
 from warpmuscle.formats import load
-from warpmuscle.kernels.control import simbicon
+from warpmuscle.kernels.control import simbicon, simbicon_equations
 from warpmuscle.kernels.structs import LEFT, REVERSE, RIGHT, SAME, Model, Scratch, Simbicon, Skeleton
 from warpmuscle.model.controllers.simbicon import model_fields
 from warpmuscle.scene import (
@@ -239,24 +239,24 @@ def test_transition_needs_a_loaded_swing_foot_after_half_the_time():
     phase = np.array([0.4, 0.51, 0.51, 0.51, 0.51, 1.0, 1.0])
     on_foot_down = np.array([1, 1, 1, 1, 0, 0, 1])
     force = np.array([500.0, 19.0, 21.0, -21.0, 500.0, 0.0, 0.0])
-    due = evaluate(simbicon.transition_due, phase, np.ones(7), on_foot_down, force)
+    due = evaluate(simbicon_equations.transition_due, phase, np.ones(7), on_foot_down, force)
     assert due.tolist() == [0, 0, 1, 1, 0, 1, 1]
 
 
 def test_state_that_may_last_waits_for_its_foot_up_to_its_longest_phase():
     phase, force = np.array([1.0, 1.39, 1.39, 1.4, 1.41]), np.array([0.0, 0.0, 21.0, 0.0, 0.0])
-    due = evaluate(simbicon.transition_due, phase, np.full(5, 1.4), np.ones(5, int), force)
+    due = evaluate(simbicon_equations.transition_due, phase, np.full(5, 1.4), np.ones(5, int), force)
     assert due.tolist() == [0, 0, 1, 1, 1]
 
 
 def test_stance_rules():
     stance, rule = np.array([0, 1, 0, 1, 0, 1, 0, 1]), np.array([REVERSE] * 2 + [SAME] * 2 + [LEFT] * 2 + [RIGHT] * 2)
-    assert evaluate(simbicon.stance_after, stance, rule).tolist() == [1, 0, 0, 1, 0, 0, 1, 1]
+    assert evaluate(simbicon_equations.stance_after, stance, rule).tolist() == [1, 0, 0, 1, 0, 0, 1, 1]
 
 
 def test_balance_feedback_clamps_position_and_velocity_apart():
     d, v, axis = vectors(200, 1), vectors(200, 2), units(200, 3)
-    got = evaluate(simbicon.balance_feedback, d, v, axis, [0.5, -0.2], [-0.3, 0.4, -1.0, 0.1])
+    got = evaluate(simbicon_equations.balance_feedback, d, v, axis, [0.5, -0.2], [-0.3, 0.4, -1.0, 0.1])
     along_d, along_v = np.sum(d * axis, axis=1), np.sum(v * axis, axis=1)
     np.testing.assert_allclose(got, 0.5 * np.clip(along_d, -0.3, 0.4) - 0.2 * np.clip(along_v, -1.0, 0.1), atol=1e-6)
 
@@ -270,7 +270,7 @@ def test_pd_error_is_the_turn_that_leads_to_the_target_the_short_way():
 
 def test_pd_torque_scales_first_and_clamps_each_axis():
     error, velocity, scale = vectors(300, 1), vectors(300, 2), np.array([1.0, 0.2, 0.5])
-    got = evaluate(simbicon.pd_torque, error, velocity, 50.0, 4.0, 0.7, scale, 20.0)
+    got = evaluate(simbicon_equations.pd_torque, error, velocity, 50.0, 4.0, 0.7, scale, 20.0)
     wanted = scale * 0.7 * (4.0 * velocity - 50.0 * error)
     np.testing.assert_allclose(got, np.clip(wanted, -20.0 * scale, 20.0 * scale), atol=1e-4)
     assert np.any(np.abs(wanted) > 20.0 * scale)
@@ -279,19 +279,21 @@ def test_pd_torque_scales_first_and_clamps_each_axis():
 def test_hip_damping_grows_with_the_square_of_the_yaw_rate_up_to_its_largest():
     rate = np.array([-9.0, -2.0, 0.0, 1.0, 4.0, 50.0])
     np.testing.assert_allclose(
-        evaluate(simbicon.hip_damping, rate, 10.0, 4.0), [160.0, 40.0, 0.0, -10.0, -160.0, -160.0], rtol=1e-6
+        evaluate(simbicon_equations.hip_damping, rate, 10.0, 4.0), [160.0, 40.0, 0.0, -10.0, -160.0, -160.0], rtol=1e-6
     )
 
 
 def test_stance_share_is_the_part_of_the_load_or_minus_one_without_load():
-    share = evaluate(simbicon.stance_share, np.array([300.0, 0.0, 50.0, 0.0]), np.array([100.0, 20.0, 0.0, 0.0]))
+    share = evaluate(
+        simbicon_equations.stance_share, np.array([300.0, 0.0, 50.0, 0.0]), np.array([100.0, 20.0, 0.0, 0.0])
+    )
     np.testing.assert_allclose(share, [0.75, 0.0, 1.0, -1.0])
 
 
 def test_torques_fade_with_the_height_of_the_root():
     height = np.array([-1.0, 0.2, 0.25, 0.3, 0.4, 2.0])
     np.testing.assert_allclose(
-        evaluate(simbicon.strength_by_height, height), [0.0, 0.0, 0.25, 0.5, 1.0, 1.0], atol=1e-6
+        evaluate(simbicon_equations.strength_by_height, height), [0.0, 0.0, 0.25, 0.5, 1.0, 1.0], atol=1e-6
     )
 
 
@@ -309,14 +311,14 @@ def test_implicit_pd_is_the_explicit_one_of_the_step_ahead():
     velocity, acceleration = vectors(50, 1), vectors(50, 2, 100.0)
     after = velocity + h * acceleration
     ahead = scale * strength * (kd * after + kp * h * after)
-    inertia = evaluate(simbicon.pd_inertia, kp, kd, strength, scale, h)
+    inertia = evaluate(simbicon_equations.pd_inertia, kp, kd, strength, scale, h)
     now = scale * strength * (kd + h * kp) * velocity
     np.testing.assert_allclose(now + inertia * acceleration, ahead, rtol=1e-5, atol=1e-4)
 
 
 def test_no_axis_at_its_limit_is_implicit_whichever_way_it_pushes():
     torque = np.array([[0.9, -0.9, 0.5], [1.1, 0.2, -1.1], [-1.1, -1.1, 1.1], [-0.5, 1.1, -0.9]])
-    got = evaluate(simbicon.unless_clamped, np.array([2.0, 3.0, 4.0]), torque, np.ones(3))
+    got = evaluate(simbicon_equations.unless_clamped, np.array([2.0, 3.0, 4.0]), torque, np.ones(3))
     np.testing.assert_allclose(got, [[2, 3, 4], [0, 3, 0], [0, 0, 0], [2, 0, 4]])
 
 

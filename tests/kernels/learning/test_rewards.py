@@ -9,7 +9,8 @@ from probes import filled
 
 from warpmuscle.kernels.learning import rewards
 from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
-from warpmuscle.kernels.learning.rewards import COUNT, LOGGED, TERMS, Gains, GaitTable, ObjectiveWeights, RewardRules
+from warpmuscle.kernels.learning.reward_structs import Gains, GaitTable, ObjectiveWeights, RewardRules
+from warpmuscle.kernels.learning.rewards import COUNT, LOGGED, TERMS
 from warpmuscle.kernels.structs import ROOT_FREE, MuscleState, State
 
 N, MUSCLES, ACTIONS, BODIES = 40, 5, 3, 4

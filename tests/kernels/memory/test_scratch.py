@@ -37,20 +37,20 @@ from warpmuscle.kernels.muscle.contraction import COMPLIANT, RIGID
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import HILL, IDEAL, LEGACY
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
-from warpmuscle.kernels.objective import accelerations, failure, term_functions
+from warpmuscle.kernels.objective import accelerations, failure, term_functions, term_sums
 from warpmuscle.kernels.recording import record
 from warpmuscle.kernels.structs import Scratch
 from warpmuscle.model.controllers.simbicon import SIMBICON
 
 BODIES, SLOTS, FOLLOWED = 15, 5, 2
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
-TERMS = term_functions.ObjectiveKind(
+TERMS = term_sums.ObjectiveKind(
     tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.WHOLE_TERMS)
 )
 MUSCLES = [
     muscle_stage_of(
         MuscleKind(LEE, tendon, law, pulls_at_hand=at_hand, straight=at_hand, implicit=not at_hand),
-        term_functions.muscle_functions(TERMS),
+        term_sums.muscle_functions(TERMS),
     )
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
@@ -70,9 +70,9 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         control.control_stage_of(control.NO_CONTROLLER), control.control_stage_of(SIMBICON), simbicon.torques_stage,
         coordinate_control.coordinate_control_stage,
     ),
-    "effort": (term_functions.effort_stage, record.record_desired),
+    "effort": (term_sums.effort_stage, record.record_desired),
     "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),
-    "objective": (term_functions.objective_stage_of(TERMS),),
+    "objective": (term_sums.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
     "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
     "inertia": (

@@ -6,7 +6,7 @@ from warpmuscle.kernels.algebra.spatial import symmetric_outer
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.contact.contact import above_ground
-from warpmuscle.kernels.control.simbicon import strength_by_height
+from warpmuscle.kernels.control.simbicon_equations import strength_by_height
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at

@@ -8,14 +8,8 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric_times
 from warpmuscle.kernels.body.joint_motion import has_motion
-from warpmuscle.kernels.stages import (
-    angular_axis,
-    body_inertia,
-    kinematics_stage,
-    linear_axis,
-    moving_speeds,
-    work_of,
-)
+from warpmuscle.kernels.body.speed_axes import angular_axis, linear_axis, moving_speeds
+from warpmuscle.kernels.stages import body_inertia, kinematics_stage, work_of
 from warpmuscle.kernels.structs import FOLLOWER, Model, ModelRef, ScratchRef, State, whole
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})

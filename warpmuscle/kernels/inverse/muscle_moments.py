@@ -7,6 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.body.speed_axes import angular_axis
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
 from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
@@ -20,7 +21,7 @@ from warpmuscle.kernels.muscle.muscle import (
     rigid_fibre_speed,
 )
 from warpmuscle.kernels.path.stretch import PathKind
-from warpmuscle.kernels.stages import angular_axis, stretch_all_of, work_of
+from warpmuscle.kernels.stages import stretch_all_of, work_of
 from warpmuscle.kernels.structs import Model, ModelRef, Muscles, ScratchRef, State, at
 
 HALVINGS = 30  # of the strains between which a tendon's is looked for

@@ -4,15 +4,21 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading_angle
 from warpmuscle.kernels.learning.episodes import FIRST_POSE, SPEED, EpisodeRules, Episodes, root_orientation, root_place
+from warpmuscle.kernels.learning.reward_structs import (
+    COUNT,
+    TERMS,
+    Gains,
+    GaitTable,
+    ObjectiveWeights,
+    RewardRules,
+    term_values,
+)
 from warpmuscle.kernels.learning.senses import up_in_trunk
-from warpmuscle.kernels.objective.objective_terms import REWARDS
 from warpmuscle.kernels.objective.term_functions import bin_of
 from warpmuscle.kernels.structs import RUNNING, State, at
 
 wp.set_module_options({"enable_backward": False})
 
-TERMS = tuple(REWARDS)  # in the order in which they are logged
-COUNT = len(TERMS)
 SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
     TERMS.index,
     ("speed", "alive", "upright", "pose", "imitation", "force", "effort", "action", "action_rate", "overload"),
@@ -25,86 +31,7 @@ QUATERNION = 4  # coordinates of a ball joint
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 REACHES, FAILS = wp.constant(1), wp.constant(2)
 UNKNOWN = -1.0  # smoothed force of an episode that has just begun
-
-term_values = wp.types.vector(length=COUNT, dtype=float)
-
-
-@wp.struct
-class GaitTable:
-    """A gait over one cycle, which is imitated, at some wanted speeds."""
-
-    coordinate: wp.array2d[float]  # (speeds * bins, coordinates), bins of the first speed first
-    up: wp.array[wp.vec3]  # (bins,) the vertical in axes of the trunk
-    first: wp.array[int]  # (joints,) coordinate of each
-    end: wp.array[int]
-    weight: wp.array[float]  # (joints,), which adds up to 1 with `up_weight`
-    up_weight: float
-    width: float  # rad
-    force: wp.array2d[float]  # (speeds, bins) people's vertical force on the left foot, body weights
-    right: float  # part of the cycle after which the right foot touches down
-    speeds: int
-    first_speed: float  # m/s
-    speed_step: float  # m/s, from one speed to the next
-
-
-@wp.struct
-class RewardRules:
-    """What is rewarded."""
-
-    weight: term_values  # signed; of what counts for time times that
-    speed_width: float  # m/s
-    pose_width: float
-    pose: wp.array[int]  # numbers of the wanted coordinates
-    gait: GaitTable
-    force_width: float  # body weights
-    force_limit: float  # body weights
-    force_share: float  # of the present force in the smoothed one
-    total_mass: wp.array2d[float]  # (rows, 1) kg
-    gravity: wp.array2d[float]  # (rows, 1) m/s^2
-    longest: int  # decisions of an episode
-    effort: int  # what is mean-squared: EXCITATIONS, ACTIVATIONS or ACTIONS
-
-
 EXCITATIONS, ACTIVATIONS, ACTIONS = 0, 1, 2
-
-
-@wp.struct
-class ObjectiveWeights:
-    """Weights of the sums that a batch makes for the terms of the scene's objective, times the time step."""
-
-    torque: wp.float64
-    muscle: wp.array[wp.float64]
-    body: wp.array[wp.float64]
-    whole: wp.array[wp.float64]
-    basal: wp.float64  # weight of the energy at rest, per step
-    energy: int  # which sum over muscles is metabolic energy; -1: none
-    transport: wp.float64  # weight of the cost of transport
-    mass: wp.float64  # kg
-    basal_power: wp.float64  # W
-    time_step: wp.float64  # s
-
-
-@wp.struct
-class Gains:
-    """What instances have gained."""
-
-    action: wp.array2d[float]
-    previous: wp.array2d[float]  # (instances, actions) the action before
-    excitation: wp.array2d[float]  # (instances, muscles), where actions give it
-    foot_force: wp.array2d[float]  # (instances, feet) smoothed vertical force, body weights, or UNKNOWN
-    objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
-    sums: wp.array2d[float]  # (instances, LOGGED) of the episode
-    finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
-    own: wp.array2d[float]  # (instances, rewards) values of rewards of the scene's own in this decision
-    own_weight: wp.array[float]  # (rewards,) signed; of what counts for time times that
-    own_sums: wp.array2d[float]  # (instances, rewards) what they were worth in the episode
-    own_finished: wp.array2d[float]  # (instances, rewards) in the last one that ended
-    own_end: wp.array2d[float]  # (instances, ends) 1: it is met; no instances without ends of the scene's own
-    end_fails: wp.array[int]  # (ends,) 1: who meets it has failed
-    reward: wp.array[float]
-    terminated: wp.array[bool]
-    truncated: wp.array[bool]
-    reached: wp.array[bool]  # (instances,) ended as an end that is earned; none without ends of the scene's own
 
 
 @wp.func

@@ -83,7 +83,7 @@ def with_cables(contraction: Any) -> Any:
 
 @cache
 def terms_of_muscles(add_terms: Any) -> Any:
-    """The Warp function of `term_functions.muscle_terms_of` that leaves out cables, which take no effort."""
+    """The Warp function of `term_sums.muscle_terms_of` that leaves out cables, which take no effort."""
 
     @wp.func
     def add(instance: int, m: int, w: MuscleWork, model: ModelRef, state: StateRef, work: ScratchRef):

@@ -283,7 +283,7 @@ def account_of(terms: Any, recorded: bool, excites: bool, implicit: bool) -> Any
     """The Warp function (instance, m, muscle, frame, model, state, record, work) that ends a muscle's step.
 
     Args:
-        terms: of the objective, see `term_functions.muscle_terms_of`. recorded: whether frames hold muscles.
+        terms: of the objective, see `term_sums.muscle_terms_of`. recorded: whether frames hold muscles.
         excites: whether the controller feels them. implicit: whether their damping is implicit.
     """
 

@@ -29,7 +29,7 @@ from warpmuscle.kernels.muscle.muscle_pipeline import (
     want_of,
 )
 from warpmuscle.kernels.muscle.sharing import places_of, prepare_of, sharing_stage_of
-from warpmuscle.kernels.objective.term_functions import muscle_terms_of
+from warpmuscle.kernels.objective.term_sums import muscle_terms_of
 from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.polynomial_path import monomials_stage
 from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, whole
@@ -46,7 +46,7 @@ def muscle_stage_of(
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
-        kind: what is compiled in. terms: of the objective, see `term_functions.muscle_functions`.
+        kind: what is compiled in. terms: of the objective, see `term_sums.muscle_functions`.
         recorded: whether frames hold what the muscles do. controller: what excites them.
         together: lanes of each instance in a warp, where warps share instances; 0: they do not.
     """
