@@ -19,7 +19,6 @@ import numpy as np
 from warpmuscle.core.errors import ArgumentError, ResultError, SceneError
 from warpmuscle.core.files import replace_file, replace_files
 from warpmuscle.core.hdf5_writing import store
-from warpmuscle.core.labelled import Labelled, to_xarray
 from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.dynamics import Moments
@@ -75,20 +74,6 @@ def write_result(path: str | Path, trials: Sequence[Trial], about: Mapping[str, 
         replace_file(Path(path), content.getvalue())
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
-
-
-def dataset_of(trial: Trial) -> Any:
-    """All arrays of a trial as an `xarray.Dataset`, with names along their axes.
-
-    Raises:
-        Error: xarray is not installed.
-    """
-    times, labels = _times(trial), _labels(trial)
-    arrays = [
-        Labelled(one.name, ("time", *one.axes), one.values, {"units": one.units, "description": one.description})
-        for one in _arrays(trial)
-    ]
-    return to_xarray(Labelled("time", ("time",), times, {"units": "s"}), arrays, labels)
 
 
 def _put(group: Any, trial: Trial) -> None:

@@ -15,7 +15,6 @@ Mesh = tuple[Floats, Floats, Integers]  # corners (V, 3), normals (V, 3), faces 
 ROUND = 0.6  # of half the least edge of a box, the radius of its edges
 TRIALS = 12  # to find the radius of a volume
 SPREAD = 0.9  # radius of a hull of a volume, at most in the distance between its seeds
-MERGED = 1e-9  # m, corners nearer than this are one
 
 
 class Seeds(NamedTuple):

@@ -11,12 +11,6 @@ MOST = 64  # bipeds that can be told apart
 BESIDE, BEHIND = 1.3, 2.6  # m, between neighbours
 
 
-def camera_of(offsets: Floats) -> tuple[float, float, float]:
-    """Distance, m, turn and height, rad, of a camera that sees bipeds at all offsets (count, 3), m."""
-    spread = float(np.linalg.norm(np.ptp(offsets, axis=0)))
-    return (3.7, -1.1, 0.16) if len(offsets) == 1 else (4.0 + 0.75 * spread, -0.55, 0.2 + 0.01 * spread)
-
-
 def lanes(count: int) -> Floats:
     """Offsets (count, 3), m, of each biped: from left to right, row behind row, about the middle of the first row."""
     columns = min(count, max(ACROSS, int(np.ceil(np.sqrt(count)))))

@@ -16,7 +16,6 @@ from warpmuscle.scene.initial_pose import plain_number, plain_vector
 
 Layer = Literal["flesh", "bone", "hollow", "surface", "shape"]
 RING = 24  # pieces of a ring
-UNTURNED = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 class Limb(NamedTuple):

@@ -6,7 +6,6 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import FRAMES
 
-CURRENT = 40000
 RENAMED = {  # classes and sets, as OpenSim itself takes them
     "ActuatorSet": "ForceSet", "MuscleWrap": "PathWrap", "MuscleWrapSet": "PathWrapSet", "MusclePoint": "PathPoint",
     "MuscleViaPoint": "ConditionalPathPoint", "MovingMusclePoint": "MovingPathPoint",
