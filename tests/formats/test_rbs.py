@@ -8,6 +8,7 @@ import pytest
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, rbs
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.rbs_blocks import Contents
 from warpmuscle.scene import Box, Capsule, Ground, Muscle, Sphere, ViaPoint
 
 TWO_BODIES = """
@@ -55,7 +56,7 @@ def with_muscle(last: str = "") -> str:
     return WITH_MUSCLE.format(joint="hingeJoint 1 0 0", limits="jointLimits 0 1", last=last)
 
 
-def parse(tmp_path: Path, text: str | bytes) -> tuple[rbs.Contents, Notes]:
+def parse(tmp_path: Path, text: str | bytes) -> tuple[Contents, Notes]:
     path, notes = tmp_path / "a.rbs", Notes()
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return rbs.read(path, notes), notes

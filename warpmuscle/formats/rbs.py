@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.formats.lines import Line, Lines, Notes
+from warpmuscle.formats.rbs_blocks import (
+    JOINTS,
+    MISPLACED,
+    OPENINGS,
+    UNKNOWN,
+    Contents,
+    Triple,
+    attributes_of,
+    triple_of,
+)
+from warpmuscle.formats.rbs_joints import read_joint
 from warpmuscle.scene import Body, Box, Capsule, Character, Ground, InitialState, Joint, Muscle, Shape, Sphere, ViaPoint
-from warpmuscle.scene.joints import TYPES, JointType
-
-Triple = tuple[float, float, float]
 
 # In the order in which a line is compared with them. No other keyword may come before one that it begins with.
 KEYWORDS = (
@@ -24,26 +31,11 @@ KEYWORDS = (
     "parent", "child", "jointPPos", "jointCPos", "jointLimits", "actuationType", "maxForce", "optimalLength",
     "slackLength", "delay",
 )  # fmt: skip
-JOINTS = {entry.keyword: entry for entry in TYPES.values() if entry.keyword}
 PROPERTIES = {"maxForce": "f_max", "optimalLength": "l_opt", "slackLength": "l_slack", "delay": "delay"}
-OPENINGS = ("RigidBody", "A_RigidBody", "ArticulatedFigure", "Muscle", *JOINTS)
 GRAPHICS = "graphics are not used"
 CONTACTS = "contacts have the numbers of the scene's ground, and bounce by its law soft_constraint only"
 CROSSED = "muscles drive all joints that they cross, marked or not (`convert --keyword-rule` obeys the marks)"
-UNKNOWN = "unknown keyword"
-MISPLACED = "has no meaning here"
-BALL_LIMIT_DAMPING = 8.0  # N m s/rad: the original's soft stops, (1 - ERP) / CFM = 0.8 / 0.1
 DEFAULT_FRICTION = 1.5
-
-
-@dataclass
-class Contents:
-    """What a file holds."""
-
-    character: Character | None = None
-    initial: InitialState = field(default_factory=InitialState)  # of the root
-    ground: Ground | None = None
-    driven: dict[str, Line] = field(default_factory=dict)  # joints marked `actuationType muscle`
 
 
 @dataclass
@@ -137,7 +129,7 @@ def _assemble(
 def _read_body(opening: Line, lines: Lines) -> _Block:
     """Read one body up to `/End`."""
     body, notes = _Block(opening), lines.notes
-    for line in _attributes(opening, "/End", lines):
+    for line in attributes_of(opening, "/End", lines):
         match line.keyword:
             case "name":
                 body.name = line.word("a name")
@@ -178,13 +170,13 @@ def _read_shape(line: Line, notes: Notes) -> Shape:
     """A collision primitive in body coordinates."""
     if line.keyword == "CDP_Sphere":
         *center, radius = line.numbers(4, "centre and radius, m", notes)
-        return Sphere(_triple(center), radius)
+        return Sphere(triple_of(center), radius)
     if line.keyword == "CDP_Capsule":
         *ends, radius = line.numbers(7, "two ends and radius, m", notes)
-        return Capsule(_triple(ends[:3]), _triple(ends[3:]), radius)
+        return Capsule(triple_of(ends[:3]), triple_of(ends[3:]), radius)
     corners = line.numbers(6, "two corners, m", notes)
     low, high = zip(*map(sorted, zip(corners[:3], corners[3:], strict=True)), strict=True)
-    return Box(_triple(low), _triple(high))
+    return Box(triple_of(low), triple_of(high))
 
 
 def _read_motion(line: Line, initial: InitialState, notes: Notes) -> None:
@@ -232,7 +224,7 @@ def _read_figure(opening: Line, lines: Lines, contents: Contents) -> tuple[str, 
             root = line.word("a body")
             line.mark(notes, "character.root")
         elif line.keyword in JOINTS:
-            name, joint = _read_joint(line, lines, contents)
+            name, joint = read_joint(line, lines, contents)
             if name in joints:
                 raise line.error(f"there are two joints called {name!r}", key=f"character.joints.{name}")
             joints[name] = joint
@@ -248,81 +240,6 @@ def _read_figure(opening: Line, lines: Lines, contents: Contents) -> tuple[str, 
     if not root:
         raise opening.error("this ArticulatedFigure has no root")
     return root, joints, muscles
-
-
-def _read_joint(opening: Line, lines: Lines, contents: Contents) -> tuple[str, Joint]:
-    """Name and joint up to `/Joint`."""
-    notes, kind = lines.notes, JOINTS[opening.keyword]
-    names: dict[str, tuple[str, Line]] = {}
-    positions: dict[str, Triple] = {}
-    limits_line: Line | None = None
-    actuation: Line | None = None
-    for line in _attributes(opening, "/Joint", lines):
-        if line.keyword in ("name", "parent", "child"):
-            names[line.keyword] = (line.word("a name"), line)
-        elif line.keyword in ("jointPPos", "jointCPos"):
-            positions[line.keyword] = line.triple("m", notes)
-        elif line.keyword == "jointLimits":
-            limits_line = line
-        elif line.keyword == "actuationType":
-            actuation = line
-        else:
-            line.ignore(notes, MISPLACED)
-    for needed in ("name", "parent", "child"):
-        if needed not in names:
-            raise opening.error(f"this joint has no {needed}")
-    name = names["name"][0]
-    key = f"character.joints.{name}"
-    if actuation is not None and actuation.word("muscle") == "muscle":
-        contents.driven[name] = actuation
-    elif actuation is not None:
-        actuation.ignore(notes, "the only type known is muscle")
-    opening.mark(notes, key)
-    names["parent"][1].mark(notes, f"{key}.parent")
-    names["child"][1].mark(notes, f"{key}.child")
-    joint = Joint(
-        type=kind.name,
-        parent=names["parent"][0],
-        child=names["child"][0],
-        position_in_parent=positions.get("jointPPos", (0.0, 0.0, 0.0)),
-        position_in_child=positions.get("jointCPos", (0.0, 0.0, 0.0)),
-        axes=_read_axes(opening, kind, notes),  # type: ignore[arg-type]
-        limits=_read_limits(limits_line, kind, notes, key),  # type: ignore[arg-type]
-    )
-    if kind.quaternion:
-        joint.limit_damping = BALL_LIMIT_DAMPING
-    return name, joint
-
-
-def _read_axes(line: Line, kind: JointType, notes: Notes) -> list[Triple]:
-    """The axes after a joint's keyword; a ball may have two or three."""
-    three = kind.quaternion and len(line.rest.partition("#")[0].split()) >= 9
-    numbers = line.numbers(9 if three else 3 * kind.axes, "axes", notes)
-    if three:
-        line.ignore(notes, "the second swing axis is always swing1 x twist")
-        numbers = numbers[0:3] + numbers[6:9]
-    return [_triple(numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
-
-
-def _read_limits(line: Line | None, kind: JointType, notes: Notes, key: str) -> list[tuple[float, float]]:
-    """Limits of the joint's angles as the scene has them, one pair an axis."""
-    if line is None:
-        return []
-    line.mark(notes, f"{key}.limits")
-    if not kind.limits:
-        line.ignore(notes, "a stiff joint has no limits")
-        return []
-    numbers = line.numbers(2 * kind.limits, "low and high of each axis, rad", notes)
-    pairs = [(numbers[i], numbers[i + 1]) for i in range(0, len(numbers), 2)]
-    for low, high in pairs:
-        if low > high:
-            raise line.error(f"low {low:g} is greater than high {high:g}", key=f"{key}.limits")
-    return [mirrored(*pair) if i in kind.opposite_limits else pair for i, pair in enumerate(pairs)]
-
-
-def mirrored(low: float, high: float) -> tuple[float, float]:
-    """Limits of -x where x has the given ones; 0.0 - 0.0 avoids a negative zero."""
-    return 0.0 - high, 0.0 - low
 
 
 def _read_muscle(opening: Line, lines: Lines) -> tuple[str, Muscle]:
@@ -363,19 +280,3 @@ def _read_muscle(opening: Line, lines: Lines) -> tuple[str, Muscle]:
         line.mark(notes, f"{key}.path.{index}")
     properties: dict[str, Any] = {field_name: value for field_name, (value, _) in numbers.items()}
     return name, Muscle(path=[point for point, _ in path], **properties)
-
-
-def _attributes(opening: Line, end: str, lines: Lines) -> Iterator[Line]:
-    """Lines of a block that holds no other; unknown ones are listed as ignored."""
-    for line in lines.block(opening, end):
-        if line.keyword in OPENINGS or line.keyword.startswith("/"):
-            raise line.error(f"`{line.keyword}` within a {opening.keyword}; is `{end}` missing?")
-        if line.keyword:
-            yield line
-        else:
-            line.ignore(lines.notes, UNKNOWN)
-
-
-def _triple(values: Iterator[float] | tuple[float, ...] | list[float]) -> Triple:
-    x, y, z = values
-    return x, y, z

@@ -8,7 +8,8 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import shown
-from warpmuscle.formats.rbs import PROPERTIES, mirrored
+from warpmuscle.formats.rbs import PROPERTIES
+from warpmuscle.formats.rbs_joints import mirrored
 from warpmuscle.formats.rs import breadth_first
 from warpmuscle.formats.sbc import SET_POINTS
 from warpmuscle.scene import (
