@@ -15,7 +15,7 @@ from warpmuscle.kernels.structs import (
     SECOND_HINGE,
     UNIVERSAL,
     Model,
-    Motion,
+    PrescribedMotion,
     Scratch,
     Skeleton,
     State,
@@ -56,7 +56,10 @@ def test_what_is_left_of_a_universal_joint_moves_by_leapfrog(step: int):
         "speed_start": [0, 0, 2, 4, 5], "speed_end": [0, 2, 4, 5, 6],
     }  # fmt: skip
     motion = filled(
-        Motion, start=np.zeros(1), remaining=left, curve=wp.zeros((1, 1, 1), Motion.vars["curve"].type.dtype)
+        PrescribedMotion,
+        start=np.zeros(1),
+        remaining=left,
+        curve=wp.zeros((1, 1, 1), PrescribedMotion.vars["curve"].type.dtype),
     )
     model = filled(
         Model, body_count=5, time_step=h, skeleton=filled(Skeleton, plan=plan), motion=motion,
