@@ -42,12 +42,30 @@ def opened(path: str | Path, error: Says, damaged: str = "damaged HDF5 file") ->
     Raises:
         Error: the file cannot be read, is none of HDF5, or the work within fails by what it holds.
     """
-    try:
+    with _told(error, damaged):
         check_regular(path)
         if Path(path).is_dir():
             raise error("cannot be read: this is a folder")
         with h5py.File(path, "r") as file:
             yield file
+
+
+@contextlib.contextmanager
+def opened_bytes(content: bytes, error: Says, damaged: str = "damaged HDF5 file") -> Iterator[h5py.File]:
+    """An HDF5 file whose bytes are in the memory, to read; see `opened`."""
+    with _told(error, damaged):
+        access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+        access.set_fapl_core(backing_store=False)
+        access.set_file_image(content)
+        with h5py.File(h5py.h5f.open(b"bytes", h5py.h5f.ACC_RDONLY, access)) as file:
+            yield file
+
+
+@contextlib.contextmanager
+def _told(error: Says, damaged: str) -> Iterator[None]:
+    """Say in one line why a file cannot be read, or what is wrong with it."""
+    try:
+        yield
     except FileNotFoundError:
         raise error("no such file") from None
     except PermissionError as found:
@@ -109,6 +127,27 @@ def array(group: Any, name: str) -> Any:
     if not isinstance(found, h5py.Dataset):
         raise ValueError(f"{found.name} is no dataset")
     return found[()]
+
+
+def own_array(group: Any, name: str) -> Any:
+    """All that a dataset holds, of a group whose contents were not checked as a whole (see `check_contents`).
+
+    Raises:
+        KeyError or ValueError: there is none of this name, it is stored or linked elsewhere, or it is too large.
+    """
+    return checked(group, name)[()]
+
+
+def checked(group: Any, name: str) -> Any:
+    """Such a dataset, of which nothing has been read; see `own_array`."""
+    found = member(group, name)
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{found.name} is no dataset")
+    size = _checked_size(found.id, found.name)
+    check_size("unpacked", size, _said_of(found.name))
+    if size > (most := max(FREE_BYTES, MOST_GROWTH * group.file.id.get_filesize())):
+        raise ValueError(f"{found.name} would take {size:.3g} bytes, more than the {most:.3g} that are read of it")
+    return found
 
 
 def arrays(group: Any) -> dict[str, Any]:

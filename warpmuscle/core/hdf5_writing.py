@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -9,8 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.files import replacing
 
 COMPRESS_FROM = 4096  # bytes; smaller arrays are stored as they are
+PIECE = 2**18  # bytes of a column that are packed together
+ALONG = 2**31 - 1  # rows of a column at most: readers look through all datasets for the length of an unlimited one
 
 
 def store(
@@ -47,3 +54,101 @@ def store(
     dataset.attrs["axes"], dataset.attrs["description"] = axes, description
     if at:
         dataset.attrs["at"] = at
+
+
+@contextlib.contextmanager
+def streamed(path: Path) -> Iterator[Any]:
+    """A new HDF5 file that is written to the disk as it is filled, and takes the place of `path` once it is whole.
+
+    Raises:
+        SceneError: it cannot be written; `path` is as it was then, and nothing is left behind.
+    """
+    with replacing(path) as temporary, open(temporary, "x+b", buffering=0) as raw:
+        place = _Place(raw)
+        try:
+            with h5py.File(place, "w", track_order=True) as file:
+                yield file
+        except Exception:
+            if place.failure is None:
+                raise
+        if place.failure is not None:
+            raise place.failure
+
+
+class _Place(io.RawIOBase):
+    """Where HDF5 writes: an OSError is kept rather than raised, which the library does not survive at any moment."""
+
+    def __init__(self, raw: io.FileIO) -> None:
+        self._raw = raw
+        self.failure: OSError | None = None
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """See `io.RawIOBase`."""
+        return self._raw.seek(offset, whence)
+
+    def tell(self) -> int:
+        """See `io.RawIOBase`."""
+        return self._raw.tell()
+
+    def readinto(self, buffer: Any) -> int | None:
+        """See `io.RawIOBase`."""
+        return self._raw.readinto(buffer)
+
+    def write(self, data: Any) -> int:
+        """See `io.RawIOBase`; what is left after a failure is dropped."""
+        rest = memoryview(data)
+        try:
+            while rest and self.failure is None:
+                rest = rest[self._raw.write(rest) :]
+        except OSError as error:
+            self.failure = error
+        return len(data)
+
+    def truncate(self, size: int | None = None) -> int:
+        """See `io.RawIOBase`."""
+        try:
+            return self._raw.truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return size or 0
+
+
+class Column:
+    """A dataset that grows along its first axis, written piece by piece."""
+
+    def __init__(
+        self, group: Any, name: str, kind: Any, shape: Sequence[int], units: str, axes: str, description: str
+    ) -> None:
+        """Begin one without rows; `shape` is that of a row."""
+        kind = h5py.string_dtype() if kind is str else np.dtype(kind)
+        width = max(int(np.prod(shape)), 1) * kind.itemsize
+        rows = max(PIECE // width, 1)
+        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if kind.kind in "fi" else {}
+        self._rows: list[NDArray[Any]] = []
+        self._waiting, self._least = 0, rows
+        self._dataset = group.create_dataset(
+            name, (0, *shape), kind, maxshape=(ALONG, *shape), chunks=(rows, *(max(n, 1) for n in shape)), **packed
+        )
+        self._dataset.attrs["units"] = units or ("" if kind.kind == "O" else "1")
+        self._dataset.attrs["axes"], self._dataset.attrs["description"] = axes, description
+
+    def add(self, rows: Any) -> None:
+        """Put rows behind those that are there; they are written once there are enough for a piece."""
+        self._rows.append(np.asarray(rows, dtype=object) if self._dataset.dtype.kind == "O" else np.asarray(rows))
+        self._waiting += len(self._rows[-1])
+        while self._waiting >= self._least:
+            every = np.concatenate(self._rows)
+            self._write(every[: self._least])
+            self._rows, self._waiting = [every[self._least :]], self._waiting - self._least
+
+    def finish(self) -> Any:
+        """Write what is left; the dataset."""
+        if self._waiting:
+            self._write(np.concatenate(self._rows))
+            self._rows, self._waiting = [], 0
+        return self._dataset
+
+    def _write(self, rows: NDArray[Any]) -> None:
+        begin = len(self._dataset)
+        self._dataset.resize(begin + len(rows), axis=0)
+        self._dataset[begin:] = rows
