@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import NOT_REGULAR, check_regular, unreadable
@@ -135,7 +136,20 @@ def own_array(group: Any, name: str) -> Any:
     Raises:
         KeyError or ValueError: there is none of this name, it is stored or linked elsewhere, or it is too large.
     """
-    return checked(group, name)[()]
+    key = name.encode()
+    if key not in group.id:
+        raise KeyError(f"{_path(group.id, key)} is missing")
+    _check_link(group.id, key)
+    found = h5py.h5o.open(group.id, key)
+    if not isinstance(found, h5py.h5d.DatasetID):
+        raise ValueError(f"{_path(group.id, key)} is no dataset")
+    _check_own(found, _path(group.id, key))
+    if found.dtype.kind not in "fiu":
+        return h5py.Dataset(found)[()]
+    values = np.empty(found.shape, found.dtype)
+    if values.size:
+        found.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return values if values.ndim else values[()]
 
 
 def checked(group: Any, name: str) -> Any:
@@ -143,11 +157,16 @@ def checked(group: Any, name: str) -> Any:
     found = member(group, name)
     if not isinstance(found, h5py.Dataset):
         raise ValueError(f"{found.name} is no dataset")
-    size = _checked_size(found.id, found.name)
-    check_size("unpacked", size, _said_of(found.name))
-    if size > (most := max(FREE_BYTES, MOST_GROWTH * group.file.id.get_filesize())):
-        raise ValueError(f"{found.name} would take {size:.3g} bytes, more than the {most:.3g} that are read of it")
+    _check_own(found.id, found.name)
     return found
+
+
+def _check_own(dataset: Any, name: str) -> None:
+    """Raise ValueError if not all of a dataset is here, or if it is too large."""
+    size = _checked_size(dataset, name)
+    check_size("unpacked", size, _said_of(name))
+    if size > FREE_BYTES and size > (most := MOST_GROWTH * h5py.h5i.get_file_id(dataset).get_filesize()):
+        raise ValueError(f"{name} would take {size:.3g} bytes, more than the {most:.3g} that are read of this file")
 
 
 def arrays(group: Any) -> dict[str, Any]:

@@ -96,7 +96,7 @@ def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None 
     if quantities is not None or single:
         result = with_less(result, quantities, single)
     try:
-        replace_file(path, _image(result))
+        replace_file(path, image(result))
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
 
@@ -178,12 +178,12 @@ def read_learned(path: str | Path) -> Learned | None:
         return learned
 
 
-def _image(result: Result) -> bytes:
+def image(result: Result) -> bytes:
     """The bytes of a result file; made in memory, so that failures of the disk are plain OSErrors of one write."""
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:  # h5py keeps no times unless asked to
+    with h5py.File("image", "w", driver="core", backing_store=False, track_order=True) as file:  # without any times
         put(file, result)
-    return memory.getvalue()
+        file.flush()
+        return bytes(file.id.get_file_image())
 
 
 @contextlib.contextmanager

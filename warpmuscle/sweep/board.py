@@ -11,7 +11,7 @@ import numpy as np
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.sweep.folder import Folder, Manifest
-from warpmuscle.sweep.local import Task
+from warpmuscle.sweep.task import Task
 
 TELL_EVERY = 0.2  # s
 
@@ -75,10 +75,11 @@ class Board:
 
     def look(self) -> None:
         """Look into the files of the runs that had not finished."""
-        for row, (state, entry) in enumerate(zip(self.states, self._manifest.runs, strict=True)):
-            if not state.ended:
-                state = self.states[row] = self._folder.state(entry)
-                self._done[row], self._best[row], self._ended[row] = state.evaluated, state.best, bool(state.ended)
+        rows = [row for row, state in enumerate(self.states) if not state.ended]
+        entries = [self._manifest.runs[row] for row in rows]
+        for row, state in zip(rows, self._folder.states_of(entries), strict=True):
+            self.states[row] = state
+            self._done[row], self._best[row], self._ended[row] = state.evaluated, state.best, bool(state.ended)
         self._report()
 
     def _report(self) -> None:

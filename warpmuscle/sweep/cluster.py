@@ -26,8 +26,9 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.results.journal import journal_path
 from warpmuscle.simulation.devices import is_several
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest
-from warpmuscle.sweep.local import Task, run_here
+from warpmuscle.sweep.local import run_here
 from warpmuscle.sweep.named_code import NamedCode, trusted_there
+from warpmuscle.sweep.task import Task
 
 RETRIES = 5  # of a task whose worker died
 LOOK_EVERY = 1.0  # s

@@ -28,6 +28,7 @@ from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
 from warpmuscle.sweep.origin import origin
 from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.rounds import Known, known_of
 
 if sys.platform != "win32":
     import fcntl
@@ -72,6 +73,7 @@ class RunState:
     evaluated: int  # candidates
     candidates: int  # in all
     best: float  # least cost, of the last stage if there are any; infinite if there is none
+    kept: bool = True  # whether it has a file of its own
 
 
 class _Mark(msgspec.Struct, frozen=True, array_like=True):
@@ -162,8 +164,9 @@ class Folder:
         Raises:
             ResultError: it is another sweep, or on another kind of device, or nothing can be written.
         """
+        texts: dict[int, str] = {}  # of scenes, of which many runs may have the same one
         entries = tuple(
-            RunEntry(run.name, digest(run), run.candidates, run.seed, dict(run.axes), dict(run.units))
+            RunEntry(run.name, digest(run, texts), run.candidates, run.seed, dict(run.axes), dict(run.units))
             for run in plan.runs
         )
         if (self.path / MANIFEST).exists():
@@ -204,9 +207,13 @@ class Folder:
 
     def states(self, manifest: Manifest) -> list[RunState]:
         """What all runs have come to, read without disturbing those who write; of trainings see `trainings`."""
-        known, there = self._index().runs, self._files()
+        return self.states_of(manifest.runs)
+
+    def states_of(self, entries: Sequence[RunEntry]) -> list[RunState]:
+        """What some runs have come to."""
+        known, there, rounds = self._index().runs, self._files(), known_of(self.path)
         found = []
-        for entry in manifest.runs:
+        for entry in entries:
             name = f"{entry.name}.h5"
             mark = known.get(entry.name)
             if mark is not None and mark.file == there.get(name) and f"{name}.journal" not in there:
@@ -214,8 +221,7 @@ class Folder:
                 found.append(RunState(entry.name, True, mark.ended, mark.evaluated, entry.candidates, best))
             else:
                 begun = name in there or f"{name}.journal" in there
-                nothing = RunState(entry.name, False, "", 0, entry.candidates, np.inf)
-                found.append(self.state(entry) if begun else nothing)
+                found.append(self.state(entry) if begun else _in_rounds(entry, rounds.get(entry.name)))
         return found
 
     def is_gathered(self, manifest: Manifest, states: Sequence[RunState], output: Path, command: str) -> bool:
@@ -260,6 +266,8 @@ class Folder:
     def state(self, entry: RunEntry) -> RunState:
         """What a run has come to; a file that cannot be read counts as one that has not begun."""
         path = self.result(entry.name)
+        if not path.exists() and not journal_path(path).exists():
+            return _in_rounds(entry, known_of(self.path, [entry.name]).get(entry.name))
         try:
             ended, *columns = glance(path)
         except ResultError:
@@ -271,7 +279,15 @@ class Folder:
                 known[number] = [part.cost, part.generation, part.stage]
         cost, stage = (np.concatenate([np.zeros(0), *(parts[k] for parts in known.values())]) for k in (0, 2))
         best = float(cost[stage == stage.max()].min()) if len(cost) else np.inf
-        return RunState(entry.name, True, ended if has_ended(path) else "", len(cost), entry.candidates, best)
+        over = ended not in GOES_ON and not journal_path(path).exists()
+        return RunState(entry.name, True, ended if over else "", len(cost), entry.candidates, best)
+
+
+def _in_rounds(entry: RunEntry, known: Known | None) -> RunState:
+    """What a run without a file of its own has come to."""
+    costs = np.concatenate([part.cost for part in known.generations.values()]) if known is not None else np.zeros(0)
+    best = float(costs.min()) if len(costs) else np.inf
+    return RunState(entry.name, known is not None, "", len(costs), entry.candidates, best, kept=False)
 
 
 def _stamp(found: os.stat_result) -> tuple[int, int]:
@@ -300,10 +316,12 @@ def has_ended(path: Path) -> bool:
         return False
 
 
-def digest(run: SweepRun) -> str:
-    """A digest of all that the result of a run depends on."""
+def digest(run: SweepRun, texts: dict[int, str]) -> str:
+    """A digest of all that the result of a run depends on; `texts` keeps those of scenes from one run to the next."""
+    if id(run.scene) not in texts:
+        texts[id(run.scene)] = toml.dumps(run.scene)
     options = sorted(asdict(run.options).items(), key=lambda item: item[0])
-    parts: tuple[object, ...] = (toml.dumps(run.scene), run.seed, options)
+    parts: tuple[object, ...] = (texts[id(run.scene)], run.seed, options)
     if run.training is not None:
         parts = (*parts, run.training)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]

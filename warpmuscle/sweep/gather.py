@@ -71,7 +71,7 @@ def gather(
     Raises:
         ResultError: a file cannot be read or written; nothing is left behind then.
     """
-    has_begun = {state.name: state.evaluated > 0 for state in states}
+    has_begun = {state.name: state.kept and state.evaluated > 0 for state in states}
     entries = [entry for entry in manifest.runs if has_begun[entry.name]]
     whole = len(entries) == len(states) and all(state.ended for state in states)
     with writing(folder, manifest, output, command, whole) as file:

@@ -16,9 +16,11 @@ from warpmuscle.simulation.devices import devices_name, find_devices
 from warpmuscle.sweep.board import Board, SweepProgress, Tell
 from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
-from warpmuscle.sweep.local import Task, run_here
+from warpmuscle.sweep.local import run_here
 from warpmuscle.sweep.named_code import named_by
 from warpmuscle.sweep.plan import Plan, read
+from warpmuscle.sweep.rounds import remove_known
+from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.trainings import gather_trainings, run_trainings
 
 
@@ -122,6 +124,7 @@ def _train(
 def _finish(folder: Folder, manifest: Manifest, board: Board, output: Path, command: str) -> int:
     """Gather all that the runs have come to, unless the file has it."""
     board.look()
+    remove_known(folder.path, [state.name for state in board.states if not state.ended])
     if folder.is_gathered(manifest, board.states, output, command):
         return len(board.states)
     gathered = gather(folder, manifest, board.states, output, command, board.gathering)

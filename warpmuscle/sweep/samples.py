@@ -12,7 +12,7 @@ Example:
 
 A point has a value on each axis. More points of the same seed begin with the earlier ones, so that a sweep can be
 extended. Those of a Sobol sequence (Sobol 1967, direction numbers of Joe and Kuo 2008) fill the limits more evenly than
-independent ones; all are shifted by one random vector, modulo 1 (Cranley and Patterson 1976, SIAM Journal on Numerical Analysis 13).
+independent ones; all are shifted by one random vector, modulo 1 (Cranley and Patterson 1976).
 """
 
 from __future__ import annotations
