@@ -58,8 +58,11 @@ def opened_bytes(content: bytes, error: Says, damaged: str = "damaged HDF5 file"
         access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
         access.set_fapl_core(backing_store=False)
         access.set_file_image(content)
-        with h5py.File(h5py.h5f.open(b"bytes", h5py.h5f.ACC_RDONLY, access)) as file:
-            yield file
+        file = h5py.h5f.open(b"bytes", h5py.h5f.ACC_RDONLY, access)
+        try:
+            yield h5py.File(file)
+        finally:
+            file.close()  # the memory is free once nothing of the file is in use
 
 
 @contextlib.contextmanager
@@ -91,7 +94,8 @@ def member(group: Any, name: str) -> Any:
     if key not in group.id:
         raise KeyError(f"{_path(group.id, key)} is missing")
     _check_link(group.id, key)
-    return group[name]
+    found = h5py.h5o.open(group.id, key)
+    return h5py.Group(found) if isinstance(found, h5py.h5g.GroupID) else group[name]
 
 
 def check_contents(group: Any) -> None:
@@ -144,11 +148,13 @@ def own_array(group: Any, name: str) -> Any:
     if not isinstance(found, h5py.h5d.DatasetID):
         raise ValueError(f"{_path(group.id, key)} is no dataset")
     _check_own(found, _path(group.id, key))
-    if found.dtype.kind not in "fiu":
+    kind = found.dtype
+    if kind.kind not in "fiuO":
         return h5py.Dataset(found)[()]
-    values = np.empty(found.shape, found.dtype)
+    values = np.empty(found.shape, kind)
     if values.size:
-        found.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+        memory = h5py.h5t.py_create(kind) if kind.kind == "O" else None
+        found.read(h5py.h5s.ALL, h5py.h5s.ALL, values, mtype=memory)
     return values if values.ndim else values[()]
 
 
@@ -226,13 +232,14 @@ def _check_link(group: Any, key: bytes) -> None:
 def _checked_size(dataset: Any, name: str) -> int:
     """Bytes of a dataset in the memory, or of the pieces that it is unpacked by; ValueError if it is not all here."""
     made = dataset.get_create_plist()
-    if made.get_external_count():
+    layout = made.get_layout()
+    if layout == h5py.h5d.CONTIGUOUS and made.get_external_count():
         raise ValueError(f"{name} is stored in another file, which is not read")
-    if made.get_layout() == h5py.h5d.VIRTUAL:
+    if layout == h5py.h5d.VIRTUAL:
         raise ValueError(f"{name} shows what is in other datasets, which is not followed")
     kind, shape = dataset.get_type(), dataset.shape
     pieces = [shape]
-    if made.get_layout() == h5py.h5d.CHUNKED:
+    if layout == h5py.h5d.CHUNKED:
         pieces.append(made.get_chunk())
         for number in range(made.get_nfilters()):
             if made.get_filter(number)[0] not in _FILTERS:

@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.optimization.progress import Progress
-from warpmuscle.sweep.folder import Folder, Manifest
+from warpmuscle.sweep.folder import Folder, Manifest, RunState
 from warpmuscle.sweep.task import Task
 
 TELL_EVERY = 0.2  # s
@@ -66,6 +66,12 @@ class Board:
         self._alive = progress.alive
         if time.monotonic() >= self._last + TELL_EVERY:
             self._report()
+
+    def finished(self, state: RunState) -> None:
+        """A run has ended, and has its file."""
+        row = self._place[state.name]
+        self.states[row] = state
+        self._done[row], self._best[row], self._ended[row] = state.evaluated, state.best, True
 
     def gathering(self, count: int) -> None:
         """So many runs have been written into the output."""

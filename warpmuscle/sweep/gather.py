@@ -113,7 +113,13 @@ class GatheredRun:
     best: tuple[int, float] | None  # row and cost of its best one
     ended: str
     labels: dict[str, tuple[str, ...]]  # names of parameters and terms
-    units: tuple[str, ...]  # of parameters
+    file: bytes
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of parameters, read now."""
+        with hdf5.opened_bytes(self.file, ResultError, "damaged result file") as file:
+            return _texts(hdf5.member(file, "parameters"), "unit")
 
 
 def put_run(folder: Folder, runs: Any, entry: RunEntry) -> GatheredRun:
@@ -126,7 +132,8 @@ def put_run(folder: Folder, runs: Any, entry: RunEntry) -> GatheredRun:
     content = put_bytes(path, runs, entry.name)
     with hdf5.opened_bytes(content, wrong, "damaged result file") as file:
         group, parameters = hdf5.member(file, "evaluations"), hdf5.member(file, "parameters")
-        columns = {name: hdf5.own_array(group, name) for name in (*COLUMNS, "terms") if name in group}
+        there = set(group)
+        columns = {name: hdf5.own_array(group, name) for name in (*COLUMNS, "terms") if name in there}
         best = hdf5.member(file, "best") if "best" in file else None
         found = None
         if best is not None:
@@ -135,7 +142,7 @@ def put_run(folder: Folder, runs: Any, entry: RunEntry) -> GatheredRun:
         if "terms" in columns:
             labels["terms"] = _texts(group, "term_names")
         ended = str(hdf5.attribute(hdf5.member(file, "searches"), "ended"))
-        return GatheredRun(columns, found, ended, labels, _texts(parameters, "unit"))
+        return GatheredRun(columns, found, ended, labels, content)
 
 
 def put_bytes(path: Path, runs: Any, name: str) -> bytes:
@@ -149,7 +156,7 @@ def put_bytes(path: Path, runs: Any, name: str) -> bytes:
 
 
 def _texts(group: Any, name: str) -> tuple[str, ...]:
-    return tuple(text.decode() for text in np.atleast_1d(hdf5.own_array(group, name)))
+    return tuple(text.decode() for text in np.atleast_1d(hdf5.own_array(group, name)).tolist())
 
 
 class _Table:

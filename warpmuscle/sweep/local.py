@@ -16,7 +16,7 @@ from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import journal_path
 from warpmuscle.results.records import Result
 from warpmuscle.sweep.folder import has_ended
-from warpmuscle.sweep.lockstep import run_together
+from warpmuscle.sweep.lockstep import Finished, run_together
 from warpmuscle.sweep.one_batch import run_in_one_batch
 from warpmuscle.sweep.rounds import known_of
 from warpmuscle.sweep.task import Task
@@ -29,14 +29,16 @@ Tell = Callable[[str, Progress], None]  # name of the run, empty for a batch of 
 
 
 def run_here(
-    tasks: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None = None
-) -> dict[str, str]:
+    tasks: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None = None,
+    finished: Finished | None = None,
+) -> dict[str, str]:  # fmt: skip
     """Run optimisations, group by group, the runs of a group side by side; those that have ended stay as they are.
 
     Args:
         folder: where their result files are.
         device, threads: see `make_rollout`.
         tell: called several times a second of work.
+        finished: gets what runs have come to that have ended, except of those that went on from files of their own.
 
     Returns:
         Why those that failed did, by name; what they had evaluated is on the disk.
@@ -50,7 +52,7 @@ def run_here(
     names = {task.name for task in begun}
     fresh = [task for task in left if task.name not in names]
     known = known_of(folder, [task.name for task in fresh])
-    return failed | run_together(fresh, folder, known, device, threads, tell)
+    return failed | run_together(fresh, folder, known, device, threads, tell, finished)
 
 
 def _has_files(path: Path) -> bool:

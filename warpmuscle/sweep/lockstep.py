@@ -30,6 +30,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import constant, free_parameters
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.sweep.folder import RunState
 from warpmuscle.sweep.one_batch import SharedBatches
 from warpmuscle.sweep.rounds import Known, Rounds
 from warpmuscle.sweep.task import Task
@@ -39,6 +40,7 @@ LEAST_WINDOW, MOST_WINDOW = 64, 2048  # runs side by side
 SHARE_OF_BATCH = 16  # candidates of a run in a batch, about, for the window to fill it
 REPLAY_BYTES = 2**27  # of the recorded motion of a batch of best candidates
 Tell = Callable[[str, Progress], None]
+Finished = Callable[[RunState], None]
 
 
 @dataclass(frozen=True)
@@ -52,13 +54,14 @@ class _Prepared:
 
 def run_together(
     tasks: Sequence[Task], folder: Path, known: dict[str, Known], device: str | None, threads: int | None,
-    tell: Tell | None,
+    tell: Tell | None, finished: Finished | None = None,
 ) -> dict[str, str]:  # fmt: skip
     """Run optimisations without stages that have no files yet, those of one kind side by side.
 
     Args:
         folder: for their files. known: what earlier processes have evaluated, by name of the run.
         device, threads: see `make_rollout`. tell: called several times a second of work.
+        finished: gets what each run has come to, once it has its file.
 
     Returns:
         Why those that failed did, by name.
@@ -82,7 +85,7 @@ def run_together(
             index = {keys[number]: place for place, number in enumerate(group)}
             mine = [task for task in tasks if id(task.scene) in index]
             try:
-                engine = _Group([prepared[keys[number]] for number in group], folder, device, threads, tell)
+                engine = _Group([prepared[keys[number]] for number in group], folder, device, threads, tell, finished)
             except Error as error:  # such as of a gait to track that cannot be read
                 failed |= {task.name: str(error) for task in mine}
                 continue
@@ -100,9 +103,10 @@ class _Group:
     """Scenes of one kind, and what simulates them."""
 
     def __init__(
-        self, prepared: Sequence[_Prepared], folder: Path, device: str | None, threads: int | None, tell: Tell | None
-    ) -> None:
-        self._prepared, self._folder, self._tell = prepared, folder, tell
+        self, prepared: Sequence[_Prepared], folder: Path, device: str | None, threads: int | None, tell: Tell | None,
+        finished: Finished | None,
+    ) -> None:  # fmt: skip
+        self._prepared, self._folder, self._tell, self._finished = prepared, folder, tell, finished
         self._rounds, self._stamps = Rounds(folder), Stamps()
         report = None if tell is None else partial(tell, "")
         scenes = [one.scene for one in prepared]
@@ -140,6 +144,9 @@ class _Group:
             try:
                 content = self._stamps.image(replace(result, replays=(replay[0],), parts=replay[1]))
                 replace_file(self._folder / f"{run.task.name}.h5", content, synchronised=False)
+                if self._finished is not None and result.best is not None and result.evaluations is not None:
+                    count, asked = len(result.evaluations), run.task.options.candidates
+                    self._finished(RunState(run.task.name, True, run.ended, count, asked, result.best.cost))
             except SceneError as error:
                 failed[run.task.name] = str(error)
             except Error as error:

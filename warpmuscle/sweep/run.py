@@ -95,7 +95,9 @@ def sweep(
         with folder.at_work():
             manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
             board = Board(folder, manifest, progress)
-            failed = run_here(board.left(tasks), folder.path, devices_name(device), threads, board.report)
+            failed = run_here(
+                board.left(tasks), folder.path, devices_name(device), threads, board.report, board.finished
+            )
             gathered = _finish(folder, manifest, board, output, command)
     return SweepResult(manifest, folder, gathered, failed)
 
