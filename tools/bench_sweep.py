@@ -24,9 +24,13 @@ import msgspec
 import typer
 
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.results.result import read as read_result
+from warpmuscle.results.sweeps import read_sweep
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep import run as run_module
+from warpmuscle.sweep.finished import FinishedJournal
 from warpmuscle.sweep.folder import MANIFEST, Folder, RunEntry
+from warpmuscle.sweep.lockstep import LEAST_WINDOW
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 
@@ -126,6 +130,11 @@ def gathered(folder: Path, count: int, text: str, device: str | None) -> None:
         first = manifest.runs[number % some]
         shutil.copyfile(source.result(first.name), target.result(f"seed={number}"))
         entries.append(RunEntry(f"seed={number}", first.digest, first.candidates, number, {"seed": float(number)}))
+    results = [read_result(source.result(entry.name)) for entry in manifest.runs]
+    journal = FinishedJournal(target.path)
+    for first in range(0, count, LEAST_WINDOW):
+        numbers = range(first, min(first + LEAST_WINDOW, count))
+        journal.keep([(f"seed={n}", target.result(f"seed={n}"), results[n % some]) for n in numbers])
     manifest = msgspec.structs.replace(manifest, name="many", runs=tuple(entries))
     (target.path / MANIFEST).write_bytes(msgspec.json.encode(manifest))
     begin = time.perf_counter()
@@ -142,8 +151,6 @@ def gathered(folder: Path, count: int, text: str, device: str | None) -> None:
     begin = time.perf_counter()
     target.is_gathered(manifest, target.states(manifest), folder / "many.h5", "")
     print(f"finding that all is there: {time.perf_counter() - begin:.2f} s")
-    from warpmuscle.results.sweeps import read_sweep
-
     begin = time.perf_counter()
     read_sweep(folder / "many.h5").to_xarray()
     print(f"reading the table: {time.perf_counter() - begin:.2f} s")

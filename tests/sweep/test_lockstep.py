@@ -67,7 +67,7 @@ def test_window_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path: Pat
         with pytest.raises(KeyboardInterrupt):
             sweep(tmp_path / "parts" / "a.toml", output, device="cpu", progress=interrupt)
         assert len(at) < before
-        assert list((tmp_path / "parts" / "a.sweep").glob("rounds-*.journal"))
+        assert list((tmp_path / "parts" / "a.sweep").glob("*.rounds"))
     sweep(tmp_path / "parts" / "a.toml", output, device="cpu")
     assert_same_file(output, tmp_path / "whole" / "a.h5")
-    assert not list((tmp_path / "parts" / "a.sweep").glob("rounds-*.journal"))
+    assert not list((tmp_path / "parts" / "a.sweep").glob("*.rounds"))

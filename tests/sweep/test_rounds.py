@@ -75,11 +75,11 @@ def test_a_torn_record_is_dropped_and_those_before_it_stay(tmp_path: Path):
     evaluate(one, [1])
     rounds.keep([rows_of(one, 1, [1])])
     for size in (len(whole), len(whole) + 7, len(path.read_bytes()) - 1):
-        (tmp_path / "rounds-0.journal").write_bytes(path.read_bytes()[:size])
+        (tmp_path / "0.rounds").write_bytes(path.read_bytes()[:size])
         assert len(known_of(tmp_path)["b"].generations[0]) == 2
         path_of_torn = tmp_path / "torn"
         path_of_torn.mkdir(exist_ok=True)
-        (path_of_torn / "rounds-0.journal").write_bytes(path.read_bytes()[:size])
+        (path_of_torn / "0.rounds").write_bytes(path.read_bytes()[:size])
         assert len(known_of(path_of_torn)["b"].generations[0]) == 1
 
 
@@ -113,7 +113,7 @@ def test_journals_of_another_version_do_not_count_and_another_machine_is_told(tm
      MAGIC + packed({"origin": np.array("{")}), MAGIC + packed({"origin": np.array(json.dumps({"version": 1}))})],
 )  # fmt: skip
 def test_what_is_no_such_journal_is_as_none(content: bytes, tmp_path: Path):
-    (tmp_path / "rounds-1.journal").write_bytes(content)
+    (tmp_path / "1.rounds").write_bytes(content)
     assert known_of(tmp_path) == {}
     remove_known(tmp_path, ["a"])
     assert not list(tmp_path.iterdir())

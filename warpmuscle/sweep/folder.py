@@ -26,6 +26,7 @@ from warpmuscle.formats import toml
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
+from warpmuscle.sweep.finished import FinishedRuns
 from warpmuscle.sweep.origin import origin
 from warpmuscle.sweep.plan import Plan, SweepRun
 from warpmuscle.sweep.rounds import Known, known_of
@@ -212,6 +213,7 @@ class Folder:
     def states_of(self, entries: Sequence[RunEntry]) -> list[RunState]:
         """What some runs have come to."""
         known, there, rounds = self._index().runs, self._files(), known_of(self.path)
+        finished = FinishedRuns(self.path)
         found = []
         for entry in entries:
             name = f"{entry.name}.h5"
@@ -219,6 +221,8 @@ class Folder:
             if mark is not None and mark.file == there.get(name) and f"{name}.journal" not in there:
                 best = np.inf if mark.best is None else mark.best
                 found.append(RunState(entry.name, True, mark.ended, mark.evaluated, entry.candidates, best))
+            elif f"{name}.journal" not in there and (state := finished.state(entry.name, there.get(name))) is not None:
+                found.append(RunState(entry.name, True, state[0], state[1], entry.candidates, state[2]))
             else:
                 begun = name in there or f"{name}.journal" in there
                 found.append(self.state(entry) if begun else _in_rounds(entry, rounds.get(entry.name)))

@@ -17,10 +17,10 @@ Up to version 3 of the format runs were groups, and the datasets of `/all` virtu
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ from warpmuscle.core.hdf5_writing import Column, store, streamed
 from warpmuscle.core.status import Status
 from warpmuscle.results.records import COLUMNS, installed_versions
 from warpmuscle.results.result import SWEEP_FORMAT, SWEEP_VERSION
+from warpmuscle.sweep.finished import FinishedRuns, RunTable
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
 
 TABLE = {
@@ -76,9 +77,9 @@ def gather(
     whole = len(entries) == len(states) and all(state.ended for state in states)
     with writing(folder, manifest, output, command, whole) as file:
         runs = file.create_group("runs", track_order=True)
-        table, candidates = _Table(file), _All(file)
+        table, candidates, finished = _Table(file), _All(file), FinishedRuns(folder.path)
         for number, entry in enumerate(entries):
-            run = put_run(folder, runs, entry)
+            run = put_run(folder, runs, entry, finished)
             table.add(entry, run)
             candidates.add(number, run)
             if tell is not None:
@@ -105,26 +106,15 @@ def writing(folder: Folder, manifest: Manifest, output: Path, command: str, whol
         raise ResultError(f"{error}; the runs are in {folder.path}, and the same command goes on") from None
 
 
-@dataclass(frozen=True)
-class GatheredRun:
-    """What tables take from the result file of a run."""
-
-    columns: dict[str, Any]  # of its candidates
-    best: tuple[int, float] | None  # row and cost of its best one
-    ended: str
-    labels: dict[str, tuple[str, ...]]  # names of parameters and terms
-    file: bytes
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Of parameters, read now."""
-        with hdf5.opened_bytes(self.file, ResultError, "damaged result file") as file:
-            return _texts(hdf5.member(file, "parameters"), "unit")
-
-
-def put_run(folder: Folder, runs: Any, entry: RunEntry) -> GatheredRun:
+def put_run(folder: Folder, runs: Any, entry: RunEntry, finished: FinishedRuns) -> RunTable:
     """Put the file of a run into a group, and read what tables have of it; raises ResultError if it cannot be read."""
     path = folder.result(entry.name)
+    with contextlib.suppress(OSError):
+        stamp = path.stat()
+        known = finished.table(entry.name, stamp.st_size, stamp.st_mtime_ns)
+        if known is not None:
+            put_bytes(path, runs, entry.name)
+            return known
 
     def wrong(message: str) -> ResultError:
         return ResultError(f"{path}: {message}; remove it, and it is computed anew")
@@ -142,7 +132,7 @@ def put_run(folder: Folder, runs: Any, entry: RunEntry) -> GatheredRun:
         if "terms" in columns:
             labels["terms"] = _texts(group, "term_names")
         ended = str(hdf5.attribute(hdf5.member(file, "searches"), "ended"))
-        return GatheredRun(columns, found, ended, labels, content)
+        return RunTable(columns, found, ended, labels, _texts(parameters, "unit"))
 
 
 def put_bytes(path: Path, runs: Any, name: str) -> bytes:
@@ -170,7 +160,7 @@ class _Table:
             "terms": _Common(self._group, "best_terms", "terms of the best candidate, unweighted", ("run", "term")),
         }
 
-    def add(self, entry: RunEntry, run: GatheredRun) -> None:
+    def add(self, entry: RunEntry, run: RunTable) -> None:
         """Put a row behind those that are there."""
         cost = run.columns["cost"]
         self._rows["evaluated"].append(len(cost))
@@ -242,7 +232,7 @@ class _All:
         self._count = 0
         self._columns: dict[str, _Common] = {}
 
-    def add(self, number: int, run: GatheredRun) -> None:
+    def add(self, number: int, run: RunTable) -> None:
         """Put the candidates of a run behind those that are there; `number` is its row of the table."""
         if not self._columns:
             self._columns = {
@@ -274,10 +264,10 @@ class _Common:
     def __init__(self, group: Any, name: str, description: str, axes: tuple[str, ...]) -> None:
         self._group, self._name, self._description, self._axes = group, name, description, axes
         self._column: Column | None = None
-        self._first: GatheredRun | None = None
+        self._first: RunTable | None = None
         self._same = True
 
-    def add(self, rows: Any, run: GatheredRun) -> None:
+    def add(self, rows: Any, run: RunTable) -> None:
         """Put the rows of a run behind those that are there."""
         first = self._first = self._first or run
         self._same = self._same and rows is not None and self._along(first) == self._along(run)
@@ -292,7 +282,7 @@ class _Common:
             )  # fmt: skip
         self._column.add(rows)
 
-    def _along(self, run: GatheredRun) -> tuple[str, ...]:
+    def _along(self, run: RunTable) -> tuple[str, ...]:
         """What stands along the second axis."""
         return run.labels.get(self._name.removeprefix("best_"), ()) if len(self._axes) > 1 else ()
 

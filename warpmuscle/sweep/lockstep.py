@@ -30,6 +30,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import constant, free_parameters
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.sweep.finished import FinishedJournal
 from warpmuscle.sweep.folder import RunState
 from warpmuscle.sweep.one_batch import SharedBatches
 from warpmuscle.sweep.rounds import Known, Rounds
@@ -107,7 +108,7 @@ class _Group:
         finished: Finished | None,
     ) -> None:  # fmt: skip
         self._prepared, self._folder, self._tell, self._finished = prepared, folder, tell, finished
-        self._rounds, self._stamps = Rounds(folder), Stamps()
+        self._rounds, self._stamps, self._journal = Rounds(folder), Stamps(), FinishedJournal(folder)
         report = None if tell is None else partial(tell, "")
         scenes = [one.scene for one in prepared]
         self._batches = SharedBatches(scenes, device, threads, report, self._rounds.keep)
@@ -151,6 +152,10 @@ class _Group:
                 failed[run.task.name] = str(error)
             except Error as error:
                 failed[run.task.name] = f"{self._folder / run.task.name}.h5: {error}"
+        self._journal.keep(
+            [(name, path, result) for run, result in ended
+             if (name := run.task.name) not in failed and (path := self._folder / f"{name}.h5").exists()]
+        )  # fmt: skip
         if not failed:
             self._rounds.clear()
         return failed

@@ -1,6 +1,6 @@
 """Journals of batches that runs share: what was evaluated of runs that have no file of their own yet.
 
-A process that works on a sweep has a file `rounds-TOKEN.journal` in its folder, laid out as other journals (see
+A process that works on a sweep has a file `TOKEN.rounds` in its folder, laid out as other journals (see
 `results.journal`): the first record says by which version and on which machine, every other one holds what a round of
 batches has brought to each of the runs in it. It is on the disk before the runs go on, and is emptied once all of them
 have files.
@@ -27,7 +27,7 @@ from warpmuscle.results.journal import MAGIC, packed, unpacked
 from warpmuscle.results.records import Evaluations, joined, version_of
 from warpmuscle.sweep.one_batch import Asked
 
-PATTERN = "rounds-*.journal"
+PATTERN = "*.rounds"
 ROWS = ("row", "search", "cost", "status", "end_time")  # of a record, a value a candidate
 
 
@@ -36,7 +36,7 @@ class Rounds:
 
     def __init__(self, folder: Path, names: Sequence[str] = ()) -> None:
         """Nothing is written yet; `names` are those of the runs by their numbers."""
-        self._path = folder / f"rounds-{secrets.token_hex(4)}.journal"
+        self._path = folder / f"{secrets.token_hex(4)}.rounds"
         self.names = names
         self._end = 0
 
