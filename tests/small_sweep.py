@@ -28,7 +28,7 @@ def small_sweep(folder: Path, candidates: int = 20, duration: float = 0.1, scene
     return path
 
 
-OF_NOW = ("began",)
+OF_NOW = ("began", "commit", "host")
 LINKS = ("DIMENSION_LIST", "REFERENCE_LIST")  # places in the file, of dimension scales
 
 
