@@ -28,6 +28,7 @@ def small_sweep(folder: Path, candidates: int = 20, duration: float = 0.1, scene
     return path
 
 
+OF_NOW = ("began", "commit", "host")
 LINKS = ("DIMENSION_LIST", "REFERENCE_LIST")  # places in the file, of dimension scales
 
 
@@ -36,7 +37,7 @@ def contents(path: Path) -> dict[str, object]:
     found: dict[str, object] = {}
 
     def visit(name, item):
-        found.update({f"{name}@{key}": value for key, value in item.attrs.items() if key not in LINKS})
+        found.update({f"{name}@{key}": value for key, value in item.attrs.items() if key not in (*LINKS, *OF_NOW)})
         if isinstance(item, h5py.Dataset):
             found[name] = item[()]
 

@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from warpmuscle.results.motions import Motions
     from warpmuscle.results.recording import Recording
     from warpmuscle.results.records import Result
-    from warpmuscle.results.result import read, write
+    from warpmuscle.results.result import write
+    from warpmuscle.results.sweeps import Sweep, read
     from warpmuscle.scene import Scene
     from warpmuscle.scene.trusted_code import trust
     from warpmuscle.session.conversion import convert
@@ -49,9 +50,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Error", "Evaluator", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout",
-    "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "__version__", "append_motions", "best_scene",
-    "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout", "measure",
-    "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate",
+    "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
+    "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout",
+    "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate",
     "static_optimization", "trust", "write",
 ]  # fmt: skip
 
@@ -61,12 +62,12 @@ _HOMES = {
     "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "optimization.optimize", "plot": "plots",
-    "read": "results.result", "read_motions": "results.motion_files", "Recording": "results.recording",
+    "read": "results.sweeps", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "optimization.resume", "Rollout": "simulation.rollout",
     "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
-    "trust": "scene.trusted_code", "write": "results.result",
+    "Sweep": "results.sweeps", "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
 
 

@@ -191,14 +191,14 @@ def test_whole_record_of_a_journal_with_absurd_content_is_one_line(name: str, tm
     with Checkpoint.begin(path, begun) as checkpoint, pytest.MonkeyPatch.context() as patch:
         from warpmuscle.results import journal
 
-        write_record = journal._record
+        write_record = journal.packed
 
         def absurd(record: dict[str, Any]) -> bytes:
             changed = dict(record)
             RECORDS[name](changed)
             return write_record(changed)
 
-        patch.setattr(journal, "_record", absurd)
+        patch.setattr(journal, "packed", absurd)
         checkpoint._journal.append(evaluations.rows(slice(50, 60)))
     assert isinstance(Journal.look(tmp_path / "a.h5.journal"), list)
     with pytest.raises(ResultError, match=r"damaged journal: .*move it out of the way") as caught:

@@ -1,5 +1,6 @@
 """Sweeps on this machine: what they leave behind, and that they go on where they were, whatever has ended them."""
 
+import io
 import os
 import signal
 import subprocess
@@ -18,10 +19,14 @@ from small_disk import disk_of
 from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error, ResultError
+from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.journal import journal_path
 from warpmuscle.results.result import read
+from warpmuscle.sweep import board as board_module
+from warpmuscle.sweep import folder as folder_module
+from warpmuscle.sweep import local
 from warpmuscle.sweep import run as run_module
 from warpmuscle.sweep.folder import Folder
 from warpmuscle.sweep.plan import read as plan_of
@@ -52,7 +57,7 @@ def test_every_run_is_the_optimisation_alone(done):
     assert result.scene == alone.scene
 
 
-def test_output_has_a_table_and_virtual_datasets_over_all_runs(done):
+def test_output_has_a_table_and_the_candidates_of_all_runs(done):
     assert_described(done)
     with h5py.File(done) as file:
         table, whole = file["table"], file["all"]
@@ -60,19 +65,24 @@ def test_output_has_a_table_and_virtual_datasets_over_all_runs(done):
         assert names == list(file["runs"])
         first = 0
         for row, name in enumerate(names):
-            run = file["runs"][name]
+            assert file["runs"][name][()].tobytes() == Folder.of(done).result(name).read_bytes()
+            run = h5py.File(io.BytesIO(file["runs"][name][()].tobytes()))
             count = len(run["evaluations/cost"])
             part = slice(first, first + count)
             for column in ("cost", "status", "end_time", "search", "generation", "params", "terms"):
-                assert whole[column].is_virtual
                 np.testing.assert_array_equal(whole[column][part], run[f"evaluations/{column}"][()])
             assert np.all(whole["run"][part] == row)
             assert table["best_cost"][row] == run["best/cost"][()] == whole["cost"][part].min()
+            best = run["best/index"][()]
+            np.testing.assert_array_equal(table["best_params"][row], run["evaluations/params"][best])
+            np.testing.assert_array_equal(table["best_terms"][row], run["evaluations/terms"][best])
             assert f"seed={table['axes/seed'][row]:g},torso.mass={table['axes/torso.mass'][row]:g}" in name
             first += count
         assert first == len(whole["cost"]) == 20 * RUNS
         assert {name.decode() for name in table["ended"][()]} == {"all candidates have been evaluated"}
-        assert whole["status"].attrs["COMPLETED"] == file["runs"][names[0]]["evaluations/status"].attrs["COMPLETED"]
+        assert whole["status"].attrs["COMPLETED"] == Status.COMPLETED
+        assert file.attrs["ended"]
+        assert {"began", "host", "warpmuscle_version"} <= set(file.attrs)
 
 
 def test_one_run_is_read_by_its_name(done, tmp_path):
@@ -188,18 +198,86 @@ def test_sweep_or_scene_that_has_changed_is_refused(tmp_path, done):
             ResultError, match=r"small.toml: this sweep.* has changed .*run 'seed=1,torso.mass=20,torque=1' is"
         ):
             sweep(file, done, device="cpu")
-        file.write_text(file.read_text().replace("[1, 2, 3, 4]", "[1, 2, 3, 4, 5]").replace("= 21", "= 20"))
-        with pytest.raises(
-            ResultError, match=r"run 'seed=5,torso.mass=20,torque=1' is new; take the earlier one to go on"
-        ):
-            sweep(file, done, device="cpu")
-        file.write_text(file.read_text().replace("[1, 2, 3, 4, 5]", "[1, 2, 3]"))
+        file.write_text(file.read_text().replace("[1, 2, 3, 4]", "[1, 2, 3]").replace("= 21", "= 20"))
         with pytest.raises(ResultError, match=r"run 'seed=4,torso.mass=20,torque=1' is gone"):
             sweep(file, done, device="cpu")
         file.write_text("# with a comment\n" + small_sweep(folder).read_text())
         sweep(file, done, device="cpu", command="test")  # the runs are the same
     finally:
         small_sweep(folder)
+
+
+def test_further_values_and_seeds_run_alone_and_the_file_is_that_of_all_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(local, "run_together", counted := Counted(local.run_together))
+    for folder in ("all", "parts"):
+        (tmp_path / folder).mkdir()
+    text = small_sweep(tmp_path / "all").read_text()
+    text = text.replace("= [1, 2, 3]\n", "= [1, 3]\n").replace("[20, 30]", "[20, 30, 25]")
+    (tmp_path / "all" / "small.toml").write_text(text := text.replace("[1, 2, 3, 4]", "[7, 1, 2]"))
+    sweep(tmp_path / "all" / "small.toml", tmp_path / "all" / "small.h5", device="cpu", command="test")
+    assert len(counted.seen) == 18
+    counted.seen.clear()
+    parts, output = tmp_path / "parts" / "small.toml", tmp_path / "parts" / "small.h5"
+    parts.write_text(text.replace("[7, 1, 2]", "[1, 2]").replace("[20, 30, 25]", "[20]"))
+    sweep(parts, output, device="cpu", command="test")
+    assert len(counted.seen) == 4
+    began = read_attribute(output, "began")
+
+    def interrupt(progress):
+        if progress.evaluated > 4 * 20 + 100:
+            raise KeyboardInterrupt
+
+    parts.write_text(text)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(parts, output, device="cpu", command="test", progress=interrupt)
+    assert sweep_status(output).evaluated > 4 * 20
+    counted.seen.clear()
+    result = sweep(parts, output, device="cpu", command="test")
+    assert (result.failed, result.gathered) == ({}, 18)
+    assert_same_file(output, tmp_path / "all" / "small.h5")
+    assert read_attribute(output, "began") == began
+
+
+class Counted:
+    """A function that remembers the names of the tasks that it was given."""
+
+    def __init__(self, function):
+        self.function, self.seen = function, []
+
+    def __call__(self, *arguments, **options):
+        self.seen += [task.name for task in arguments[0]]
+        return self.function(*arguments, **options)
+
+
+def read_attribute(path: Path, name: str) -> str:
+    with h5py.File(path) as file:
+        return str(file.attrs[name])
+
+
+def test_finished_sweep_is_neither_looked_into_nor_gathered_again(done, monkeypatch):
+    def refuse(*arguments, **options):
+        raise AssertionError("this looks into the file of a run")
+
+    monkeypatch.setattr(folder_module, "glance", refuse)
+    monkeypatch.setattr(run_module, "gather", refuse)
+    assert sweep(done.with_name("small.toml"), done, device="cpu", command="test").gathered == RUNS
+
+
+@pytest.mark.parametrize("kind", ["text", "result", "other sweep"])
+def test_file_that_is_not_of_this_sweep_is_not_replaced(kind, done, tmp_path):
+    file, output = small_sweep(tmp_path), tmp_path / "small.h5"
+    if kind == "text":
+        output.write_text("notes")
+    elif kind == "result":
+        output.write_bytes(Folder.of(done).result("seed=1,torso.mass=20,torque=1").read_bytes())
+    else:
+        output.write_bytes(done.read_bytes())
+        file.write_text('name = "another"\n' + file.read_text())
+    before = output.read_bytes()
+    with pytest.raises(Error, match=r"small.h5: .*would be replaced.*name another --output, or move it out of the way"):
+        sweep(file, output, device="cpu")
+    assert output.read_bytes() == before
+    assert not (tmp_path / "small.sweep").exists()
 
 
 def test_run_that_cannot_be_simulated_fails_alone(tmp_path):
@@ -235,7 +313,7 @@ stages.0.objective.torque = [1, 2]
 
 
 def test_search_in_stages_can_be_swept_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(run_module, "TELL_EVERY", 0.0)
+    monkeypatch.setattr(board_module, "TELL_EVERY", 0.0)
 
     def interrupt(progress):
         if progress.evaluated >= 12:
@@ -256,7 +334,7 @@ def test_search_in_stages_can_be_swept_and_goes_on(tmp_path, monkeypatch):
         assert (state.evaluated, state.candidates, state.best) == (30, 30, alone.best.cost)
     with h5py.File(output) as out:
         assert np.unique(out["all/stage"]).tolist() == [0, 1]
-        assert out["table/best_cost"][0] == out[f"runs/{runs[0].name}/best/cost"][()]
+        assert out["table/best_cost"][0] == read(output, run=runs[0].name).best.cost
 
 
 def test_two_processes_cannot_work_on_one_sweep(done):

@@ -18,8 +18,11 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
-    from warpmuscle.sweep.run import SweepProgress
+    from warpmuscle.sweep.board import SweepProgress
     from warpmuscle.sweep.status import SweepStatus
+
+
+MOST_SHOWN = 1000  # runs; of more, those that have not ended
 
 
 def sweep(
@@ -40,7 +43,8 @@ def sweep(
 ) -> None:
     """Run many optimisations of a scene with other numbers, or trainings of policies, gathered into one file.
 
-    Given again, the command goes on where it was, also after a kill. Examples: warpmuscle sweep weakness.toml;
+    Given again, the command goes on where it was, also after a kill, or with values and seeds that were added to the
+    file of the sweep since. Examples: warpmuscle sweep weakness.toml;
     warpmuscle sweep weakness.toml --cluster auto; warpmuscle sweep --status weakness.toml
     """
     if status:
@@ -83,14 +87,17 @@ def _print_status(status: SweepStatus) -> None:
     sign = -1.0 if status.trains else 1.0
     counted, named = ("iterations", "return") if status.trains else ("candidates", "best cost")
     rows = [("run", counted, named, "state")]
-    for run in status.runs:
+    shown = status.runs if len(status.runs) <= MOST_SHOWN else [run for run in status.runs if not run.ended]
+    for run in shown[:MOST_SHOWN]:
         best = f"{sign * run.best:.6g}" if run.evaluated else "-"
         done = f"{run.evaluated}/{run.candidates}" if run.candidates or not status.trains else str(run.evaluated)
         rows.append((run.name, done, best, status.word(run)))
     width = [max(len(row[column]) for row in rows) for column in range(3)]
-    for name, candidates, best, state in rows:
+    for name, candidates, best, state in rows if len(rows) > 1 else ():
         line = f"{name:{width[0]}}  {candidates:>{width[1]}}  {best:>{width[2]}}  {state}"
         out.print(line, markup=False)
+    if len(shown) > MOST_SHOWN:
+        out.print(f"and {number_of(len(shown) - MOST_SHOWN, 'further run')} that go on", markup=False)
     best_run = status.best
     word = "return" if status.trains else "cost"
     best = "" if best_run is None else f"; best: {best_run.name}, {word} {sign * best_run.best:.6g}"
@@ -113,6 +120,9 @@ class _Bar(Bar):
                 f"{progress.ended}/{number_of(progress.runs, 'run')}",
             )
             self.show(part, done, f"{progress.best_run}: {number_of(p.iterations, 'iteration')}, return {p.gain:.4g}")
+            return
+        if progress.gathered:
+            self.show(progress.gathered / progress.runs, f"{progress.gathered}/{progress.runs} gathered", "")
             return
         best = f"best {progress.best:.5g} of {progress.best_run}" if progress.evaluated else ""
         done = f"{progress.ended}/{number_of(progress.runs, 'run')}, {progress.evaluated}/{progress.candidates}"

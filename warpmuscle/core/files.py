@@ -69,11 +69,12 @@ def unwritable(error: Exception) -> str:
 
 
 @contextlib.contextmanager
-def replacing(path: Path, suffix: str = "") -> Iterator[Path]:
+def replacing(path: Path, suffix: str = "", synchronised: bool = True) -> Iterator[Path]:
     """A name beside `path` for a file to be written within, which takes the place of `path` at the end.
 
     Args:
         suffix: of that name, for programs that go by it.
+        synchronised: whether it is on the disk by then; otherwise a machine that goes down may lose it.
 
     Raises:
         SceneError: the file cannot be written, or OSError came from within; then `path` is as it was, and nothing is
@@ -84,7 +85,8 @@ def replacing(path: Path, suffix: str = "") -> Iterator[Path]:
         target = _target(path)
         temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}{suffix}")
         yield temporary
-        _synchronise(temporary)
+        if synchronised:
+            _synchronise(temporary)
         if target.exists():
             shutil.copymode(target, temporary)
         os.replace(temporary, target)
@@ -96,29 +98,37 @@ def replacing(path: Path, suffix: str = "") -> Iterator[Path]:
                 temporary.unlink(missing_ok=True)
 
 
-def replace_file(path: Path, content: str | bytes) -> None:
+def replace_file(path: Path, content: str | bytes, synchronised: bool = True) -> None:
     """Write a file whole or not at all: under another name first, which then takes the place of `path`.
+
+    Args:
+        synchronised: see `replacing`.
 
     Raises:
         SceneError: the file cannot be written; nothing is left behind then.
     """
-    replace_files({path: content})
+    replace_files({path: content}, synchronised)
 
 
-def replace_files(contents: Mapping[Path, str | bytes]) -> None:
+def replace_files(contents: Mapping[Path, str | bytes], synchronised: bool = True) -> None:
     """Write several files; none takes its place before all are on the disk.
+
+    Args:
+        synchronised: see `replacing`.
 
     Raises:
         SceneError: one cannot be written; nothing is left behind then.
     """
     with contextlib.ExitStack() as places:
         for path, content in contents.items():
-            temporary = places.enter_context(replacing(path))
+            temporary = places.enter_context(replacing(path, synchronised=False))
             try:
                 data = content.encode() if isinstance(content, str) else content
                 with open(temporary, "xb") as file:
                     file.write(data)
-                _synchronise(temporary)
+                    if synchronised:
+                        file.flush()
+                        os.fsync(file.fileno())
             except (OSError, ValueError) as error:
                 raise SceneError(unwritable(error), file=path) from None
 

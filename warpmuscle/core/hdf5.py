@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import NOT_REGULAR, check_regular, unreadable
@@ -42,12 +43,33 @@ def opened(path: str | Path, error: Says, damaged: str = "damaged HDF5 file") ->
     Raises:
         Error: the file cannot be read, is none of HDF5, or the work within fails by what it holds.
     """
-    try:
+    with _told(error, damaged):
         check_regular(path)
         if Path(path).is_dir():
             raise error("cannot be read: this is a folder")
         with h5py.File(path, "r") as file:
             yield file
+
+
+@contextlib.contextmanager
+def opened_bytes(content: bytes, error: Says, damaged: str = "damaged HDF5 file") -> Iterator[h5py.File]:
+    """An HDF5 file whose bytes are in the memory, to read; see `opened`."""
+    with _told(error, damaged):
+        access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+        access.set_fapl_core(backing_store=False)
+        access.set_file_image(content)
+        file = h5py.h5f.open(b"bytes", h5py.h5f.ACC_RDONLY, access)
+        try:
+            yield h5py.File(file)
+        finally:
+            file.close()  # the memory is free once nothing of the file is in use
+
+
+@contextlib.contextmanager
+def _told(error: Says, damaged: str) -> Iterator[None]:
+    """Say in one line why a file cannot be read, or what is wrong with it."""
+    try:
+        yield
     except FileNotFoundError:
         raise error("no such file") from None
     except PermissionError as found:
@@ -72,7 +94,8 @@ def member(group: Any, name: str) -> Any:
     if key not in group.id:
         raise KeyError(f"{_path(group.id, key)} is missing")
     _check_link(group.id, key)
-    return group[name]
+    found = h5py.h5o.open(group.id, key)
+    return h5py.Group(found) if isinstance(found, h5py.h5g.GroupID) else group[name]
 
 
 def check_contents(group: Any) -> None:
@@ -109,6 +132,47 @@ def array(group: Any, name: str) -> Any:
     if not isinstance(found, h5py.Dataset):
         raise ValueError(f"{found.name} is no dataset")
     return found[()]
+
+
+def own_array(group: Any, name: str) -> Any:
+    """All that a dataset holds, of a group whose contents were not checked as a whole (see `check_contents`).
+
+    Raises:
+        KeyError or ValueError: there is none of this name, it is stored or linked elsewhere, or it is too large.
+    """
+    key = name.encode()
+    if key not in group.id:
+        raise KeyError(f"{_path(group.id, key)} is missing")
+    _check_link(group.id, key)
+    found = h5py.h5o.open(group.id, key)
+    if not isinstance(found, h5py.h5d.DatasetID):
+        raise ValueError(f"{_path(group.id, key)} is no dataset")
+    _check_own(found, _path(group.id, key))
+    kind = found.dtype
+    if kind.kind not in "fiuO":
+        return h5py.Dataset(found)[()]
+    values = np.empty(found.shape, kind)
+    if values.size:
+        memory = h5py.h5t.py_create(kind) if kind.kind == "O" else None
+        found.read(h5py.h5s.ALL, h5py.h5s.ALL, values, mtype=memory)
+    return values if values.ndim else values[()]
+
+
+def checked(group: Any, name: str) -> Any:
+    """Such a dataset, of which nothing has been read; see `own_array`."""
+    found = member(group, name)
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{found.name} is no dataset")
+    _check_own(found.id, found.name)
+    return found
+
+
+def _check_own(dataset: Any, name: str) -> None:
+    """Raise ValueError if not all of a dataset is here, or if it is too large."""
+    size = _checked_size(dataset, name)
+    check_size("unpacked", size, _said_of(name))
+    if size > FREE_BYTES and size > (most := MOST_GROWTH * h5py.h5i.get_file_id(dataset).get_filesize()):
+        raise ValueError(f"{name} would take {size:.3g} bytes, more than the {most:.3g} that are read of this file")
 
 
 def arrays(group: Any) -> dict[str, Any]:
@@ -168,13 +232,14 @@ def _check_link(group: Any, key: bytes) -> None:
 def _checked_size(dataset: Any, name: str) -> int:
     """Bytes of a dataset in the memory, or of the pieces that it is unpacked by; ValueError if it is not all here."""
     made = dataset.get_create_plist()
-    if made.get_external_count():
+    layout = made.get_layout()
+    if layout == h5py.h5d.CONTIGUOUS and made.get_external_count():
         raise ValueError(f"{name} is stored in another file, which is not read")
-    if made.get_layout() == h5py.h5d.VIRTUAL:
+    if layout == h5py.h5d.VIRTUAL:
         raise ValueError(f"{name} shows what is in other datasets, which is not followed")
     kind, shape = dataset.get_type(), dataset.shape
     pieces = [shape]
-    if made.get_layout() == h5py.h5d.CHUNKED:
+    if layout == h5py.h5d.CHUNKED:
         pieces.append(made.get_chunk())
         for number in range(made.get_nfilters()):
             if made.get_filter(number)[0] not in _FILTERS:

@@ -39,7 +39,7 @@ LIMITS: dict[str, Limit] = {
     "candidates": Limit(10**9, "candidates", "of an optimisation"),
     "searches": Limit(1_000, "searches", "at the same time"),
     "population": Limit(10**6, "candidates a generation", "of all searches together"),
-    "sweep": Limit(10_000, "runs", "of a sweep: the scene of each is checked before the first begins"),
+    "sweep": Limit(100_000, "runs", "of a sweep: the scene of each is checked before the first begins"),
     "threads": Limit(1_024, "threads", "of a batch on a CPU"),
     "film": Limit(50_000, "frames", "of a film: half an hour to draw"),
     "samples": Limit(10**8, "numbers", "of a recording, samples x channels, also after resampling"),
@@ -48,7 +48,7 @@ LIMITS: dict[str, Limit] = {
     "unpacked": Limit(
         2**32, "bytes", "of all arrays of an HDF5 file; also 100 times its size, if that is over 256 MiB"
     ),
-    "names": Limit(100_000, "texts", "of a list in an HDF5 file"),
+    "names": Limit(200_000, "texts", "of a list in an HDF5 file"),
     "characters": Limit(2**26, "characters", "of such a list"),
     "archive": Limit(2**31, "bytes", "of all arrays of an `.npz` file, unpacked"),
 }

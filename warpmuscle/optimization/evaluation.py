@@ -59,6 +59,11 @@ class Generation:
         """Whether all of its candidates have been evaluated."""
         return self._whole and bool(np.all(self.status != Status.RUNNING))
 
+    def ended(self, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which of these rows have been evaluated."""
+        found: NDArray[np.bool_] = self.status[rows] != Status.RUNNING
+        return found
+
     def missing(self) -> NDArray[np.intp]:
         """Rows that are yet to be evaluated, in order."""
         return np.flatnonzero(self.status == Status.RUNNING)

@@ -95,7 +95,7 @@ def optimize(
         Error: the scene has no free parameters, or none that anything uses, it weighs nothing and has no feet, an
             option is impossible, the output cannot be written, or Ctrl-C came before any candidate had ended.
     """
-    scene = with_usual_objective(scene_of(scene, trust=trust))
+    scene = scene_of(scene, trust=trust)
     seed = as_whole(seed, "seed", 0, GREATEST_SEED)
     file = None if output is None else as_path(output, "output")
     check_other_arguments(device, threads, command, progress, batches)
@@ -104,7 +104,7 @@ def optimize(
     if candidates is None and until is None:
         raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
-    scene = _without_unused(scene)
+    scene = searched(scene)
     strategy = usual_strategy(scene) if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     stages: tuple[Staged, ...] = ()
@@ -122,8 +122,13 @@ def optimize(
         return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
 
 
-def _without_unused(scene: Scene) -> Scene:
-    """The scene whose unused free parameters stay as given, with a warning; an Error if it has no others."""
+def searched(scene: Scene) -> Scene:
+    """The scene as it is searched: with an objective, and its unused free parameters as given, with a warning.
+
+    Raises:
+        Error: it has no free parameters, or none that anything uses, or it weighs nothing and has no feet.
+    """
+    scene = with_usual_objective(scene)
     required_parameters(scene)
     scene, unused = without_unused(scene)
     if unused:

@@ -10,6 +10,7 @@ from warpmuscle.core.pose import conjugate, normalized, rotate
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.joints.joint_type import JointType
 
 
 def joint_angles(motion: Recording, character: Character, name: str) -> Floats:
@@ -19,8 +20,10 @@ def joint_angles(motion: Recording, character: Character, name: str) -> Floats:
         character: without free parameters.
     """
     joint = character.joints[name]
-    orientation = normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
-    return joint_type(joint).shown(joint, orientation, joint_places(motion, character, name))
+    entry, orientation = joint_type(joint), normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
+    turns = type(entry).shown is JointType.shown  # which looks at no place
+    place = np.zeros((len(orientation), 3)) if turns else joint_places(motion, character, name)
+    return entry.shown(joint, orientation, place)
 
 
 def joint_places(motion: Recording, character: Character, name: str) -> Floats:

@@ -31,7 +31,7 @@ if sys.platform != "win32":
     import fcntl
 
 SUFFIX = ".journal"
-_MAGIC = b"warpmuscle journal 1\n"
+MAGIC = b"warpmuscle journal 1\n"
 _HEAD = struct.Struct("<QI")  # length and CRC-32 of what follows
 
 
@@ -67,8 +67,8 @@ class Journal:
                 raise ResultError(f"{path}: {NOT_REGULAR}")
             self._lock()
             content = self._read()
-            self._records, self._end = _records(content)
-            if not content.startswith(_MAGIC) and not _MAGIC.startswith(content):
+            self._records, self._end = unpacked(content)
+            if not content.startswith(MAGIC) and not MAGIC.startswith(content):
                 raise ResultError(f"{path}: not a journal of warpmuscle; move it out of the way")
             if self._records and str(self._records[0].get("identity")) != identity:
                 raise ResultError(f"{path}: the journal of another search; move it out of the way")
@@ -112,7 +112,7 @@ class Journal:
         """The generations in a journal that another process may be writing just now; none if it cannot be read."""
         try:
             check_regular(path)
-            return [_evaluations(record) for record in _records(path.read_bytes())[0][1:]]
+            return [_evaluations(record) for record in unpacked(path.read_bytes())[0][1:]]
         except (OSError, ValueError):
             return []
 
@@ -138,7 +138,7 @@ class Journal:
             ResultError: it cannot be written; the generations before it stay.
         """
         columns = {name: getattr(generation, name) for name in TABLE}
-        self._write(_record({**columns, "term_names": np.array(generation.term_names, dtype=np.str_)}))
+        self._write(packed({**columns, "term_names": np.array(generation.term_names, dtype=np.str_)}))
 
     def clear(self) -> None:
         """Forget all generations, once the result file has them.
@@ -147,7 +147,7 @@ class Journal:
             ResultError: it cannot be written.
         """
         self._end = 0
-        self._write(_MAGIC + _record({"identity": np.array(self._identity)}))
+        self._write(MAGIC + packed({"identity": np.array(self._identity)}))
 
     def remove(self) -> None:
         """Remove the file, once the result file is complete; the lock lasts until the journal is closed."""
@@ -185,17 +185,18 @@ class Journal:
             return file.read()
 
 
-def _record(arrays: Arrays) -> bytes:
+def packed(arrays: Arrays) -> bytes:
+    """A record of these arrays."""
     payload = io.BytesIO()
     np.savez(payload, **arrays)  # type: ignore[arg-type]  # no array is called allow_pickle
     content = payload.getvalue()
     return _HEAD.pack(len(content), zlib.crc32(content)) + content
 
 
-def _records(content: bytes) -> tuple[list[Arrays], int]:
+def unpacked(content: bytes) -> tuple[list[Arrays], int]:
     """The whole records of a journal, and where the last of them ends."""
     found: list[Arrays] = []
-    end = len(_MAGIC)
+    end = len(MAGIC)
     while len(content) >= end + _HEAD.size:
         length, checksum = _HEAD.unpack_from(content, end)
         payload = content[end + _HEAD.size : end + _HEAD.size + length]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -228,16 +229,19 @@ def _put_texts(group: Any, texts: Any) -> None:
 
 def _put_scales(group: Any, axes: dict[str, tuple[str, ...]]) -> None:
     """Attach to the axes of motions what stands along them: the time, and names, as HDF5 dimension scales."""
+    scales: dict[str, Any] = {}
     axes = axes | {name: (axis,) for table in (NAMED, UNITS) for axis, name in table.items() if name in group}
     for axis in dict.fromkeys(axis for names in axes.values() for axis in names):
         scale = dimension(axis)
         if scale not in group:
             store(group, scale, tuple(axis.split()), axes=axis, description="components")
-        group[scale].make_scale(scale)
+        scales[scale] = group[scale].id
+        h5py.h5ds.set_scale(scales[scale], scale.encode())
     for name, along in axes.items():
+        dataset = group[name].id
         for number, axis in enumerate(along):
             if name != dimension(axis):
-                group[name].dims[number].attach_scale(group[dimension(axis)])
+                h5py.h5ds.attach_scale(dataset, scales[dimension(axis)], number)
 
 
 def _texts(group: Any, name: str) -> tuple[str, ...]:

@@ -74,6 +74,7 @@ from warpmuscle.results.records import (
 from warpmuscle.scene.validation.checks import near
 
 SWEEP_FORMAT = "warpmuscle sweep"  # see `warpmuscle.sweep.gather`
+SWEEP_VERSION = 4  # of that format
 THROW_FORMAT = "warpmuscle throw"  # see `warpmuscle.throw.report`
 
 
@@ -95,7 +96,7 @@ def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None 
     if quantities is not None or single:
         result = with_less(result, quantities, single)
     try:
-        replace_file(path, _image(result))
+        replace_file(path, image(result))
     except SceneError as error:
         raise ResultError(f"{path}: {error.message}") from None
 
@@ -154,12 +155,13 @@ def glance(path: str | Path) -> tuple[str, Floats, Integers, Integers]:
     Raises:
         ResultError: as `read`, or the file holds no search.
     """
-    with opened(Path(path)) as file:
-        group, count = file["evaluations"], len(file["evaluations/cost"])
-        columns = [hdf5.array(group, name) for name in ("cost", "generation", "stage")]
+    with opened_file(Path(path)) as whole:
+        file = _of_run(Path(path), whole, None)
+        group = hdf5.member(file, "evaluations")
+        columns = [hdf5.own_array(group, name) for name in ("cost", "generation", "stage")]
         for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
-            check_column(name, column, count)
-        return str(hdf5.attribute(file["searches"], "ended")), columns[0], columns[1], columns[2]
+            check_column(name, column, np.size(columns[0]))
+        return str(hdf5.attribute(hdf5.member(file, "searches"), "ended")), columns[0], columns[1], columns[2]
 
 
 def read_learned(path: str | Path) -> Learned | None:
@@ -176,37 +178,53 @@ def read_learned(path: str | Path) -> Learned | None:
         return learned
 
 
-def _image(result: Result) -> bytes:
+def image(result: Result) -> bytes:
     """The bytes of a result file; made in memory, so that failures of the disk are plain OSErrors of one write."""
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:  # h5py keeps no times unless asked to
+    with h5py.File("image", "w", driver="core", backing_store=False, track_order=True) as file:  # without any times
         put(file, result)
-    return memory.getvalue()
+        file.flush()
+        return bytes(file.id.get_file_image())
 
 
 @contextlib.contextmanager
 def opened(path: Path, run: str | None = None) -> Iterator[Any]:
     """The HDF5 group of a result in its open file, all of which is stored there; see `read`."""
-    with _opened_file(path) as file:
+    with opened_file(path) as file:
         group = _of_run(path, file, run)
-        hdf5.check_contents(group)
-        yield group
+        if isinstance(group, h5py.Group):
+            hdf5.check_contents(group)
+            yield group
+            return
+        content = hdf5.own_array(group.parent, group.name.rpartition("/")[2])
+    with _opened_bytes(path, run, content) as inner:
+        own = _of_run(path, inner, None)
+        hdf5.check_contents(own)
+        yield own
 
 
 def run_names(path: str | Path) -> tuple[str, ...]:
     """Names of the runs in the file of a sweep; none in that of an optimisation. For errors see `read`."""
-    with _opened_file(Path(path)) as file:
-        _check_format(Path(path), file)
+    with opened_file(Path(path)) as file:
+        check_format(Path(path), file)
         return tuple(hdf5.member(file, "runs")) if "runs" in file else ()
 
 
-def _opened_file(path: Path) -> contextlib.AbstractContextManager[Any]:
+def opened_file(path: Path) -> contextlib.AbstractContextManager[Any]:
+    """An open HDF5 file, of which nothing has been checked; raises ResultError."""
     return hdf5.opened(path, lambda message: ResultError(f"{path}: {message}"), "damaged result file")
 
 
+def _opened_bytes(path: Path, run: str | None, content: Any) -> contextlib.AbstractContextManager[Any]:
+    """The result file of a run, whose bytes a file of a sweep holds."""
+    if not isinstance(content, np.ndarray) or content.dtype != np.uint8 or content.ndim != 1:
+        raise ResultError(f"{path}: damaged result file: the run {run!r} is no file")
+    return hdf5.opened_bytes(content.tobytes(), lambda message: ResultError(f"{path}: run {run!r}: {message}"),
+                             "damaged result file")  # fmt: skip
+
+
 def _of_run(path: Path, file: Any, run: str | None) -> Any:
-    """The group that holds the one result wanted: the file itself, or a run of a sweep."""
-    _check_format(path, file)
+    """What holds the one result wanted: the file itself, or a run of a sweep, a group or the bytes of its file."""
+    check_format(path, file)
     if file.attrs["format"] != SWEEP_FORMAT:
         if run is not None:
             raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
@@ -223,14 +241,15 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
     return hdf5.member(runs, run)
 
 
-def _check_format(path: Path, file: Any) -> None:
+def check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
     if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT):
         raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
     found = int(hdf5.attribute(file, "format_version"))
-    if found > FORMAT_VERSION:
+    newest = SWEEP_VERSION if file.attrs["format"] == SWEEP_FORMAT else FORMAT_VERSION
+    if found > newest:
         raise ResultError(
-            f"{path}: format version {found} is newer than {FORMAT_VERSION}, which this warpmuscle reads; update it"
+            f"{path}: format version {found} is newer than {newest}, which this warpmuscle reads; update it"
         )
 
 

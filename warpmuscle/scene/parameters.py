@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -63,7 +64,26 @@ def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, s
 
 def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
+    if (constant := _constant.get(id(scene))) is not None:
+        return list(constant[1])
     return _parameters(scene, _free_numbers(scene))
+
+
+_constant: dict[int, tuple[Scene, list[Parameter]]] = {}
+
+
+@contextlib.contextmanager
+def constant(scenes: Iterable[Scene]) -> Iterator[None]:
+    """For a while, know the free parameters of scenes that nobody changes: to find them takes milliseconds."""
+    found = {
+        id(scene): (scene, _parameters(scene, _free_numbers(scene))) for scene in scenes if id(scene) not in _constant
+    }
+    _constant.update(found)
+    try:
+        yield
+    finally:
+        for key in found:
+            _constant.pop(key, None)
 
 
 def _free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
@@ -262,15 +282,18 @@ def snap(parameters: Sequence[Parameter], values: Floats) -> Floats:
             f"expected {number_of(len(parameters), 'value')} in the last dimension, got an array of shape "
             f"{snapped.shape}"
         )
-    for index, parameter in enumerate(parameters):
-        column = snapped[..., index]
-        if parameter.step > 0.0:
-            last = np.floor((parameter.max - parameter.min) / parameter.step * (1.0 + 1e-12) + 1e-9)
-            steps = np.clip(np.rint((column - parameter.min) / parameter.step), 0.0, last)
-            digits = max(12, 3 - int(np.floor(np.log10(parameter.step))))
-            column = np.round(parameter.min + steps * parameter.step, digits)
-        snapped[..., index] = np.clip(column, parameter.min, parameter.max)
-    return snapped
+    low, high = np.array([p.min for p in parameters]), np.array([p.max for p in parameters])
+    stepped = np.array([index for index, p in enumerate(parameters) if p.step > 0.0], dtype=np.intp)
+    if len(stepped):
+        step, least = np.array([parameters[index].step for index in stepped]), low[stepped]
+        last = np.floor((high[stepped] - least) / step * (1.0 + 1e-12) + 1e-9)
+        steps = np.clip(np.rint((snapped[..., stepped] - least) / step), 0.0, last)
+        columns = least + steps * step
+        digits = np.maximum(12, 3 - np.floor(np.log10(step)).astype(int))
+        for number in np.unique(digits):
+            columns[..., digits == number] = np.round(columns[..., digits == number], number)
+        snapped[..., stepped] = columns
+    return np.clip(snapped, low, high)
 
 
 def from_unit(parameters: Sequence[Parameter], unit: Floats) -> Floats:
@@ -283,12 +306,12 @@ def from_unit(parameters: Sequence[Parameter], unit: Floats) -> Floats:
     Returns:
         (..., P), snapped (see `snap`).
     """
-    values = np.array(unit, dtype=np.float64)
+    given = np.array(unit, dtype=np.float64)
+    low, high = np.array([p.min for p in parameters]), np.array([p.max for p in parameters])
+    values = low + given * (high - low)
     for index, parameter in enumerate(parameters):
         if parameter.scale == "log":
-            values[..., index] = parameter.min * np.exp(values[..., index] * np.log(parameter.max / parameter.min))
-        else:
-            values[..., index] = parameter.min + values[..., index] * (parameter.max - parameter.min)
+            values[..., index] = parameter.min * np.exp(given[..., index] * np.log(parameter.max / parameter.min))
     return snap(parameters, values)
 
 

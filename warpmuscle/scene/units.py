@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from functools import cache
 from typing import Annotated, TypeVar, get_args, get_origin, get_type_hints
 
@@ -33,3 +35,23 @@ def unit_below(owner: object, field: str, unit: str) -> str:
         return unit
     declared = units_of(type(owner)).get(field, "1")
     return unit if declared == OF_OWNER else declared
+
+
+def unit_at(scene: Part, path: str) -> str:
+    """Unit of the first number at a dotted path of a scene, whose parts may be patterns; "" if there is none."""
+    node, unit = scene, "1"
+    for name in path.split("."):
+        members: Mapping[str, object]
+        if isinstance(node, Part):
+            members = {field: getattr(node, field) for field in node.__struct_fields__}
+        elif isinstance(node, Mapping):
+            members = node
+        elif isinstance(node, Sequence) and not isinstance(node, str):
+            members = {str(index): member for index, member in enumerate(node)}
+        else:
+            return ""
+        found = next((member for member in members if fnmatchcase(member, name)), None)
+        if found is None:
+            return ""
+        node, unit = members[found], unit_below(node, found, unit)  # type: ignore[assignment]
+    return "" if isinstance(node, str | bool) else unit

@@ -15,6 +15,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_kind, as_number, as_path
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, CommandWarning
+from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.formats.overrides import with_values
@@ -28,7 +29,6 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.validation.scene import check_scene
-from warpmuscle.session.html_table import html_table
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.rollout import Rollout

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import overload
 
+from warpmuscle.core.html_table import html_table
 from warpmuscle.formats import load, scene_names
 from warpmuscle.scene.parameters import free_parameters
-from warpmuscle.session.html_table import html_table
 
 
 @dataclass(frozen=True)

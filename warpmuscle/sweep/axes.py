@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -23,11 +23,19 @@ class Choice:
     value: float | str
     overrides: tuple[Override, ...]
     factor: bool = False  # of an axis of factors
+    beside: Mapping[str, float | str] = field(default_factory=dict)  # further axes that have a value by this choice
+    keys_beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
         value = self.value if isinstance(self.value, str) else shown(self.value)
         return f"{self.axis}={value}" if self.axis else value
+
+    def keys(self) -> dict[str, tuple[str, ...]]:
+        """By name of the axis, the keys of the scene that its values stand for; none where they are factors."""
+        if self.beside:
+            return {name: keys for name, keys in self.keys_beside.items() if name in self.beside}
+        return {self.axis: () if self.factor else tuple(o.key for o in self.overrides)} if self.axis else {}
 
 
 class _Axis(msgspec.Struct, forbid_unknown_fields=True):
@@ -40,19 +48,23 @@ class _Axis(msgspec.Struct, forbid_unknown_fields=True):
 
 def axes_of(source: Source, place: str, table: Mapping[str, Any]) -> list[list[Choice]]:
     """The axes of a grid that stands at a place."""
-    axes = [_choices(source, f"{place}.{key}", key, value) for key, value in _flat(table)]
+    axes = [_choices(source, f"{place}.{key}", key, value) for key, value in flat(table)]
     names = [axis[0].axis for axis in axes]
     if twice := [name for name in names if names.count(name) > 1]:
         raise SceneError(f"two axes would be called {twice[0]!r}: name one as NAME = {{ keys = [..], .. }}", key=place)
     return axes
 
 
-def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """The axes of a grid: keys that are written without quotes, `objective.speed = [..]`, come as nested tables."""
+def flat(table: Mapping[str, Any], above: str = "", mark: str = "keys") -> Iterator[tuple[str, Any]]:
+    """The axes of a grid: keys that are written without quotes, `objective.speed = [..]`, come as nested tables.
+
+    Args:
+        mark: what a table has that is an axis itself.
+    """
     for name, value in table.items():
         key = f"{above}.{name}" if above else name
-        if isinstance(value, dict) and "keys" not in value:
-            yield from _flat(value, key)
+        if isinstance(value, dict) and mark not in value:
+            yield from flat(value, key, mark)
         else:
             yield key, value
 
@@ -67,13 +79,17 @@ def _choices(source: Source, place: str, key: str, value: Any) -> list[Choice]:
         values: list[Any] = axis.values or [{"factor": factor} for factor in axis.factors]
         part = "values" if axis.values else "factors"
     elif isinstance(value, list) and value:
-        name, keys, values, part = _short(key), [key], value, ""
+        name, keys, values, part = short_name(key), [key], value, ""
     else:
         raise SceneError("an axis is a list of values, or { keys = [..], factors = [..] }", key=place)
     choices = []
+    seen: set[str] = set()
     for index, one in enumerate(values):
         line = source.line(f"{place}.{part}.{index}" if part else f"{place}.{index}")
         overrides = tuple(Override(each, one, line) for each in keys)
+        if (mark := repr(one)) in seen:
+            raise SceneError(f"the axis has the value {one} twice: a run is not computed twice", key=place)
+        seen.add(mark)
         choices.append(Choice(name, _shown_value(one, index), overrides, part == "factors"))
     return choices
 
@@ -90,11 +106,11 @@ def entry_of(source: Source, index: int, entry: Mapping[str, Any]) -> Choice:
     label = entry.get("name", "")
     if not isinstance(label, str):
         raise SceneError("the name of a run is text", key=f"run.{index}.name")
-    words = [f"{_short(change.key)}={_label(_shown_value(change.value, index))}" for change in changes]
+    words = [f"{short_name(change.key)}={_label(_shown_value(change.value, index))}" for change in changes]
     return Choice("", label or ",".join(words) or f"run{index}", tuple(changes))
 
 
-def _short(key: str) -> str:
+def short_name(key: str) -> str:
     """The end of a key that says something: `pelvis.mass` of `character.bodies.pelvis.mass`."""
     names = key.split(".")
     if len(names) < 4:

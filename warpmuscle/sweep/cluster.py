@@ -25,9 +25,10 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.results.journal import journal_path
 from warpmuscle.simulation.devices import is_several
-from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest, has_ended
-from warpmuscle.sweep.local import Task, run_here
+from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest
+from warpmuscle.sweep.local import run_here
 from warpmuscle.sweep.named_code import NamedCode, trusted_there
+from warpmuscle.sweep.task import Task
 
 RETRIES = 5  # of a task whose worker died
 LOOK_EVERY = 1.0  # s
@@ -107,7 +108,7 @@ class Cluster:
         self, tasks: Sequence[Task], folder: Folder, manifest: Manifest, share: int | None, look: Callable[[], None],
         code: NamedCode,
     ) -> dict[str, str]:  # fmt: skip
-        """Run what has not finished.
+        """Run what is left of a sweep.
 
         Args:
             code: that the scenes name.
@@ -120,13 +121,12 @@ class Cluster:
         Raises:
             KeyboardInterrupt: after the workers have kept what they have.
         """
-        left = [task for task in tasks if not has_ended(folder.result(task.name))]
-        size = share or (math.ceil(len(left) / self._gpus) if self.device_kind == "cuda" else 1)
+        size = share or (math.ceil(len(tasks) / self._gpus) if self.device_kind == "cuda" else 1)
         gpus, cpus = (1, 0) if self.device_kind == "cuda" else (0, self._threads)
         remote = self._ray.remote(num_gpus=gpus, num_cpus=cpus, max_retries=RETRIES)(_work)
         waiting: dict[Any, list[Task]] = {}
-        for begin in range(0, len(left), max(size, 1)):
-            part = left[begin : begin + size]
+        for begin in range(0, len(tasks), max(size, 1)):
+            part = list(tasks[begin : begin + size])
             known = {task.name: _files(folder.result(task.name)) for task in part}
             reference = remote.remote(
                 part, str(folder.path.resolve()), str(Path.cwd()), manifest.token, known, code, self._device,

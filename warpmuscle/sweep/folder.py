@@ -26,13 +26,18 @@ from warpmuscle.formats import toml
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
+from warpmuscle.sweep.finished import FinishedRuns
+from warpmuscle.sweep.origin import origin
 from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.rounds import Known, known_of
 
 if sys.platform != "win32":
     import fcntl
 
 MANIFEST = "sweep.json"
+INDEX = "index.json"
 LOCK = "lock"
+ENDINGS = (".h5", ".journal")
 GOES_ON = ("", INTERRUPTED)  # why a run ended that is to go on
 
 
@@ -44,6 +49,7 @@ class RunEntry(msgspec.Struct, frozen=True):
     candidates: int
     seed: int
     axes: dict[str, float | str]
+    units: dict[str, str] = {}  # of the axes that have any
 
 
 class Manifest(msgspec.Struct, frozen=True):
@@ -55,6 +61,7 @@ class Manifest(msgspec.Struct, frozen=True):
     device: str  # kind that it was begun on, cpu or cuda; their results differ in the last bits
     runs: tuple[RunEntry, ...]
     trains: bool = False  # whether runs are trainings
+    origin: dict[str, str] = {}  # when, where and by which commit it began
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,24 @@ class RunState:
     evaluated: int  # candidates
     candidates: int  # in all
     best: float  # least cost, of the last stage if there are any; infinite if there is none
+    kept: bool = True  # whether it has a file of its own
+
+
+class _Mark(msgspec.Struct, frozen=True, array_like=True):
+    """What the index says of a run that has ended."""
+
+    file: tuple[int, int]  # size and time of its result file
+    ended: str
+    evaluated: int
+    best: float | None
+
+
+class _Index(msgspec.Struct, frozen=True):
+    """What was found in the files of runs when they were gathered."""
+
+    runs: dict[str, _Mark] = {}
+    output: tuple[int, int] | None = None  # size and time of the file that they were gathered into
+    made: str = ""  # a digest of what else that file holds
 
 
 class Folder:
@@ -132,7 +157,7 @@ class Folder:
             os.close(handle)
 
     def begin(self, plan: Plan, device: str) -> Manifest:
-        """Put down what the sweep consists of, or find that it is what an earlier one that goes on consisted of.
+        """Put down what the sweep consists of, or find that it goes on with an earlier one, perhaps with further runs.
 
         Args:
             device: kind, cpu or cuda.
@@ -140,7 +165,11 @@ class Folder:
         Raises:
             ResultError: it is another sweep, or on another kind of device, or nothing can be written.
         """
-        entries = tuple(RunEntry(run.name, digest(run), run.candidates, run.seed, dict(run.axes)) for run in plan.runs)
+        texts: dict[int, str] = {}  # of scenes, of which many runs may have the same one
+        entries = tuple(
+            RunEntry(run.name, digest(run, texts), run.candidates, run.seed, dict(run.axes), dict(run.units))
+            for run in plan.runs
+        )
         if (self.path / MANIFEST).exists():
             earlier = self.manifest()
             self._compare(earlier, entries, plan.file)
@@ -149,8 +178,11 @@ class Folder:
                     f"{self.path}: this sweep began on {earlier.device}, and on {device} its costs would differ in the "
                     f"last bits; go on there (--device), or remove the folder to begin anew"
                 )
-            return earlier
-        manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries, plan.trains)
+            if len(entries) == len(earlier.runs):
+                return earlier
+            manifest = msgspec.structs.replace(earlier, text=plan.text, runs=entries)
+        else:
+            manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries, plan.trains, origin())
         try:
             replace_file(self.path / MANIFEST, msgspec.json.format(msgspec.json.encode(manifest)))
         except SceneError as error:
@@ -158,13 +190,15 @@ class Folder:
         return manifest
 
     def _compare(self, earlier: Manifest, entries: Sequence[RunEntry], file: Path) -> None:
-        """Raise ResultError if the runs are not those of earlier."""
+        """Raise ResultError if a run of earlier is another now, or gone, or nothing but their order has changed."""
         before, now = ({entry.name: entry.digest for entry in runs} for runs in (earlier.runs, entries))
         if list(before.items()) == list(now.items()):
             return
-        gone, new = [name for name in before if name not in now], [name for name in now if name not in before]
+        gone = [name for name in before if name not in now]
         other = [name for name in now if name in before and now[name] != before[name]]
-        what = f"run {other[0]!r} is another" if other else f"run {new[0]!r} is new" if new else (
+        if not gone and not other and len(now) > len(before):
+            return
+        what = f"run {other[0]!r} is another" if other else (
             f"run {gone[0]!r} is gone" if gone else "the order of its runs is another"
         )  # fmt: skip
         raise ResultError(
@@ -173,12 +207,71 @@ class Folder:
         )
 
     def states(self, manifest: Manifest) -> list[RunState]:
-        """What all runs have come to, read without disturbing those who write."""
-        return [self.state(entry) for entry in manifest.runs]
+        """What all runs have come to, read without disturbing those who write; of trainings see `trainings`."""
+        return self.states_of(manifest.runs)
+
+    def states_of(self, entries: Sequence[RunEntry]) -> list[RunState]:
+        """What some runs have come to."""
+        known, there, rounds = self._index().runs, self._files(), known_of(self.path)
+        finished = FinishedRuns(self.path)
+        found = []
+        for entry in entries:
+            name = f"{entry.name}.h5"
+            mark = known.get(entry.name)
+            if mark is not None and mark.file == there.get(name) and f"{name}.journal" not in there:
+                best = np.inf if mark.best is None else mark.best
+                found.append(RunState(entry.name, True, mark.ended, mark.evaluated, entry.candidates, best))
+            elif f"{name}.journal" not in there and (state := finished.state(entry.name, there.get(name))) is not None:
+                found.append(RunState(entry.name, True, state[0], state[1], entry.candidates, state[2]))
+            else:
+                begun = name in there or f"{name}.journal" in there
+                found.append(self.state(entry) if begun else _in_rounds(entry, rounds.get(entry.name)))
+        return found
+
+    def is_gathered(self, manifest: Manifest, states: Sequence[RunState], output: Path, command: str) -> bool:
+        """Whether a file holds all that these runs have come to, and nothing has been touched since it was written."""
+        index = self._index()
+        names = {state.name for state in states}
+        return (
+            all(state.ended for state in states) and names == set(index.runs) and index.output == _mark(output)
+            and index.made == _made(manifest, output, command)
+        )  # fmt: skip
+
+    def remember(self, manifest: Manifest, states: Sequence[RunState], output: Path, command: str) -> None:
+        """Put down what runs that have ended have come to, and that a file holds it, so that nobody has to look again.
+
+        It saves time and no more: if it is lost, or files have changed since, they are looked into.
+        """
+        there = self._files()
+        marks = {}
+        for state in states:
+            file = there.get(f"{state.name}.h5")
+            if state.ended and file is not None:
+                best = float(state.best) if np.isfinite(state.best) else None
+                marks[state.name] = _Mark(file, state.ended, state.evaluated, best)
+        index = _Index(marks, _mark(output), _made(manifest, output, command))
+        with contextlib.suppress(SceneError):
+            replace_file(self.path / INDEX, msgspec.json.encode(index))
+
+    def _index(self) -> _Index:
+        try:
+            return msgspec.json.decode((self.path / INDEX).read_bytes(), type=_Index)
+        except (OSError, msgspec.DecodeError):
+            return _Index()
+
+    def _files(self) -> dict[str, tuple[int, int]]:
+        """Size and time of all files of runs, by name."""
+        try:
+            with os.scandir(self.path) as entries:
+                return {entry.name: _stamp(entry.stat()) for entry in entries if entry.name.endswith(ENDINGS)}
+        except OSError:
+            return {}
 
     def state(self, entry: RunEntry) -> RunState:
         """What a run has come to; a file that cannot be read counts as one that has not begun."""
         path = self.result(entry.name)
+        if not path.exists() and not journal_path(path).exists():
+            return _in_rounds(entry, known_of(self.path, [entry.name]).get(entry.name))
         try:
             ended, *columns = glance(path)
         except ResultError:
@@ -190,7 +283,33 @@ class Folder:
                 known[number] = [part.cost, part.generation, part.stage]
         cost, stage = (np.concatenate([np.zeros(0), *(parts[k] for parts in known.values())]) for k in (0, 2))
         best = float(cost[stage == stage.max()].min()) if len(cost) else np.inf
-        return RunState(entry.name, True, ended if has_ended(path) else "", len(cost), entry.candidates, best)
+        over = ended not in GOES_ON and not journal_path(path).exists()
+        return RunState(entry.name, True, ended if over else "", len(cost), entry.candidates, best)
+
+
+def _in_rounds(entry: RunEntry, known: Known | None) -> RunState:
+    """What a run without a file of its own has come to."""
+    costs = np.concatenate([part.cost for part in known.generations.values()]) if known is not None else np.zeros(0)
+    best = float(costs.min()) if len(costs) else np.inf
+    return RunState(entry.name, known is not None, "", len(costs), entry.candidates, best, kept=False)
+
+
+def _stamp(found: os.stat_result) -> tuple[int, int]:
+    return found.st_size, found.st_mtime_ns
+
+
+def _mark(path: Path) -> tuple[int, int] | None:
+    """Size and time of a file; None if there is none."""
+    try:
+        return _stamp(path.stat())
+    except OSError:
+        return None
+
+
+def _made(manifest: Manifest, output: Path, command: str) -> str:
+    """A digest of what a gathered file holds besides its runs."""
+    order = [entry.name for entry in manifest.runs]
+    return hashlib.sha256(repr((manifest.text, output.name, command, order)).encode()).hexdigest()[:32]
 
 
 def has_ended(path: Path) -> bool:
@@ -201,10 +320,12 @@ def has_ended(path: Path) -> bool:
         return False
 
 
-def digest(run: SweepRun) -> str:
-    """A digest of all that the result of a run depends on."""
+def digest(run: SweepRun, texts: dict[int, str]) -> str:
+    """A digest of all that the result of a run depends on; `texts` keeps those of scenes from one run to the next."""
+    if id(run.scene) not in texts:
+        texts[id(run.scene)] = toml.dumps(run.scene)
     options = sorted(asdict(run.options).items(), key=lambda item: item[0])
-    parts: tuple[object, ...] = (toml.dumps(run.scene), run.seed, options)
+    parts: tuple[object, ...] = (texts[id(run.scene)], run.seed, options)
     if run.training is not None:
         parts = (*parts, run.training)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]

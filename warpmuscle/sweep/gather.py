@@ -1,34 +1,41 @@
-"""The results of a sweep in one HDF5 file, written whole or not at all.
+"""The results of a sweep in one HDF5 file, written whole or not at all, run by run.
 
-- attributes of `/`: `format` ("warpmuscle sweep"), `format_version`, `name`, `command`
+- attributes of `/`: `format` ("warpmuscle sweep"), `format_version`, `name`, `command`, versions, `began`, `host`,
+  `commit`, `ended`: whether all runs have
 - `/sweep`: the sweep file, TOML text
-- `/runs/<name>/...`: each run, all that its result file has (see `warpmuscle.results.result`)
+- `/runs/<name>`: the result file of each run, byte by byte (see `warpmuscle.results.result`)
 - `/table/{run, seed, evaluated, best_cost, ended}`: (R,), a row a run; `/table/axes/<axis>`: (R,), what sets it apart;
   not a number, or empty, where a run has no value of an axis
+- `/table/{best_params, best_terms}`: (R, P) and (R, T), the best candidate, if all runs have the same ones
 - `/all/{cost, status, end_time, search, generation, stage}`: (N,), the candidates of all runs one behind the other;
-  `params` and `terms` (N, ...) if all runs have the same. Virtual datasets: they show what stands in `/runs`, and take
-  no room.
+  `params` (N, P) and `terms` (N, T) if all runs have the same
 - `/all/run`: (N,), row of `/table`
+- `candidate`, `run`, `parameter` and `term` in both are attached to the axes as dimension scales; `parameter_unit`
+
+Up to version 3 of the format runs were groups, and the datasets of `/all` virtual ones, which showed what stood there.
 """
 
 from __future__ import annotations
 
-import io
+import contextlib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
+from warpmuscle.core import hdf5
 from warpmuscle.core.errors import ResultError, SceneError
-from warpmuscle.core.files import replace_file
-from warpmuscle.core.hdf5_writing import store
-from warpmuscle.results.layout import FORMAT_VERSION
-from warpmuscle.results.records import COLUMNS
-from warpmuscle.results.result import SWEEP_FORMAT, opened
-from warpmuscle.sweep.folder import Folder, Manifest, RunEntry
+from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.hdf5_writing import Column, store, streamed
+from warpmuscle.core.status import Status
+from warpmuscle.results.records import COLUMNS, installed_versions
+from warpmuscle.results.result import SWEEP_FORMAT, SWEEP_VERSION
+from warpmuscle.sweep.finished import FinishedRuns, RunTable
+from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
 
 TABLE = {
     "run": "name of the run",
@@ -37,7 +44,7 @@ TABLE = {
     "best_cost": "least value of its objective, infinite if there is none yet",
     "ended": "why its search has ended",
 }
-DESCRIPTIONS = {
+ALL = {
     "params": "candidates of all runs",
     "cost": "value of the objective",
     "status": "outcome; see the attributes named after outcomes",
@@ -47,10 +54,17 @@ DESCRIPTIONS = {
     "stage": "stage in which it was asked for; costs of different stages cannot be compared",
     "terms": "terms of the objective, unweighted",
 }
+LABELS = {"params": ("parameter",), "terms": ("term",)}  # what stands along the second axis
 
 
-def gather(folder: Folder, manifest: Manifest, output: Path, command: str) -> int:
+def gather(
+    folder: Folder, manifest: Manifest, states: Sequence[RunState], output: Path, command: str,
+    tell: Callable[[int], None] | None = None,
+) -> int:  # fmt: skip
     """Write what all runs of a sweep have come to into one file.
+
+    Args:
+        states: of all runs. tell: gets how many runs have been written.
 
     Returns:
         How many runs it has: those that have evaluated anything.
@@ -58,57 +72,133 @@ def gather(folder: Folder, manifest: Manifest, output: Path, command: str) -> in
     Raises:
         ResultError: a file cannot be read or written; nothing is left behind then.
     """
-    states = {state.name: state for state in folder.states(manifest)}
-    entries = [entry for entry in manifest.runs if states[entry.name].evaluated > 0]
-    try:
-        replace_file(output, _image(folder, manifest, entries, command))
-    except SceneError as error:
-        raise ResultError(f"{error}; the runs are in {folder.path}, and the same command goes on") from None
+    has_begun = {state.name: state.kept and state.evaluated > 0 for state in states}
+    entries = [entry for entry in manifest.runs if has_begun[entry.name]]
+    whole = len(entries) == len(states) and all(state.ended for state in states)
+    with writing(folder, manifest, output, command, whole) as file:
+        runs = file.create_group("runs", track_order=True)
+        table, candidates, finished = _Table(file), _All(file), FinishedRuns(folder.path)
+        for number, entry in enumerate(entries):
+            run = put_run(folder, runs, entry, finished)
+            table.add(entry, run)
+            candidates.add(number, run)
+            if tell is not None:
+                tell(number + 1)
+        table.finish(entries)
+        candidates.finish()
     return len(entries)
 
 
-def _image(folder: Folder, manifest: Manifest, entries: Sequence[RunEntry], command: str) -> bytes:
-    """The bytes of the file; made in memory, so that failures of the disk are plain errors of one write."""
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:
-        runs = put_runs(file, folder, manifest, entries, command)
-        _put_table(file, entries, [runs[entry.name] for entry in entries])
-        _put_all(file, [runs[entry.name] for entry in entries])
-    return memory.getvalue()
+@contextmanager
+def writing(folder: Folder, manifest: Manifest, output: Path, command: str, whole: bool) -> Iterator[Any]:
+    """The open file with what all gathered files have; raises ResultError if it cannot be written."""
+    try:
+        with streamed(output) as file:
+            file.attrs["format"], file.attrs["format_version"] = SWEEP_FORMAT, SWEEP_VERSION
+            file.attrs["name"], file.attrs["command"], file.attrs["ended"] = manifest.name, command, whole
+            for name, version in sorted(installed_versions().items()):
+                file.attrs[f"{name}_version"] = version
+            for name, value in sorted(manifest.origin.items()):
+                file.attrs[name] = value
+            store(file, "sweep", manifest.text, description="the sweep, as TOML")
+            yield file
+    except SceneError as error:
+        raise ResultError(f"{error}; the runs are in {folder.path}, and the same command goes on") from None
 
 
-def put_runs(file: Any, folder: Folder, manifest: Manifest, entries: Sequence[RunEntry], command: str) -> Any:
-    """Put what all gathered files have, and copies of the runs' own files; the group of these.
+def put_run(folder: Folder, runs: Any, entry: RunEntry, finished: FinishedRuns) -> RunTable:
+    """Put the file of a run into a group, and read what tables have of it; raises ResultError if it cannot be read."""
+    path = folder.result(entry.name)
+    with contextlib.suppress(OSError):
+        stamp = path.stat()
+        known = finished.table(entry.name, stamp.st_size, stamp.st_mtime_ns)
+        if known is not None:
+            put_bytes(path, runs, entry.name)
+            return known
 
-    Raises:
-        ResultError: one of them cannot be read.
-    """
-    file.attrs["format"], file.attrs["format_version"] = SWEEP_FORMAT, FORMAT_VERSION
-    file.attrs["name"], file.attrs["command"] = manifest.name, command
-    store(file, "sweep", manifest.text, description="the sweep, as TOML")
-    runs = file.create_group("runs", track_order=True)
-    for entry in entries:
-        try:
-            with opened(folder.result(entry.name)) as source:
-                source.copy(source["/"], runs, name=entry.name)
-        except ResultError as error:
-            raise ResultError(f"{error}; remove it, and it is computed anew") from None
-    return runs
+    def wrong(message: str) -> ResultError:
+        return ResultError(f"{path}: {message}; remove it, and it is computed anew")
+
+    content = put_bytes(path, runs, entry.name)
+    with hdf5.opened_bytes(content, wrong, "damaged result file") as file:
+        group, parameters = hdf5.member(file, "evaluations"), hdf5.member(file, "parameters")
+        there = set(group)
+        columns = {name: hdf5.own_array(group, name) for name in (*COLUMNS, "terms") if name in there}
+        best = hdf5.member(file, "best") if "best" in file else None
+        found = None
+        if best is not None:
+            found = int(hdf5.own_array(best, "index")), float(hdf5.own_array(best, "cost"))
+        labels = {"params": _texts(parameters, "name")}
+        if "terms" in columns:
+            labels["terms"] = _texts(group, "term_names")
+        ended = str(hdf5.attribute(hdf5.member(file, "searches"), "ended"))
+        return RunTable(columns, found, ended, labels, _texts(parameters, "unit"))
 
 
-def _put_table(file: Any, entries: Sequence[RunEntry], runs: Sequence[Any]) -> None:
-    costs = [run["evaluations/cost"][()] for run in runs]
-    table = file.create_group("table", track_order=True)
-    columns: dict[str, Any] = {
-        "run": [entry.name for entry in entries],
-        "seed": np.array([entry.seed for entry in entries], dtype=np.int64),
-        "evaluated": np.array([len(cost) for cost in costs], dtype=np.int64),
-        "best_cost": np.array([run["best/cost"][()] if "best" in run else np.inf for run in runs]),
-        "ended": [str(run["searches"].attrs["ended"]) for run in runs],
-    }
-    for name, values in columns.items():
-        put_column(table, name, values, TABLE[name])
-    put_axes(table, entries)
+def put_bytes(path: Path, runs: Any, name: str) -> bytes:
+    """Put the bytes of a result file into a group; raises ResultError if it cannot be read."""
+    try:
+        content = read_file(path, "unpacked")
+    except OSError as error:
+        raise ResultError(f"{path}: {unreadable(error)}") from None
+    store(runs, name, np.frombuffer(content, np.uint8), axes="byte", description="result file of the run (HDF5)")
+    return content
+
+
+def _texts(group: Any, name: str) -> tuple[str, ...]:
+    return tuple(text.decode() for text in np.atleast_1d(hdf5.own_array(group, name)).tolist())
+
+
+class _Table:
+    """The table of runs as it grows."""
+
+    def __init__(self, file: Any) -> None:
+        self._group = file.create_group("table", track_order=True)
+        self._rows: dict[str, list[Any]] = {name: [] for name in ("evaluated", "best_cost", "ended")}
+        self._best = {
+            "params": _Common(self._group, "best_params", "parameters of the best candidate", ("run", "parameter")),
+            "terms": _Common(self._group, "best_terms", "terms of the best candidate, unweighted", ("run", "term")),
+        }
+
+    def add(self, entry: RunEntry, run: RunTable) -> None:
+        """Put a row behind those that are there."""
+        cost = run.columns["cost"]
+        self._rows["evaluated"].append(len(cost))
+        self._rows["best_cost"].append(run.best[1] if run.best is not None else np.inf)
+        self._rows["ended"].append(run.ended)
+        for name, column in self._best.items():
+            rows = run.columns.get(name)
+            row = None
+            if rows is not None:
+                best = run.best is not None and 0 <= run.best[0] < len(rows)
+                row = rows[run.best[0]][None] if best and run.best else np.full((1, rows.shape[1]), np.nan)
+            column.add(row, run)
+
+    def finish(self, entries: Sequence[RunEntry]) -> None:
+        """Put what is known of all rows."""
+        columns: dict[str, Any] = {
+            "run": [entry.name for entry in entries],
+            "seed": np.array([entry.seed for entry in entries], dtype=np.int64),
+            "evaluated": np.array(self._rows["evaluated"], dtype=np.int64),
+            "best_cost": np.array(self._rows["best_cost"], dtype=np.float64),
+            "ended": self._rows["ended"],
+        }
+        for name, values in columns.items():
+            put_column(self._group, name, values, TABLE[name])
+        put_axes(self._group, entries)
+        for column in self._best.values():
+            column.finish(self._group["run"])
+        attach_runs(self._group)
+
+
+def attach_runs(table: Any) -> None:
+    """Attach the names of runs to the first axes of all columns of a table."""
+    scale = table["run"]
+    scale.make_scale("run")
+    for group in (table, table["axes"]):
+        for name in group:
+            if isinstance(group[name], h5py.Dataset) and group[name].attrs["axes"] == "run" and group[name] != scale:
+                group[name].dims[0].attach_scale(scale)
 
 
 def put_axes(table: Any, entries: Sequence[RunEntry]) -> None:
@@ -117,8 +207,10 @@ def put_axes(table: Any, entries: Sequence[RunEntry]) -> None:
     for name in dict.fromkeys(name for entry in entries for name in entry.axes):
         numeric = all(isinstance(entry.axes.get(name, 0.0), int | float) for entry in entries)
         values = [entry.axes.get(name, np.nan if numeric else "") for entry in entries]
+        unit = next((entry.units[name] for entry in entries if name in entry.units), "")
         put_column(axes, _dataset_name(name), np.array(values, dtype=float) if numeric else list(map(str, values)),
-                   f"value of the axis {name}; not a number, or empty, where a run has none")  # fmt: skip
+                   f"value of the axis {name}; not a number, or empty, where a run has none",
+                   unit if numeric else "")  # fmt: skip
 
 
 def _dataset_name(axis: str) -> str:
@@ -132,48 +224,83 @@ def put_column(group: Any, name: str, values: Any, description: str, units: str 
     store(group, name, values, units, "run", description=description, finite=False)
 
 
-def _put_all(file: Any, runs: Sequence[Any]) -> None:
-    """The candidates of all runs as virtual datasets."""
-    group = file.create_group("all", track_order=True)
-    if not runs:
-        return
-    names = [name for name in (*COLUMNS, "terms") if _is_common(runs, name)]
-    counts = [len(run["evaluations/cost"]) for run in runs]
-    for name in names:
-        dataset = _joined(group, name, [run[f"evaluations/{name}"] for run in runs])
-        first = runs[0][f"evaluations/{name}"].attrs
-        dataset.attrs["units"], dataset.attrs["axes"] = first.get("units", "1"), first.get("axes", "evaluation")
-        dataset.attrs["description"] = DESCRIPTIONS[name]
-        if name == "status":
-            outcomes = runs[0]["evaluations/status"].attrs
-            for outcome in list(outcomes):
-                dataset.attrs[outcome] = dataset.attrs.get(outcome, outcomes[outcome])
-    number = np.repeat(np.arange(len(runs), dtype=np.int32), counts)
-    store(group, "run", number, axes="evaluation", description="row of /table")
+class _All:
+    """The candidates of all runs as they come."""
+
+    def __init__(self, file: Any) -> None:
+        self._group = file.create_group("all", track_order=True)
+        self._count = 0
+        self._columns: dict[str, _Common] = {}
+
+    def add(self, number: int, run: RunTable) -> None:
+        """Put the candidates of a run behind those that are there; `number` is its row of the table."""
+        if not self._columns:
+            self._columns = {
+                name: _Common(self._group, name, ALL[name], ("candidate", *LABELS.get(name, ())))
+                for name in run.columns
+            }
+            self._columns["run"] = _Common(self._group, "run", "row of /table", ("candidate",))
+        count = len(run.columns["cost"])
+        for name, column in self._columns.items():
+            whose = np.full(count, number, dtype=np.int32)
+            column.add(whose if name == "run" else run.columns.get(name), run)
+        self._count += count
+
+    def finish(self) -> None:
+        """Write what is left, and attach scales."""
+        count = np.arange(self._count, dtype=np.int64)
+        store(self._group, "candidate", count, axes="candidate", description="number of the candidate")
+        self._group["candidate"].make_scale("candidate")
+        for column in self._columns.values():
+            column.finish(self._group["candidate"])
+        if "status" in self._group:
+            for member in Status:
+                self._group["status"].attrs[member.name] = int(member)
 
 
-def _joined(group: Any, name: str, sources: Sequence[Any]) -> Any:
-    """A virtual dataset that shows datasets of the same file one behind the other.
+class _Common:
+    """A column over runs, which is left out if it does not mean the same in all of them."""
 
-    Made by the functions below `create_virtual_dataset`, which puts a time stamp into the file.
-    """
-    shape = (sum(map(len, sources)), *sources[0].shape[1:])
-    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    properties.set_obj_track_times(False)
-    begin = 0
-    for source in sources:
-        if len(source) > 0:
-            space = h5py.h5s.create_simple(shape)
-            space.select_hyperslab((begin, *(0 for _ in shape[1:])), source.shape)
-            properties.set_virtual(space, b".", source.name.encode(), source.id.get_space())
-            begin += len(source)
-    space, kind = h5py.h5s.create_simple(shape), sources[0].id.get_type()
-    return h5py.Dataset(h5py.h5d.create(group.id, name.encode(), kind, space, properties))
+    def __init__(self, group: Any, name: str, description: str, axes: tuple[str, ...]) -> None:
+        self._group, self._name, self._description, self._axes = group, name, description, axes
+        self._column: Column | None = None
+        self._first: RunTable | None = None
+        self._same = True
 
+    def add(self, rows: Any, run: RunTable) -> None:
+        """Put the rows of a run behind those that are there."""
+        first = self._first = self._first or run
+        self._same = self._same and rows is not None and self._along(first) == self._along(run)
+        if not self._same:
+            self._column = None
+            return
+        if self._column is None:
+            unit = {"end_time": "s", "params": "see parameter_unit", "best_params": "see parameter_unit"}
+            self._column = Column(
+                self._group, self._name, rows.dtype, rows.shape[1:], unit.get(self._name, ""), ", ".join(self._axes),
+                self._description,
+            )  # fmt: skip
+        self._column.add(rows)
 
-def _is_common(runs: Sequence[Any], name: str) -> bool:
-    """Whether a column means the same in all runs."""
-    labels = {"params": "parameters/name", "terms": "evaluations/term_names"}.get(name)
-    if any(name not in run["evaluations"] for run in runs):
-        return False
-    return labels is None or len({tuple(run[labels].asstr()[()]) for run in runs}) == 1
+    def _along(self, run: RunTable) -> tuple[str, ...]:
+        """What stands along the second axis."""
+        return run.labels.get(self._name.removeprefix("best_"), ()) if len(self._axes) > 1 else ()
+
+    def finish(self, scale: Any) -> None:
+        """Write what is left, and attach the scales; the first one is given."""
+        if self._column is None:
+            if self._name in self._group:
+                del self._group[self._name]
+            return
+        dataset = self._column.finish()
+        dataset.dims[0].attach_scale(scale)
+        if len(self._axes) > 1 and self._first is not None:
+            axis = self._axes[1]
+            if axis not in self._group:
+                names = self._along(self._first)
+                store(self._group, axis, names, axes=axis, description=f"names along the axis {axis}")
+                self._group[axis].make_scale(axis)
+                if axis == "parameter":
+                    store(self._group, "parameter_unit", self._first.units, axes=axis, description="of each parameter")
+                    self._group["parameter_unit"].dims[0].attach_scale(self._group[axis])
+            dataset.dims[1].attach_scale(self._group[axis])

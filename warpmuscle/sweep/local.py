@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -14,38 +13,32 @@ from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.search_loop import INTERRUPTED
-from warpmuscle.results.records import Result, SearchOptions
-from warpmuscle.scene import Scene
+from warpmuscle.results.journal import journal_path
+from warpmuscle.results.records import Result
 from warpmuscle.sweep.folder import has_ended
+from warpmuscle.sweep.lockstep import Finished, run_together
 from warpmuscle.sweep.one_batch import run_in_one_batch
+from warpmuscle.sweep.rounds import known_of
+from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.union import groups
 
 PATIENCE = 20.0  # s, for a process that was killed to let go of its files
-
-
-@dataclass(frozen=True)
-class Task:
-    """One optimisation to be done."""
-
-    name: str
-    scene: Scene
-    seed: int
-    options: SearchOptions
-    command: str  # put into its result as what made it
 
 
 Tell = Callable[[str, Progress], None]  # name of the run, empty for a batch of several, and how far it has come
 
 
 def run_here(
-    tasks: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None = None
-) -> dict[str, str]:
+    tasks: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None = None,
+    finished: Finished | None = None,
+) -> dict[str, str]:  # fmt: skip
     """Run optimisations, group by group, the runs of a group side by side; those that have ended stay as they are.
 
     Args:
         folder: where their result files are.
         device, threads: see `make_rollout`.
         tell: called several times a second of work.
+        finished: gets what runs have come to that have ended, except of those that went on from files of their own.
 
     Returns:
         Why those that failed did, by name; what they had evaluated is on the disk.
@@ -54,6 +47,23 @@ def run_here(
         KeyboardInterrupt: after all have been interrupted and kept.
     """
     left = [task for task in tasks if not has_ended(folder / f"{task.name}.h5")]
+    begun = [task for task in left if task.scene.stages or _has_files(folder / f"{task.name}.h5")]
+    failed = _one_by_one(begun, folder, device, threads, tell)
+    names = {task.name for task in begun}
+    fresh = [task for task in left if task.name not in names]
+    known = known_of(folder, [task.name for task in fresh])
+    return failed | run_together(fresh, folder, known, device, threads, tell, finished)
+
+
+def _has_files(path: Path) -> bool:
+    """Whether a run has begun with files of its own."""
+    return path.exists() or journal_path(path).exists()
+
+
+def _one_by_one(
+    left: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None
+) -> dict[str, str]:
+    """Run optimisations that have stages, or files of their own, each as if it were alone but for its batches."""
     failed: dict[str, str] = {}
     for group in groups([task.scene for task in left]):
         chosen = [left[index] for index in group]

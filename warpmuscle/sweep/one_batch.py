@@ -21,6 +21,8 @@ from warpmuscle.scene.parameters import free_parameters, start_values
 from warpmuscle.sweep.union import MergedScene
 
 Job = Callable[[MakeBatches], None]
+Asked = tuple["Request", NDArray[np.intp]]  # and rows of its generation
+Keep = Callable[[Sequence[Asked]], None]
 
 
 def run_in_one_batch(
@@ -48,30 +50,7 @@ def run_in_one_batch(
     """
     if len(jobs) == 1:
         return [_alone(jobs[0], device, threads)]
-    shared = _Shared(scenes, device, threads, tell)
-    workers = [_Worker(job, index, shared) for index, job in enumerate(jobs)]
-    try:
-        for worker in workers:
-            worker.advance()
-        while waiting := [worker for worker in workers if worker.request is not None]:
-            error: Error | None = None
-            try:
-                shared.evaluate([worker.request for worker in waiting if worker.request is not None])
-            except Error as raised:
-                error = raised
-            for worker in waiting:
-                worker.advance(error)
-    except BaseException:
-        for worker in workers:
-            while worker.request is not None:
-                worker.advance(KeyboardInterrupt())
-        raise
-    errors: list[Error | None] = []
-    for worker in workers:
-        if worker.error is not None and not isinstance(worker.error, Error):
-            raise worker.error
-        errors.append(worker.error)
-    return errors
+    return SharedBatches(scenes, device, threads, tell).run(list(enumerate(jobs)))
 
 
 def _alone(job: Job, device: str | None, threads: int | None) -> Error | None:
@@ -86,9 +65,10 @@ def _alone(job: Job, device: str | None, threads: int | None) -> Error | None:
 
 
 @dataclass
-class _Request:
+class Request:
     """What an optimisation wants evaluated; the members are those of `BatchEvaluator.evaluate`."""
 
+    job: int  # number of the optimisation
     index: int  # of its scene
     free: tuple[str, ...]  # names of the parameters that it changes; the others of its scene stay as given
     generation: Generation
@@ -105,12 +85,12 @@ class _Worker(threading.Thread):
         device, largest, term_names: see `GenerationEvaluator`.
     """
 
-    def __init__(self, job: Job, index: int, shared: _Shared) -> None:
+    def __init__(self, job: Job, number: int, index: int, shared: SharedBatches) -> None:
         super().__init__(daemon=True)
         self.device, self.largest, self.term_names = shared.device, shared.largest, shared.term_names
-        self.request: _Request | None = None
+        self.request: Request | None = None
         self.error: BaseException | None = None
-        self._job, self._index = job, index
+        self._job, self._number, self._index = job, number, index
         self._free: tuple[str, ...] = ()
         self._go, self._back = threading.Semaphore(0), threading.Semaphore(0)
         self._raise: BaseException | None = None
@@ -149,7 +129,7 @@ class _Worker(threading.Thread):
 
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
         """See `GenerationEvaluator`."""
-        self.request = _Request(self._index, self._free, generation, limit, tracker, enough)
+        self.request = Request(self._number, self._index, self._free, generation, limit, tracker, enough)
         self._back.release()
         self._go.acquire()
         self.request = None
@@ -164,19 +144,67 @@ class _Worker(threading.Thread):
         """See `GenerationEvaluator`."""
 
 
-class _Shared:
-    """Evaluates what several optimisations ask for in common batches."""
+class SharedBatches:
+    """Evaluates what several optimisations ask for in common batches.
+
+    Attributes:
+        union: their scenes as one. device, largest, term_names: see `GenerationEvaluator`.
+    """
 
     def __init__(
-        self, scenes: Sequence[Scene], device: str | None, threads: int | None, tell: Callable[[Progress], None] | None
+        self,
+        scenes: Sequence[Scene],
+        device: str | None,
+        threads: int | None,
+        tell: Callable[[Progress], None] | None,
+        keep: Keep | None = None,
     ) -> None:
-        self._scenes, self._union = scenes, MergedScene(scenes)
-        self._batches = BatchEvaluator(self._union.scene, device, threads)
-        self._tell = tell
+        """Prepare.
+
+        Args:
+            scenes: of one group, see `union.groups`. device, threads: see `make_rollout`.
+            tell: called several times a second of work.
+            keep: gets what was evaluated, before those who have asked for it.
+        """
+        self.union = MergedScene(scenes)
+        self._batches = BatchEvaluator(self.union.scene, device, threads)
+        self._tell, self._keep = tell, keep
         self.device, self.largest = self._batches.device, self._batches.largest
         self.term_names = self._batches.term_names
+        self._names = [tuple(parameter.name for parameter in free_parameters(scene)) for scene in scenes]
+        self._starts = [start_values(scene) for scene in scenes]
 
-    def evaluate(self, requests: Sequence[_Request]) -> None:
+    def run(self, jobs: Sequence[tuple[int, Job]]) -> list[Error | None]:
+        """Run optimisations side by side; see `run_in_one_batch`.
+
+        Args:
+            jobs: each with the number of its scene.
+        """
+        workers = [_Worker(job, number, index, self) for number, (index, job) in enumerate(jobs)]
+        try:
+            for worker in workers:
+                worker.advance()
+            while waiting := [worker for worker in workers if worker.request is not None]:
+                error: Error | None = None
+                try:
+                    self.evaluate([worker.request for worker in waiting if worker.request is not None])
+                except Error as raised:
+                    error = raised
+                for worker in waiting:
+                    worker.advance(error)
+        except BaseException:
+            for worker in workers:
+                while worker.request is not None:
+                    worker.advance(KeyboardInterrupt())
+            raise
+        errors: list[Error | None] = []
+        for worker in workers:
+            if worker.error is not None and not isinstance(worker.error, Error):
+                raise worker.error
+            errors.append(worker.error)
+        return errors
+
+    def evaluate(self, requests: Sequence[Request]) -> None:
         """Evaluate all that is asked for, in rounds of at most one batch of each, as each would have it alone."""
         rows = [request.generation.missing()[: max(request.limit, 0)] for request in requests]
         left = list(zip(requests, rows, strict=True))
@@ -185,9 +213,9 @@ class _Shared:
             self._round([(one, rows[begin : begin + self.largest]) for one, rows in left])
             begin += self.largest
 
-    def _round(self, parts: Sequence[tuple[_Request, NDArray[np.intp]]]) -> None:
+    def _round(self, parts: Sequence[Asked]) -> None:
         """Evaluate these rows of these generations."""
-        values = [self._union.values(one.index, self._all_values(one, rows)) for one, rows in parts]
+        values = [self.union.values(one.index, self._all_values(one, rows)) for one, rows in parts]
         count = sum(map(len, values))
         joint = Generation(0, np.zeros(count, dtype=np.int32), np.concatenate(values), self.term_names)
         try:
@@ -197,15 +225,18 @@ class _Shared:
             for one, rows in parts:
                 _give_back(one.generation, rows, joint, slice(first, first + len(rows)))
                 first += len(rows)
+            if self._keep is not None:
+                self._keep(parts)
         for one, rows in parts:
             generation = one.generation
             one.tracker.counted(len(rows), float(generation.cost[rows].min()), float(generation.end_time[rows].sum()))
 
-    def _all_values(self, one: _Request, rows: NDArray[np.intp]) -> Floats:
+    def _all_values(self, one: Request, rows: NDArray[np.intp]) -> Floats:
         """Values of all free parameters of the scene of a request, (rows, P)."""
-        scene = self._scenes[one.index]
-        names = [parameter.name for parameter in free_parameters(scene)]
-        values = np.tile(start_values(scene), (len(rows), 1))
+        names = self._names[one.index]
+        if one.free == names:
+            return one.generation.values[rows]
+        values = np.tile(self._starts[one.index], (len(rows), 1))
         values[:, [names.index(name) for name in one.free]] = one.generation.values[rows]
         return values
 

@@ -39,7 +39,7 @@ import math
 import re
 import typing
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,14 +53,16 @@ from warpmuscle.formats import load
 from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
-from warpmuscle.optimization.options import check_options, usual_strategy
+from warpmuscle.optimization.options import GREATEST_SEED, check_options, usual_strategy
 from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain
 from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import trust, trusts_everything
+from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
+from warpmuscle.sweep.samples import Sample, sampled
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
 OWN = ("seed", "scene")  # keys of a run that are none of its scene
@@ -69,11 +71,11 @@ Search: Any = msgspec.defstruct(
     "Search",
     [  # no strategy: the usual one for the scene
         (
-            field.name,
-            typing.get_type_hints(SearchOptions)[field.name],
-            "" if field.name == "strategy" else field.default,
+            option.name,
+            typing.get_type_hints(SearchOptions)[option.name],
+            "" if option.name == "strategy" else option.default,
         )
-        for field in fields(SearchOptions)
+        for option in fields(SearchOptions)
     ],
     forbid_unknown_fields=True,
 )
@@ -90,6 +92,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     training: dict[str, Any] | None = None
     grid: dict[str, Any] | list[dict[str, Any]] = {}
     run: list[dict[str, Any]] = []
+    sample: Sample | None = None
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,7 @@ class SweepRun:
     options: SearchOptions
     candidates: int  # in all its stages
     axes: Mapping[str, float | str]  # what sets it apart, by name of the axis
+    units: Mapping[str, str] = field(default_factory=dict)  # of the axes that have any
     training: TrainingPlan | None = None  # of a policy, in place of a search
 
 
@@ -121,8 +125,13 @@ class Plan:
 
     def trust(self) -> None:
         """Let code run that its scenes name."""
-        for run in self.runs:
-            trust(run.scene, self.file.absolute().parent)
+        for scene in self.scenes:
+            trust(scene, self.file.absolute().parent)
+
+    @property
+    def scenes(self) -> list[Scene]:
+        """The scenes of its runs, each once."""
+        return list({id(run.scene): run.scene for run in self.runs}.values())
 
 
 def read(path: str | Path, trusted: bool = False) -> Plan:
@@ -151,6 +160,8 @@ def read(path: str | Path, trusted: bool = False) -> Plan:
 def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
     grids = [axes_of(source, place, table) for place, table in tables.items()] or [[]]
+    points = [] if file.sample is None else [sampled(source, file.sample)]
+    grids = [[*points, *axes] for axes in grids]
     count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
     check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
     entries: list[tuple[Choice, ...]] = [(entry_of(source, index, entry),) for index, entry in enumerate(file.run)]
@@ -158,15 +169,15 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
         path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
     )
     runs: list[SweepRun] = []
-    taken: set[str] = set()
+    taken: dict[str, int] = {}  # names, and the last number that was put behind each
     for entry in entries or [()]:
         for axes in grids:
             for choices in itertools.product(*axes):
                 runs.append(base.run([*entry, *choices], taken))
-                taken.add(runs[-1].name.casefold())  # some file systems tell no small letters from capitals
     normal = {axis[0].axis: 1.0 for axes in grids for axis in axes if axis[0].factor}
-    every = [replace(run, axes=normal | dict(run.axes)) for run in runs]
-    return Plan(path, file.name or path.stem, source.text, tuple(every))
+    if normal:
+        runs = [replace(run, axes=normal | dict(run.axes)) for run in runs]
+    return Plan(path, file.name or path.stem, source.text, tuple(runs))
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
@@ -180,8 +191,11 @@ class _Base:
     def __init__(self, path: Path, file: _File, common: Sequence[Override], trusted: bool) -> None:
         self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
+        self._changed: dict[str, Scene] = {}  # by what changes them: runs that differ in their seeds share one
+        self._found: dict[str, tuple[SearchOptions, int]] = {}
+        self._units: dict[tuple[str, ...], str] = {}
 
-    def run(self, chosen: Sequence[Choice], taken: set[str]) -> SweepRun:
+    def run(self, chosen: Sequence[Choice], taken: dict[str, int]) -> SweepRun:
         """The run with these choices; its name differs from those that are taken."""
         changes: dict[str, Override] = {}
         for override in itertools.chain.from_iterable(choice.overrides for choice in chosen):
@@ -204,22 +218,49 @@ class _Base:
                     raise self._error("there is no [training] in this file", override)
                 training[key.removeprefix("training.")] = override.value
         in_scene = [o for key, o in changes.items() if not key.startswith(("search.", "training.")) and key not in OWN]
-        if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= GREATEST_SEED:
             raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
-        scene = overridden(self._scene(scene_name, changes.get("scene")), [*self._common, *in_scene], self._path)
-        axes = {choice.axis or "run": choice.value for choice in chosen}
+        what = repr((scene_name, [(o.key, o.value) for o in in_scene]))
+        if what not in self._changed:
+            given = self._scene(scene_name, changes.get("scene"))
+            self._changed[what] = overridden(given, [*self._common, *in_scene], self._path)
+        scene = self._changed[what]
+        axes: dict[str, float | str] = {}
+        for choice in chosen:
+            axes |= {choice.axis or "run": choice.value, **choice.beside}
         if training is not None:
             plan = self._trained(training, list(changes.values()))
-            return SweepRun(
-                _name(chosen, taken), scene, seed, SearchOptions("", candidates=0), plan.iterations or 0, axes, plan
-            )
+            nothing = SearchOptions("", candidates=0)
+            units = self._units_of(scene, chosen)
+            return SweepRun(_name(chosen, taken), scene, seed, nothing, plan.iterations or 0, axes, units, plan)
+        what = repr((what, sorted(search.items(), key=lambda item: item[0])))
+        if what not in self._found:
+            self._found[what] = self._searched(search, scene, seed, changes, not taken)
+        options, candidates = self._found[what]
+        return SweepRun(
+            _name(chosen, taken), scene, seed, options, candidates, axes, self._units_of(scene, chosen)
+        )  # fmt: skip
+
+    def _searched(
+        self, search: dict[str, Any], scene: Scene, seed: int, changes: dict[str, Override], first: bool
+    ) -> tuple[SearchOptions, int]:
+        """The options of a search of a scene, found to be possible, and its number of candidates."""
         if not free_parameters(scene):
             message = "this scene has no free parameters: write a number as { value = .., min = .., max = .. }"
             raise self._error(message, changes.get("scene"), key="scene")
-        if not taken:  # once a sweep
+        if first:  # of a sweep
             warn_of_speed_in_vain(scene, [*changes, *(override.key for override in self._common)])
-        options, candidates = self._checked(search, scene, seed, list(changes.values()))
-        return SweepRun(_name(chosen, taken), scene, seed, options, candidates, axes)
+        return self._checked(search, scene, seed, list(changes.values()))
+
+    def _units_of(self, scene: Scene, chosen: Sequence[Choice]) -> dict[str, str]:
+        """Units of the axes that change numbers of the scene."""
+        found = {}
+        for choice in chosen:
+            for name, keys in choice.keys().items():
+                if (name, *keys) not in self._units:
+                    self._units[(name, *keys)] = unit_at(scene, keys[0]) if keys else "1"
+                found[name] = self._units[(name, *keys)]
+        return {name: unit for name, unit in found.items() if unit}
 
     def _set_option(self, search: dict[str, Any], override: Override) -> None:
         name = override.key.removeprefix("search.")
@@ -273,11 +314,13 @@ class _Base:
         return SceneError(message, override.key, self._path, override.line)
 
 
-def _name(chosen: Sequence[Choice], taken: set[str]) -> str:
-    """A name that a file and a group of HDF5 can have, and no other run has."""
+def _name(chosen: Sequence[Choice], taken: dict[str, int]) -> str:
+    """A name that a file and a dataset of HDF5 can have, and no other run has; it is taken then."""
     name = ",".join(choice.label for choice in chosen) or "run"
-    name = file_name(name, "run")
+    name = first = file_name(name, "run")
+    key = first.casefold()  # some file systems tell no small letters from capitals
     while name.casefold() in taken:
-        number = int(name.rpartition("~")[2]) + 1 if re.search(r"~\d+$", name) else 2
-        name = f"{re.sub(r'~[0-9]+$', '', name)}~{number}"
+        taken[key] += 1
+        name = f"{re.sub(r'~[0-9]+$', '', first)}~{taken[key]}"
+    taken[name.casefold()] = 1
     return name

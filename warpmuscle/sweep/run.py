@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.files import check_writable
 from warpmuscle.learning.progress import TrainingProgress
-from warpmuscle.optimization.progress import Progress
 from warpmuscle.results.checkpoint import remove_leftovers
+from warpmuscle.results.sweeps import is_sweep, sweep_name
 from warpmuscle.simulation.devices import devices_name, find_devices
+from warpmuscle.sweep.board import Board, SweepProgress, Tell
 from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
-from warpmuscle.sweep.local import Task, run_here
+from warpmuscle.sweep.local import run_here
 from warpmuscle.sweep.named_code import named_by
 from warpmuscle.sweep.plan import Plan, read
+from warpmuscle.sweep.rounds import remove_known
+from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.trainings import gather_trainings, run_trainings
-
-TELL_EVERY = 0.2  # s
-
-
-@dataclass(frozen=True)
-class SweepProgress:
-    """How far a sweep has come."""
-
-    runs: int
-    ended: int  # of them
-    candidates: int  # in all runs
-    evaluated: int  # of them
-    best: float  # least cost of all runs; infinite before there is one
-    best_run: str
-    alive: int  # still walking in the batch that runs now; 0 where that is not known
-    training: TrainingProgress | None = None  # of the run `best_run`, where runs are trainings
 
 
 @dataclass(frozen=True)
@@ -47,9 +32,6 @@ class SweepResult:
     folder: Folder
     gathered: int  # runs in the output
     failed: dict[str, str]  # why, by name of the run
-
-
-Tell = Callable[[SweepProgress], None]
 
 
 def sweep(
@@ -90,9 +72,10 @@ def sweep(
     plan = plan if isinstance(plan, Plan) else read(plan, trust)
     if trust:
         plan.trust()
-    code = named_by([run.scene for run in plan.runs])
+    code = named_by(plan.scenes)
     output = Path(output) if output is not None else Path(f"{plan.file.stem}.h5")
     check_writable(output)
+    check_same_study(output, plan.name)
     folder = Folder.of(output)
     if plan.trains:
         if cluster is not None:
@@ -104,17 +87,18 @@ def sweep(
 
         with Cluster(cluster, device, threads) as on, folder.at_work():
             manifest = folder.begin(plan, on.device_kind)
-            board = _Board(plan, folder, manifest, progress)
-            failed = on.run(tasks, folder, manifest, share, board.look, code)
-            gathered = _finish(folder, manifest, output, command)
+            board = Board(folder, manifest, progress)
+            failed = on.run(board.left(tasks), folder, manifest, share, board.look, code)
+            gathered = _finish(folder, manifest, board, output, command)
     else:
         found = find_devices(device)[0]
         with folder.at_work():
             manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
-            board = _Board(plan, folder, manifest, progress)
-            failed = run_here(tasks, folder.path, devices_name(device), threads, board.report)
-            gathered = _finish(folder, manifest, output, command)
-    board.look()
+            board = Board(folder, manifest, progress)
+            failed = run_here(
+                board.left(tasks), folder.path, devices_name(device), threads, board.report, board.finished
+            )
+            gathered = _finish(folder, manifest, board, output, command)
     return SweepResult(manifest, folder, gathered, failed)
 
 
@@ -126,7 +110,7 @@ def _train(
     def report(name: str, progress: TrainingProgress) -> None:
         if tell is not None:
             ended = names.index(name)
-            tell(SweepProgress(len(names), ended, 0, progress.iterations, np.inf, name, 0, progress))
+            tell(SweepProgress(len(names), ended, 0, progress.iterations, np.inf, name, 0, training=progress))
 
     names = [run.name for run in plan.runs]
     with folder.at_work():
@@ -139,59 +123,33 @@ def _train(
     return SweepResult(manifest, folder, gathered, failed)
 
 
-def _finish(folder: Folder, manifest: Manifest, output: Path, command: str) -> int:
-    gathered = gather(folder, manifest, output, command)
+def _finish(folder: Folder, manifest: Manifest, board: Board, output: Path, command: str) -> int:
+    """Gather all that the runs have come to, unless the file has it."""
+    board.look()
+    remove_known(folder.path, [state.name for state in board.states if not state.ended])
+    if folder.is_gathered(manifest, board.states, output, command):
+        return len(board.states)
+    gathered = gather(folder, manifest, board.states, output, command, board.gathering)
+    folder.remember(manifest, board.states, output, command)
     remove_leftovers(output)
     return gathered
 
 
-class _Board:
-    """Keeps count of all runs of a sweep, and tells its user."""
+def check_same_study(output: Path, name: str) -> None:
+    """Raise Error if a file would be replaced that is not what this sweep has come to before.
 
-    def __init__(self, plan: Plan, folder: Folder, manifest: Manifest, tell: Tell | None) -> None:
-        self._folder, self._manifest, self._tell = folder, manifest, tell
-        self._candidates = {run.name: run.candidates for run in plan.runs}
-        self._done = dict.fromkeys(self._candidates, 0)
-        self._best = dict.fromkeys(self._candidates, np.inf)
-        self._ended: set[str] = set()
-        self._alive = 0
-        self._last = 0.0
-        self.look()
-
-    def report(self, name: str, progress: Progress) -> None:
-        """One run has come so far; or, without a name, the batch that several of them share."""
-        if name:
-            self._done[name], self._best[name] = progress.done, progress.best
-            if progress.done >= self._candidates[name]:
-                self._ended.add(name)
-        self._alive = progress.alive
-        if time.monotonic() >= self._last + TELL_EVERY:
-            self._report()
-
-    def look(self) -> None:
-        """Look into the files of the runs that have not finished."""
-        for entry in self._manifest.runs:
-            if entry.name not in self._ended:
-                state = self._folder.state(entry)
-                self._done[entry.name], self._best[entry.name] = state.evaluated, state.best
-                if state.ended:
-                    self._ended.add(entry.name)
-        self._report()
-
-    def _report(self) -> None:
-        self._last = time.monotonic()
-        if self._tell is None:
-            return
-        best = min(self._best, key=lambda name: self._best[name])
-        candidates = sum(self._done[name] if name in self._ended else n for name, n in self._candidates.items())
-        self._tell(
-            SweepProgress(
-                len(self._done),
-                len(self._ended),
-                candidates,
-                sum(self._done.values()),
-                self._best[best],
-                best,
-                self._alive,
-            )
-        )
+    Args:
+        name: of the sweep.
+    """
+    if not output.exists():
+        return
+    advice = "name another --output, or move it out of the way"
+    try:
+        is_one = is_sweep(output)
+        other = sweep_name(output) if is_one else ""
+    except ResultError as error:
+        raise Error(f"{error}: would be replaced by the results of a sweep; {advice}") from None
+    if not is_one:
+        raise Error(f"{output}: would be replaced, and is not the file of a sweep; {advice}")
+    if other != name:
+        raise Error(f"{output}: would be replaced, and is the file of another sweep, {other!r}; {advice}")

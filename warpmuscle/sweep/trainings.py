@@ -2,32 +2,27 @@
 
 The file that gathers them has
 
-- attributes of `/`: `format` ("warpmuscle sweep"), `format_version`, `name`, `command`
-- `/sweep`: the sweep file, TOML text
-- `/runs/<name>/...`: each run, all that its result file has (see `warpmuscle.results.result`)
+- attributes of `/`, `/sweep` and `/runs/<name>` as other sweeps, see `gather.py`
 - `/table/{run, seed, iterations, decisions, wall_time, gain, completed, speed, ended}`: (R,), a row a run, of its last
   iteration; `/table/axes/<axis>`: (R,), what sets it apart
 """
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
-from warpmuscle.core.errors import Error, ResultError, SceneError
-from warpmuscle.core.files import replace_file
+from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.learning.options import options_of
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.learned import CURVE, Learned
 from warpmuscle.results.result import read_learned
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
-from warpmuscle.sweep.gather import put_axes, put_column, put_runs
+from warpmuscle.sweep.gather import attach_runs, put_axes, put_bytes, put_column, writing
 from warpmuscle.sweep.plan import Plan, SweepRun
 
 if TYPE_CHECKING:
@@ -97,7 +92,11 @@ def _learned(path: Path) -> Learned | None:
 
 def _ended(path: Path) -> bool:
     learned = _learned(path)
-    return learned is not None and learned.ended not in ("", INTERRUPTED)
+    return learned is not None and _is_over(learned)
+
+
+def _is_over(learned: Learned) -> bool:
+    return learned.ended not in ("", INTERRUPTED)
 
 
 def training_state(path: Path, entry: RunEntry) -> RunState:
@@ -123,14 +122,12 @@ def gather_trainings(folder: Folder, manifest: Manifest, output: Path, command: 
     every = [(entry, _learned(folder.result(entry.name))) for entry in manifest.runs]
     begun = [(entry, learned) for entry, learned in every if learned is not None]
     entries = [entry for entry, _ in begun]
-    memory = io.BytesIO()
-    with h5py.File(memory, "w", track_order=True) as file:
-        put_runs(file, folder, manifest, entries, command)
+    whole = len(begun) == len(every) and all(_is_over(learned) for _, learned in begun)
+    with writing(folder, manifest, output, command, whole) as file:
+        runs = file.create_group("runs", track_order=True)
+        for entry in entries:
+            put_bytes(folder.result(entry.name), runs, entry.name)
         _put_table(file, entries, [learned for _, learned in begun])
-    try:
-        replace_file(output, memory.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{error}; the runs are in {folder.path}, and the same command goes on") from None
     return len(entries)
 
 
@@ -145,3 +142,4 @@ def _put_table(file: Any, entries: Sequence[RunEntry], found: Sequence[Learned])
         put_column(table, name, np.array(last), f"{CURVE[name].description}, at its end", CURVE[name].unit)
     put_column(table, "ended", [one.ended for one in found], "why its training has ended")
     put_axes(table, entries)
+    attach_runs(table)

@@ -15,7 +15,7 @@ from warpmuscle.model.collisions import collision_pairs
 from warpmuscle.model.objective import counted_terms
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import free_parameters, leaves, rebuilt, substitute
+from warpmuscle.scene.parameters import free_parameters, leaves, rebuilt
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.checks import Checks
 from warpmuscle.scene.validation.scene import check_scene
@@ -37,6 +37,11 @@ class MergedScene:
             SceneError: no single scene can have all their values.
         """
         self._scenes = list(scenes)
+        self._columns: dict[int, _Columns] = {}
+        if all(scene is scenes[0] for scene in scenes):
+            self.scene: Scene = scenes[0]
+            self._paths = None
+            return
         numbers = [dict(number_leaves(scene)) for scene in scenes]
         checks = [Checks(scene) for scene in scenes]
         free: dict[str, Free] = {}
@@ -46,17 +51,40 @@ class MergedScene:
                 ends = [check.interval(number) for check, number in zip(checks, theirs, strict=True)]
                 low, high = min(low for low, _ in ends), max(high for _, high in ends)
                 free[path] = Free(checks[0].start(first), low, high)
-        self.scene: Scene = rebuilt(scenes[0], lambda path, leaf: free.get(path, leaf))
+        self.scene = rebuilt(scenes[0], lambda path, leaf: free.get(path, leaf))
         if len(scenes) > 1:
             check_scene(self.scene)
         self._paths = [parameter.name for parameter in free_parameters(self.scene)]
 
     def values(self, index: int, values: Floats) -> Floats:
         """Candidates of one scene as candidates of all: (n, P of that scene) as (n, P of the joint one)."""
-        numeric = dict(leaves(substitute(self._scenes[index], values)))
-        table = np.empty((len(values), len(self._paths)))
-        for column, path in enumerate(self._paths):
-            table[:, column] = numeric[path]
+        if self._paths is None:
+            return values
+        if index not in self._columns:
+            self._columns[index] = _Columns(self._scenes[index], self._paths)
+        return self._columns[index].of(values)
+
+
+class _Columns:
+    """The numbers of one scene by the parameters of a joint one: constant, or what follows a column of its own."""
+
+    def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
+        own = {parameter.name: column for column, parameter in enumerate(free_parameters(scene))}
+        found = dict(leaves(scene))
+        self._constant = np.zeros(len(paths))
+        self._free: list[tuple[int, int, Free]] = []  # column of the joint scene, and that of its own that it follows
+        for column, path in enumerate(paths):
+            leaf = found[path]
+            if isinstance(leaf, Free):
+                self._free.append((column, own[leaf.same_as or path], leaf))
+            else:
+                self._constant[column] = leaf
+
+    def of(self, values: Floats) -> Floats:
+        """The joint candidates of (n, P) own ones."""
+        table = np.tile(self._constant, (len(values), 1))
+        for column, source, leaf in self._free:
+            table[:, column] = leaf.following(values[:, source])
         return table
 
 
@@ -66,14 +94,20 @@ def groups(scenes: Sequence[Scene]) -> list[list[int]]:
     Scenes of a group differ in numbers only, and in none that decides what is compiled or which parts a model has.
     """
     found: dict[bytes, list[int]] = {}
+    kinds: dict[int, bytes] = {}  # by scene, of which several runs may have the same one
     for index, scene in enumerate(scenes):
         # Alone are those whose kind or reference is not only the scene's own, and numbers that follow commands.
         alone = bool(scene.stages) or scene.tracking is not None or bool(scene.commands)
-        found.setdefault(b"%d" % index if alone else _kind(scene), []).append(index)
+        key = kinds.get(id(scene))
+        if key is None:
+            key = b"%d" % index if alone else _kind(scene)
+            if not scene.stages:
+                kinds[id(scene)] = key
+        found.setdefault(key, []).append(index)
     result: list[list[int]] = []
     for group in found.values():
         try:
-            MergedScene([scenes[index] for index in group])
+            MergedScene(list({id(scenes[index]): scenes[index] for index in group}.values()))
             result.append(group)
         except SceneError:  # such as limits of a joint that overlap between one scene and another
             result.extend([index] for index in group)

@@ -1,6 +1,6 @@
 """Tables for notebooks."""
 
-from warpmuscle.session.html_table import html_table
+from warpmuscle.core.html_table import html_table
 
 
 def test_texts_stay_text():

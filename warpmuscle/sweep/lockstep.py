@@ -1,0 +1,227 @@
+"""Runs of a sweep side by side, from their first candidates to their files, with as little beside as can be.
+
+As many as a window holds begin together, ask for a generation each, and wait until the batches of all have run; what
+was evaluated goes into one journal (see `rounds.py`). Once all have ended, their best candidates are replayed in a
+batch, too, and each run gets its file. What scenes have in common is found once, and not once a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.formats import toml
+from warpmuscle.optimization.optimize import searched
+from warpmuscle.optimization.options import MakeBatches
+from warpmuscle.optimization.progress import Progress, Tracker
+from warpmuscle.optimization.replay import Replay
+from warpmuscle.optimization.run import make_search_loop
+from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
+from warpmuscle.results.records import ParameterTable, Result, best_of, parameter_table
+from warpmuscle.results.stamped import Stamps
+from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import constant, free_parameters
+from warpmuscle.simulation.devices import find_devices
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.sweep.finished import FinishedJournal
+from warpmuscle.sweep.folder import RunState
+from warpmuscle.sweep.one_batch import SharedBatches
+from warpmuscle.sweep.rounds import Known, Rounds
+from warpmuscle.sweep.task import Task
+from warpmuscle.sweep.union import MergedScene, groups
+
+LEAST_WINDOW, MOST_WINDOW = 64, 2048  # runs side by side
+SHARE_OF_BATCH = 16  # candidates of a run in a batch, about, for the window to fill it
+REPLAY_BYTES = 2**27  # of the recorded motion of a batch of best candidates
+Tell = Callable[[str, Progress], None]
+Finished = Callable[[RunState], None]
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """What all runs of a scene have in common."""
+
+    scene: Scene  # as it is searched
+    text: str
+    parameters: ParameterTable
+
+
+def run_together(
+    tasks: Sequence[Task], folder: Path, known: dict[str, Known], device: str | None, threads: int | None,
+    tell: Tell | None, finished: Finished | None = None,
+) -> dict[str, str]:  # fmt: skip
+    """Run optimisations without stages that have no files yet, those of one kind side by side.
+
+    Args:
+        folder: for their files. known: what earlier processes have evaluated, by name of the run.
+        device, threads: see `make_rollout`. tell: called several times a second of work.
+        finished: gets what each run has come to, once it has its file.
+
+    Returns:
+        Why those that failed did, by name.
+
+    Raises:
+        KeyboardInterrupt: what was evaluated is in the journal.
+    """
+    failed: dict[str, str] = {}
+    prepared: dict[int, _Prepared] = {}
+    wrong: dict[int, str] = {}
+    for scene in {id(task.scene): task.scene for task in tasks}.values():
+        try:
+            prepared[id(scene)] = _prepared(scene)
+        except Error as error:
+            wrong[id(scene)] = str(error)
+    failed |= {task.name: wrong[id(task.scene)] for task in tasks if id(task.scene) in wrong}
+    keys = list(prepared)
+    scenes = [prepared[key].scene for key in keys]
+    with constant(scenes):
+        for group in groups(scenes):
+            index = {keys[number]: place for place, number in enumerate(group)}
+            mine = [task for task in tasks if id(task.scene) in index]
+            try:
+                engine = _Group([prepared[keys[number]] for number in group], folder, device, threads, tell, finished)
+            except Error as error:  # such as of a gait to track that cannot be read
+                failed |= {task.name: str(error) for task in mine}
+                continue
+            failed |= engine.run(mine, [index[id(task.scene)] for task in mine], known)
+    return failed
+
+
+def _prepared(scene: Scene) -> _Prepared:
+    """What runs of a scene have in common; raises Error if it cannot be searched."""
+    own = searched(scene)
+    return _Prepared(own, toml.dumps(own), parameter_table(free_parameters(own)))
+
+
+class _Group:
+    """Scenes of one kind, and what simulates them."""
+
+    def __init__(
+        self, prepared: Sequence[_Prepared], folder: Path, device: str | None, threads: int | None, tell: Tell | None,
+        finished: Finished | None,
+    ) -> None:  # fmt: skip
+        self._prepared, self._folder, self._tell, self._finished = prepared, folder, tell, finished
+        self._rounds, self._stamps, self._journal = Rounds(folder), Stamps(), FinishedJournal(folder)
+        report = None if tell is None else partial(tell, "")
+        scenes = [one.scene for one in prepared]
+        self._batches = SharedBatches(scenes, device, threads, report, self._rounds.keep)
+        self._replays = _Replays(self._batches.union, device, threads)
+        self._window = min(max(self._batches.largest // SHARE_OF_BATCH, LEAST_WINDOW), MOST_WINDOW)
+
+    def run(self, tasks: Sequence[Task], scenes: Sequence[int], known: dict[str, Known]) -> dict[str, str]:
+        """Run all tasks, window by window; `scenes` are the numbers of their scenes. Why some failed, by name."""
+        failed: dict[str, str] = {}
+        for begin in range(0, len(tasks), self._window):
+            part = slice(begin, begin + self._window)
+            runs = [
+                _Run(task, self._prepared[index], index, known.get(task.name), self._tell)
+                for task, index in zip(tasks[part], scenes[part], strict=True)
+            ]
+            failed |= self._side_by_side(runs)
+        return failed
+
+    def _side_by_side(self, runs: Sequence[_Run]) -> dict[str, str]:
+        """Run these from their first candidate to their files."""
+        self._rounds.names = [run.task.name for run in runs]
+        errors = self._batches.run([(run.index, run.search) for run in runs])
+        failed = {run.task.name: str(error) for run, error in zip(runs, errors, strict=True) if error is not None}
+        ended = []
+        for run in runs:
+            if run.task.name not in failed:
+                result = run.result()
+                if result.best is None:
+                    failed[run.task.name] = f"{run.ended} before any candidate had ended: nothing to keep"
+                else:
+                    ended.append((run, result))
+        values = [(run.index, np.asarray(result.best.params)) for run, result in ended if result.best is not None]
+        for (run, result), replay in zip(ended, self._replays.of(values), strict=True):
+            try:
+                content = self._stamps.image(replace(result, replays=(replay[0],), parts=replay[1]))
+                replace_file(self._folder / f"{run.task.name}.h5", content, synchronised=False)
+                if self._finished is not None and result.best is not None and result.evaluations is not None:
+                    count, asked = len(result.evaluations), run.task.options.candidates
+                    self._finished(RunState(run.task.name, True, run.ended, count, asked, result.best.cost))
+            except SceneError as error:
+                failed[run.task.name] = str(error)
+            except Error as error:
+                failed[run.task.name] = f"{self._folder / run.task.name}.h5: {error}"
+        self._journal.keep(
+            [(name, path, result) for run, result in ended
+             if (name := run.task.name) not in failed and (path := self._folder / f"{name}.h5").exists()]
+        )  # fmt: skip
+        if not failed:
+            self._rounds.clear()
+        return failed
+
+
+class _Run:
+    """One optimisation."""
+
+    def __init__(self, task: Task, prepared: _Prepared, index: int, known: Known | None, tell: Tell | None) -> None:
+        self.task, self.index, self.ended = task, index, ""
+        self._prepared, self._known, self._tell = prepared, known, tell
+        self._loop: SearchLoop | None = None
+
+    def search(self, batches: MakeBatches) -> None:
+        """Search from the first candidate to the end; KeyboardInterrupt if that has ended it."""
+        task, scene = self.task, self._prepared.scene
+        known = {} if self._known is None else self._known.generations
+        elsewhere = max(known, default=-1) + 1 if self._known is not None and self._known.elsewhere else 0
+        tell = None if self._tell is None else partial(self._tell, task.name)
+        tracker = Tracker(task.options.candidates, task.options.until, tell)
+        loop = make_search_loop(scene, task.seed, task.options, (), batches, tracker, known, elsewhere=elsewhere)
+        assert isinstance(loop, SearchLoop)
+        self._loop = loop
+        self.ended = loop.run(lambda generation: None)
+        if self.ended == INTERRUPTED:
+            raise KeyboardInterrupt
+
+    def result(self) -> Result:
+        """All but the motion."""
+        assert self._loop is not None
+        loop, evaluations = self._loop, self._loop.evaluations()
+        return Result(
+            self._prepared.text, loop.device, self.task.command, self.task.seed, self._prepared.parameters,
+            evaluations, best_of(evaluations), searched=loop.searched(self.ended),
+        )  # fmt: skip
+
+
+class _Replays:
+    """Motions of the best candidates of runs, many in a batch."""
+
+    def __init__(self, union: MergedScene, device: str | None, threads: int | None) -> None:
+        self._union, self._device, self._threads = union, str(find_devices(device)[0]), threads
+        self._rollout: Rollout | None = None
+
+    def of(self, values: Sequence[tuple[int, Floats]]) -> Iterator[Replay]:
+        """Motions of candidates, each the number of its scene and its parameters, in order."""
+        if not values:
+            return
+        rollout = self._made(len(values))
+        rows = np.concatenate([self._union.values(index, own[None]) for index, own in values])
+        for begin in range(0, len(rows), rollout.instances):
+            part = rows[begin : begin + rollout.instances]
+            rollout.set_parameters(part[np.minimum(np.arange(rollout.instances), len(part) - 1)])
+            rollout.run()
+            for instance in range(len(part)):
+                yield rollout.recording(instance), rollout.parts(instance)
+
+    def _made(self, wanted: int) -> Rollout:
+        """A batch that records as many as fit."""
+        if self._rollout is None:
+            one = Rollout(self._union.scene, 1, self._device, record=[0], threads=self._threads)
+            count = max(min(wanted, REPLAY_BYTES // max(one.recording_bytes, 1)), 1)
+            self._rollout = one
+            if count > 1:
+                self._rollout = Rollout(
+                    self._union.scene, count, self._device, record=range(count), threads=self._threads
+                )
+            self._rollout.load()
+        return self._rollout
