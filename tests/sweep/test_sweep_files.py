@@ -41,10 +41,10 @@ def test_every_run_is_the_optimisation_alone(done):
     with h5py.File(done) as file:
         names = list(file["runs"])
     assert len(names) == RUNS
-    name = "seed=3,torso.mass=30,torque=2"
+    name = "seed=2,torso.mass=30,torque=2"
     scene = load("fwalk")
     scene.duration, scene.character.bodies["torso"].mass, scene.objective.torque = 0.1, 30.0, 2.0
-    alone = optimize(scene, 20, 3, "cpu", search="cma", population=6)
+    alone = optimize(scene, 20, 2, "cpu", search="cma", population=6)
     result = read(done, run=name)
     np.testing.assert_array_equal(result.evaluations.params, alone.evaluations.params)
     np.testing.assert_array_equal(result.evaluations.cost, alone.evaluations.cost)
@@ -77,7 +77,7 @@ def test_output_has_a_table_and_virtual_datasets_over_all_runs(done):
 
 def test_one_run_is_read_by_its_name(done, tmp_path):
     with pytest.raises(
-        ResultError, match=r"a sweep of 24 runs; name one of them, such as 'seed=1,torso.mass=20,torque=1'"
+        ResultError, match=r"a sweep of 8 runs; name one of them, such as 'seed=1,torso.mass=20,torque=1'"
     ):
         read(done)
     with pytest.raises(
@@ -188,13 +188,13 @@ def test_sweep_or_scene_that_has_changed_is_refused(tmp_path, done):
             ResultError, match=r"small.toml: this sweep.* has changed .*run 'seed=1,torso.mass=20,torque=1' is"
         ):
             sweep(file, done, device="cpu")
-        file.write_text(file.read_text().replace("[1, 2, 3, 4]", "[1, 2, 3, 4, 5]").replace("= 21", "= 20"))
+        file.write_text(file.read_text().replace("seed = [1, 2]", "seed = [1, 2, 3]").replace("= 21", "= 20"))
         with pytest.raises(
-            ResultError, match=r"run 'seed=5,torso.mass=20,torque=1' is new; take the earlier one to go on"
+            ResultError, match=r"run 'seed=3,torso.mass=20,torque=1' is new; take the earlier one to go on"
         ):
             sweep(file, done, device="cpu")
-        file.write_text(file.read_text().replace("[1, 2, 3, 4, 5]", "[1, 2, 3]"))
-        with pytest.raises(ResultError, match=r"run 'seed=4,torso.mass=20,torque=1' is gone"):
+        file.write_text(file.read_text().replace("seed = [1, 2, 3]", "seed = [1]"))
+        with pytest.raises(ResultError, match=r"run 'seed=2,torso.mass=20,torque=1' is gone"):
             sweep(file, done, device="cpu")
         file.write_text("# with a comment\n" + small_sweep(folder).read_text())
         sweep(file, done, device="cpu", command="test")  # the runs are the same
@@ -268,8 +268,8 @@ def test_status_is_told_by_any_of_the_files_and_not_without_them(done, tmp_path,
     monkeypatch.chdir(done.parent)
     for file in ("small.toml", "small.h5", "small.sweep"):
         out = CliRunner().invoke(app, ["sweep", "--status", file]).output
-        assert "small: 24 of 24 runs done, 480 candidates; best: seed=" in out
-        assert len(out.splitlines()) == 26
+        assert "small: 8 of 8 runs done, 160 candidates; best: seed=" in out
+        assert len(out.splitlines()) == 10
     with pytest.raises(Error, match="no sweep of it has begun here"):
         sweep_status(tmp_path / "b.toml")
 
