@@ -8,13 +8,14 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import pytest
 
 import kernel_tests
 import tiers
 from warpmuscle.scene import trusted_code
+
+BRIEF = {"kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
 
 
 def is_fast(path: Path, config: pytest.Config) -> bool:
@@ -74,20 +75,22 @@ def distrustful(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def unoptimized_steps() -> Iterator[None]:
-    """Have steps of a file of tests compiled without optimisation, in a third of the time; they run ten times as long.
+def unoptimized_kernels() -> Iterator[None]:
+    """Have kernels for kinds of scenes compiled without optimisation, in a third of the time, to run 40 times as long.
 
     For files whose scenes are like no others', of few bodies and few steps. What a scene's step does is shown as well.
     """
-    from warpmuscle.kernels.step import module_options, step_kernel
-
-    def options(block_dim: int) -> dict[str, Any]:
-        return module_options(block_dim) | {"optimization_level": 0}
-
-    step_kernel.cache_clear()  # neither takes what other files compile, nor leaves them any
-    with patch.dict(step_kernel.__wrapped__.__globals__, module_options=options):
+    with kernel_tests.unoptimized():
         yield
-    step_kernel.cache_clear()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_optimisation_of_what_is_brief(request: pytest.FixtureRequest) -> None:
+    """Have `unoptimized_kernels` in the files of these folders that launch kernels and are not marked `optimized`."""
+    folder = request.path.relative_to(Path(__file__).parent).parts[0]
+    optimized = request.node.get_closest_marker("optimized") is not None
+    if folder in BRIEF and not optimized and not is_fast(request.path, request.config):
+        request.getfixturevalue("unoptimized_kernels")
 
 
 @pytest.fixture(scope="session")

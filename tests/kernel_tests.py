@@ -14,6 +14,7 @@ except ImportError:  # Windows
     fcntl = None
 
 _loads = [0]  # how often a launch has asked for a module
+_without: list[set[Any]] = []  # modules that are compiled without optimisation, of who wants that
 
 
 def start() -> None:
@@ -27,9 +28,13 @@ def start() -> None:
     wp.init()
     load, compile_ = wp.Module.load, getattr(wp.Module, "_compile", None)
 
-    def counted(module: Any, *arguments: Any, **options: Any) -> Any:
+    def counted(module: Any, device: Any, *arguments: Any, **options: Any) -> Any:
         _loads[0] += 1
-        return load(module, *arguments, **options)
+        if _without and "__locals__" in module.name and wp.get_device(device).is_cpu and not module.execs:
+            module.options["optimization_level"] = 0
+            module.mark_modified()
+            _without[-1].add(module)
+        return load(module, device, *arguments, **options)
 
     def once(module: Any, device: Any, output_dir: str | None = None, *arguments: Any, **options: Any) -> Any:
         name = Path(output_dir or module.get_module_identifier()).name
@@ -44,6 +49,19 @@ def start() -> None:
 def loads() -> int:
     """How often this process has launched kernels, or loaded modules of them."""
     return _loads[0]
+
+
+@contextmanager
+def unoptimized() -> Iterator[None]:
+    """Have kernels that are made for a kind of scene compiled without optimisation; they are gone afterwards."""
+    start()
+    _without.append(set())
+    try:
+        yield
+    finally:
+        for module in _without.pop():
+            module.options["optimization_level"] = None
+            module.unload()
 
 
 @contextmanager

@@ -20,6 +20,7 @@ FEW = 12  # candidates of a search
 SMALL = {"--candidates": str(FEW), "--until": "2s", "--searches": "2", "--population": "4", "--most-robust": "2"}
 SMALL["--pushes"] = "1"
 SMALL_CODE = {'"walk56", 4096': '"walk56", 8', "range(1000)": "range(3)", "until=120": "until=1", "until=60": "until=1"}
+SMALL_CODE |= {"instances=100": "instances=4", "(100, len(": "(4, len("}
 NEEDED = {"needs PyTorch": "torch", "needs the policy": "torch", "needs Ray": "ray"}  # modules, by what a mark says
 
 

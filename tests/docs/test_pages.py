@@ -17,6 +17,7 @@ from session import work_through
 from warpmuscle.cli.program import app
 from warpmuscle.formats.schema import scene_schema
 from warpmuscle.scene import trusted_code
+from warpmuscle.studies import judge
 
 BLOCKS = [block for page in PAGES for block in blocks(page)]
 OURS = [(block, words) for block in BLOCKS if block.language in SHELL for words in block.commands if is_ours(words)]
@@ -51,6 +52,7 @@ def named(block: Block) -> str:
 @pytest.mark.parametrize("page", EVERY_PAGE)
 def test_what_a_page_shows_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr(judge, "RUNS", 2)
     with as_in_a_process(["warpmuscle"], tmp_path):
         work_through(page, marked=False)
 

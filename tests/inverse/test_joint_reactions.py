@@ -15,6 +15,8 @@ from warpmuscle.inverse.loads import read_loads
 from warpmuscle.inverse.static_optimization import static_optimization
 from warpmuscle.scene.joints import joint_type
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 @pytest.fixture(scope="module")
 def body(tmp_path_factory) -> BodyModel:

@@ -17,6 +17,7 @@ from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.learning import Goal
 from warpmuscle.scene.trusted_code import named_code
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 NAME = "task_parts_of_one"
 MODULE = '''"""A hand that reaches."""
 

@@ -32,6 +32,8 @@ def _functions('''
 DECLARED = ', "whole", memory=1, stage="accelerations", sign="earned"),'
 TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "whole"),'
 PROGRAM = """
+import warp as wp
+wp.config.optimization_level = 0
 import warpmuscle as wm
 scene = wm.load("fwalk")
 scene.duration, scene.objective.torque, scene.objective.altitude = 0.1, 0.0, 2.0

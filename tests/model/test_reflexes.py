@@ -18,6 +18,8 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.optimized  # shipped scenes, which others run as well
+
 
 def with_reflex(reflex: Reflex, muscle: str = "SOL") -> Scene:
     """The walk by reflexes with one more."""

@@ -89,7 +89,7 @@ def test_kill_at_any_write_loses_nothing_but_the_generation_in_progress(
 ):
     monkeypatch.setattr(checkpoint, "SOONEST", 0.0)  # so that the file is among what is written
     path = tmp_path / "a.h5"
-    for moment in (*range(1, 10), *range(10, 2000, 29)):
+    for moment in (*range(1, 10), *range(10, 2000, 47)):
         for leftover in tmp_path.iterdir():
             leftover.unlink()
         with killed_at(moment) as killed:

@@ -29,7 +29,7 @@ from warpmuscle.simulation.multi_device import MultiDeviceRollout
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
 
-pytestmark = pytest.mark.usefixtures("unoptimized_steps")
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 X, ZERO = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 DURATION, RATE = 0.1, 1000.0
 TIME = np.linspace(0.0, DURATION, 6)

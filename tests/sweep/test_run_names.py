@@ -5,7 +5,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from small_sweep import small_sweep
+from small_sweep import RUNS, small_sweep
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.formats import load, toml
 from warpmuscle.sweep import gather
@@ -57,7 +57,7 @@ def test_manifest_of_usual_runs_is_read(tmp_path):
     folder = Folder(tmp_path / "a.sweep")
     folder.path.mkdir()
     folder.begin(read(small_sweep(tmp_path)), "cpu")
-    assert len(folder.manifest().runs) == 24
+    assert len(folder.manifest().runs) == RUNS
 
 
 @pytest.mark.parametrize("axis", [".", "..", "a/b", "a\0b"])

@@ -46,10 +46,10 @@ def test_every_run_is_the_optimisation_alone(done):
     with h5py.File(done) as file:
         names = list(file["runs"])
     assert len(names) == RUNS
-    name = "seed=3,torso.mass=30,torque=2"
+    name = "seed=2,torso.mass=30,torque=2"
     scene = load("fwalk")
     scene.duration, scene.character.bodies["torso"].mass, scene.objective.torque = 0.1, 30.0, 2.0
-    alone = optimize(scene, 20, 3, "cpu", search="cma", population=6)
+    alone = optimize(scene, 20, 2, "cpu", search="cma", population=6)
     result = read(done, run=name)
     np.testing.assert_array_equal(result.evaluations.params, alone.evaluations.params)
     np.testing.assert_array_equal(result.evaluations.cost, alone.evaluations.cost)
@@ -87,7 +87,7 @@ def test_output_has_a_table_and_the_candidates_of_all_runs(done):
 
 def test_one_run_is_read_by_its_name(done, tmp_path):
     with pytest.raises(
-        ResultError, match=r"a sweep of 24 runs; name one of them, such as 'seed=1,torso.mass=20,torque=1'"
+        ResultError, match=r"a sweep of 8 runs; name one of them, such as 'seed=1,torso.mass=20,torque=1'"
     ):
         read(done)
     with pytest.raises(
@@ -198,8 +198,8 @@ def test_sweep_or_scene_that_has_changed_is_refused(tmp_path, done):
             ResultError, match=r"small.toml: this sweep.* has changed .*run 'seed=1,torso.mass=20,torque=1' is"
         ):
             sweep(file, done, device="cpu")
-        file.write_text(file.read_text().replace("[1, 2, 3, 4]", "[1, 2, 3]").replace("= 21", "= 20"))
-        with pytest.raises(ResultError, match=r"run 'seed=4,torso.mass=20,torque=1' is gone"):
+        file.write_text(file.read_text().replace("seed = [1, 2]", "seed = [1]").replace("= 21", "= 20"))
+        with pytest.raises(ResultError, match=r"run 'seed=2,torso.mass=20,torque=1' is gone"):
             sweep(file, done, device="cpu")
         file.write_text("# with a comment\n" + small_sweep(folder).read_text())
         sweep(file, done, device="cpu", command="test")  # the runs are the same
@@ -212,8 +212,8 @@ def test_further_values_and_seeds_run_alone_and_the_file_is_that_of_all_at_once(
     for folder in ("all", "parts"):
         (tmp_path / folder).mkdir()
     text = small_sweep(tmp_path / "all").read_text()
-    text = text.replace("= [1, 2, 3]\n", "= [1, 3]\n").replace("[20, 30]", "[20, 30, 25]")
-    (tmp_path / "all" / "small.toml").write_text(text := text.replace("[1, 2, 3, 4]", "[7, 1, 2]"))
+    text = text.replace('torque" = [1, 2]', 'torque" = [1, 3]').replace("[20, 30]", "[20, 30, 25]")
+    (tmp_path / "all" / "small.toml").write_text(text := text.replace("seed = [1, 2]", "seed = [7, 1, 2]"))
     sweep(tmp_path / "all" / "small.toml", tmp_path / "all" / "small.h5", device="cpu", command="test")
     assert len(counted.seen) == 18
     counted.seen.clear()
@@ -346,8 +346,8 @@ def test_status_is_told_by_any_of_the_files_and_not_without_them(done, tmp_path,
     monkeypatch.chdir(done.parent)
     for file in ("small.toml", "small.h5", "small.sweep"):
         out = CliRunner().invoke(app, ["sweep", "--status", file]).output
-        assert "small: 24 of 24 runs done, 480 candidates; best: seed=" in out
-        assert len(out.splitlines()) == 26
+        assert "small: 8 of 8 runs done, 160 candidates; best: seed=" in out
+        assert len(out.splitlines()) == 10
     with pytest.raises(Error, match="no sweep of it has begun here"):
         sweep_status(tmp_path / "b.toml")
 

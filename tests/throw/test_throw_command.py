@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,6 +20,7 @@ from warpmuscle.throw import fit, job, signal_search, strength, synthesis
 from warpmuscle.throw.fit import Settings
 
 TIME = np.arange(0.0, 1.501, 0.01)
+FEW = tuple(replace(way, population=8) for way in signal_search.WAYS)  # candidates of each way to search for a throw
 
 
 @pytest.fixture
@@ -136,6 +138,7 @@ def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Pat
 def test_a_missed_goal_is_said_and_ends_with_code_1(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setattr(job, "Settings", quick)
     monkeypatch.setattr(signal_search, "GENERATIONS", 3)
+    monkeypatch.setattr(signal_search, "WAYS", FEW)
     monkeypatch.setattr(strength, "FACTORS", (1.25,))
     arguments = [
         "throw",
@@ -172,6 +175,7 @@ def throw(folder: Path, *arguments: object) -> Any:
         patch.chdir(folder)
         patch.setattr(job, "Settings", quick)
         patch.setattr(signal_search, "GENERATIONS", 3)
+        patch.setattr(signal_search, "WAYS", FEW)
         return CliRunner().invoke(app, ["throw", *map(str, arguments)], standalone_mode=False)
 
 

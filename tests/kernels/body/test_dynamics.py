@@ -15,6 +15,7 @@ from warpmuscle.scene import Body, Character, Failure, Ground, InitialState, Joi
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
+pytestmark = pytest.mark.optimized  # bodies fly and swing for seconds
 X, Y, Z, ORIGIN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 G = 9.8
 

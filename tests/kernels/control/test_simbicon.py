@@ -130,7 +130,7 @@ def upright_states(count: int, seed: int) -> States:
     "change", [{}, {"heading_control": False}, {"stance_hip_damping": -1.0}, {"stance_hip_damping": 0.8}, {"pd": {}}]
 )
 def test_random_states_give_the_torques_of_the_description(change):
-    scene, count, rng = everything_on(), 150, np.random.default_rng(3)
+    scene, count, rng = everything_on(), 50, np.random.default_rng(3)
     for name, value in change.items():
         setattr(scene.controller, name, value)
     states = upright_states(count, seed=4)
