@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,7 @@ class CmaSearch:
         self._start = checked_start(start)
         if len(self._start) < 2:
             raise Error("CMA-ES needs at least two parameters; nlopt:LN_BOBYQA or random search one")
-        population = checked_population(population, 4 + int(3 * math.log(len(self._start))), LEAST_POPULATION)
+        population = checked_population(population, usual_population(len(self._start)), LEAST_POPULATION)
         self._restarts = Restarts(restarts, population, checked_sigma(sigma))
         self._generator = np.random.default_rng(seed)
         self._progress = BestSoFar(self._start)
@@ -110,9 +110,23 @@ class CmaSearch:
         self._asked = frozen(candidates)
         return True
 
+    def branch(self, factor: float, seed: int) -> CmaSearch:
+        """A copy with its step size times a factor, which draws other numbers from here on; between `tell` and `ask`."""
+        other = copy.copy(self)
+        other._generator = np.random.default_rng(seed)
+        other._strategy = copy.deepcopy(self._strategy)
+        other._strategy.opts["randn"].generator = other._generator
+        other._strategy.sigma *= factor
+        other._restarts, other._progress = copy.deepcopy(self._restarts), copy.deepcopy(self._progress)
+        return other
+
     def finished(self) -> str:
         """See `Search`; the names of the stopping criteria of the `cma` package that were met in the last run."""
         return self._reason
+
+    def step_size(self) -> float:
+        """See `Search`."""
+        return float(self._strategy.sigma)
 
     def state(self) -> dict[str, Floats]:
         """See `Search`.
@@ -143,7 +157,7 @@ def strategy_options(population: int, generator: np.random.Generator) -> dict[st
     """Options of a strategy that draws from a generator of its own, prints nothing and touches no file."""
     return {
         "popsize": population,
-        "randn": _normals(generator),
+        "randn": _Normals(generator),
         "seed": np.nan,  # leaves NumPy's global generator alone
         # By default, from 300 parameters on, the package adapts the step size by another method, which draws from the
         # global generator.
@@ -161,10 +175,16 @@ def _one_thread() -> Any:
     return _LIBRARIES.limit(limits=1, user_api="blas")
 
 
-def _normals(generator: np.random.Generator) -> Callable[[int, int], Floats]:
-    """What the package draws its standard normal numbers from; a closure, lest the search refers to itself."""
+class _Normals:
+    """What the package draws its standard normal numbers from."""
 
-    def draw(count: int, dimensions: int) -> Floats:
-        return generator.standard_normal((count, dimensions))
+    def __init__(self, generator: np.random.Generator) -> None:
+        self.generator = generator
 
-    return draw
+    def __call__(self, count: int, dimensions: int) -> Floats:
+        return self.generator.standard_normal((count, dimensions))
+
+
+def usual_population(parameters: int) -> int:
+    """Candidates of a generation of a search of so many parameters (Hansen, arXiv:1604.00772, eq. 48)."""
+    return 4 + int(3 * math.log(parameters))
