@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
+from warpmuscle.search.bounds import LARGEST_DEVIATION, into_cube, out_of_cube, scattered
+from warpmuscle.search.one_thread import one_thread
 from warpmuscle.search.restarts import CmaRun, Restarts
 from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start, frozen
 
@@ -21,10 +21,8 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", UserWarning)  # it misses Matplotlib, which only its plots need
     import cma  # type: ignore[import-untyped]
 
-_LIBRARIES = ThreadpoolController()
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from
 MIRRORED = 0.16  # of a generation: the other side of its worst candidates (Auger, Brockhoff, Hansen, GECCO 2011)
-LARGEST_DEVIATION = 1.0 / 3.0  # of a coordinate: wider than that, candidates only fold back from the faces
 
 
 class CmaSearch:
@@ -79,7 +77,7 @@ class CmaSearch:
         if self._reason:
             raise Error(f"the search has finished: {self._reason}")
         if self._asked is None:
-            with _one_thread():
+            with one_thread():
                 self._sampled = self._strategy.ask()
             self._asked = frozen(into_cube(np.array(self._sampled)))
         return self._asked
@@ -90,7 +88,7 @@ class CmaSearch:
         values = checked_costs(costs, len(asked))
         self._progress.add(asked, values)
         self._used += len(asked)
-        with _one_thread(), warnings.catch_warnings():
+        with one_thread(), warnings.catch_warnings():
             # Where others were followed, the package misses mirrored candidates that it had asked for.
             warnings.simplefilter("ignore", cma.evolution_strategy.InjectionWarning)
             self._strategy.tell(self._sampled, values.tolist())
@@ -109,16 +107,6 @@ class CmaSearch:
             self._sampled[row] = out_of_cube(candidates[row])
         self._asked = frozen(candidates)
         return True
-
-    def branch(self, factor: float, seed: int) -> CmaSearch:
-        """A copy with its step size times a factor, which draws other numbers from here on; between `tell` and `ask`."""
-        other = copy.copy(self)
-        other._generator = np.random.default_rng(seed)
-        other._strategy = copy.deepcopy(self._strategy)
-        other._strategy.opts["randn"].generator = other._generator
-        other._strategy.sigma *= factor
-        other._restarts, other._progress = copy.deepcopy(self._restarts), copy.deepcopy(self._progress)
-        return other
 
     def finished(self) -> str:
         """See `Search`; the names of the stopping criteria of the `cma` package that were met in the last run."""
@@ -153,11 +141,16 @@ class CmaSearch:
         return cma.CMAEvolutionStrategy(out_of_cube(start), run.sigma, options)
 
 
+def usual_population(parameters: int) -> int:
+    """Candidates of a generation for so many parameters (Hansen, arXiv:1604.00772, eq. 48)."""
+    return 4 + int(3 * math.log(parameters))
+
+
 def strategy_options(population: int, generator: np.random.Generator) -> dict[str, Any]:
     """Options of a strategy that draws from a generator of its own, prints nothing and touches no file."""
     return {
         "popsize": population,
-        "randn": _Normals(generator),
+        "randn": _normals(generator),
         "seed": np.nan,  # leaves NumPy's global generator alone
         # By default, from 300 parameters on, the package adapts the step size by another method, which draws from the
         # global generator.
@@ -170,21 +163,10 @@ def strategy_options(population: int, generator: np.random.Generator) -> dict[st
     }
 
 
-def _one_thread() -> Any:
-    """A context in which BLAS has one thread."""
-    return _LIBRARIES.limit(limits=1, user_api="blas")
+def _normals(generator: np.random.Generator) -> Callable[[int, int], Floats]:
+    """What the package draws its standard normal numbers from; a closure, lest the search refers to itself."""
 
+    def draw(count: int, dimensions: int) -> Floats:
+        return generator.standard_normal((count, dimensions))
 
-class _Normals:
-    """What the package draws its standard normal numbers from."""
-
-    def __init__(self, generator: np.random.Generator) -> None:
-        self.generator = generator
-
-    def __call__(self, count: int, dimensions: int) -> Floats:
-        return self.generator.standard_normal((count, dimensions))
-
-
-def usual_population(parameters: int) -> int:
-    """Candidates of a generation of a search of so many parameters (Hansen, arXiv:1604.00772, eq. 48)."""
-    return 4 + int(3 * math.log(parameters))
+    return draw
