@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.search.bounds import LARGEST_DEVIATION, into_cube, out_of_cube, scattered
+from warpmuscle.search.many_cma import usual_size
 from warpmuscle.search.one_thread import one_thread
 from warpmuscle.search.restarts import CmaRun, Restarts
 from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start, frozen
@@ -63,7 +63,7 @@ class CmaSearch:
         self._start = checked_start(start)
         if len(self._start) < 2:
             raise Error("CMA-ES needs at least two parameters; nlopt:LN_BOBYQA or random search one")
-        population = checked_population(population, usual_population(len(self._start)), LEAST_POPULATION)
+        population = checked_population(population, usual_size(len(self._start)), LEAST_POPULATION)
         self._restarts = Restarts(restarts, population, checked_sigma(sigma))
         self._generator = np.random.default_rng(seed)
         self._progress = BestSoFar(self._start)
@@ -139,11 +139,6 @@ class CmaSearch:
         options = strategy_options(run.population, self._generator)
         self._used = 0  # evaluations of this run
         return cma.CMAEvolutionStrategy(out_of_cube(start), run.sigma, options)
-
-
-def usual_population(parameters: int) -> int:
-    """Candidates of a generation for so many parameters (Hansen, arXiv:1604.00772, eq. 48)."""
-    return 4 + int(3 * math.log(parameters))
 
 
 def strategy_options(population: int, generator: np.random.Generator) -> dict[str, Any]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.search.bounds import into_cube, out_of_cube
-from warpmuscle.search.many_cma import ManyCma
+from warpmuscle.search.many_cma import ManyCma, usual_size
 from warpmuscle.search.search import (
     BestSoFar,
     checked_costs,
@@ -20,11 +18,11 @@ from warpmuscle.search.search import (
     frozen,
 )
 
-ISLANDS = 10  # where nobody says how many candidates a generation has
-ENLARGED = 4  # an island has so many times the candidates of a generation of CMA-ES alone
+ISLANDS = 5  # where nobody says how many candidates a generation has
+ENLARGED = 8  # an island has so many times the candidates of a generation of CMA-ES alone
 LEAST_POPULATION = 4
 SMALLEST_SPREAD = 0.1  # of the step size that was asked for, among the islands
-EXCHANGE = 10  # generations between two exchanges
+EXCHANGE = 5  # generations between two exchanges
 REPLACED = 0.25  # of the islands at an exchange
 STRETCH = 2.0  # of a copy's step size, at most, in either direction
 CONVERGED = 1e-7  # standard deviation along the longest axis of an island, as a part of the cube's edge
@@ -59,7 +57,7 @@ class IslandSearch:
         Args:
             population: candidates of a generation, of all islands together; a few less where islands do not divide it.
             sigma: initial step size of the first island; the others have smaller ones, down to a tenth.
-            islands: how many; by default such that each has four times the candidates of CMA-ES alone.
+            islands: how many; by default such that each has eight times the candidates of CMA-ES alone.
 
         Raises:
             Error: the start lies outside the cube or has one coordinate only, or a setting cannot be used.
@@ -67,7 +65,7 @@ class IslandSearch:
         point = checked_start(start)
         if len(point) < 2:
             raise Error("islands need at least two parameters; nlopt:LN_BOBYQA or random search one")
-        size = ENLARGED * (4 + int(3 * math.log(len(point))))
+        size = ENLARGED * usual_size(len(point))
         population = checked_population(population, ISLANDS * size, LEAST_POPULATION)
         count = max(round(population / size), 1) if islands is None else islands
         steps = checked_sigma(sigma) * np.geomspace(1.0, SMALLEST_SPREAD, count)

@@ -16,6 +16,11 @@ from warpmuscle.search.bounds import LARGEST_DEVIATION
 from warpmuscle.search.one_thread import one_thread
 
 
+def usual_size(parameters: int) -> int:
+    """Candidates of a generation of CMA-ES alone (Hansen, arXiv:1604.00772, eq. 48)."""
+    return 4 + int(3 * math.log(parameters))
+
+
 @dataclass(frozen=True)
 class Rates:
     """Weights and learning rates of a population (Hansen, arXiv:1604.00772, table 1)."""

@@ -50,7 +50,9 @@ from warpmuscle.simulation.rollout_results import RolloutResults
 from warpmuscle.simulation.stepper import Stepper
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
-QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
+QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
+GREATEST_BATCH = 65536  # instances, that surely fill a GPU
+MOST = 0.95  # of the instances
 
 
 class Rollout(RolloutResults):
@@ -273,8 +275,9 @@ class Rollout(RolloutResults):
             self.advance(min(self.steps_done + chunk, end))
             if progress is not None:
                 progress(self)
-            rest = len(self._batch.running) == running and time.monotonic() - begin < QUICK
-            chunk = 2 * chunk if rest else chunk_steps(self.scene)
+            quick = time.monotonic() - begin < QUICK
+            most = len(self._batch.running) >= MOST * running
+            chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
 
@@ -339,6 +342,13 @@ class Rollout(RolloutResults):
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
         """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""
         self._launcher.kernel(self._launcher.config_from_outside(excitations, torques)).load()
+
+    @property
+    def at_once(self) -> int:
+        if self.device.is_cpu:
+            return 0
+        config = kernel_config(self.scene, self.structure, GREATEST_BATCH, self.device, None, NOTHING)
+        return config.resident(self.device.sm_count)
 
     @property
     def compiles(self) -> bool:

@@ -102,12 +102,13 @@ class _Worker(threading.Thread):
 
     Attributes:
         request: what it waits for; None at its end. error: what it raised.
-        device, largest, term_names: see `GenerationEvaluator`.
+        device, largest, at_once, term_names: see `GenerationEvaluator`.
     """
 
     def __init__(self, job: Job, index: int, shared: _Shared) -> None:
         super().__init__(daemon=True)
         self.device, self.largest, self.term_names = shared.device, shared.largest, shared.term_names
+        self.at_once = 0  # they fill a GPU together
         self.request: _Request | None = None
         self.error: BaseException | None = None
         self._job, self._index = job, index
