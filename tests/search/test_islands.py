@@ -73,7 +73,7 @@ def test_what_it_asks_lies_in_the_cube_and_depends_on_the_seed_alone():
 
 def test_candidates_of_another_machine_are_taken_in_place_of_its_own():
     """What they learn then is the same but for rounding; what they ask next has other axes to be drawn along."""
-    leader, follower = (IslandSearch(start_of(8), 1, sigma=0.03) for _ in range(2))
+    leader, follower = (IslandSearch(np.full(8, 0.55), 1, sigma=0.01) for _ in range(2))  # far from all faces
     for _ in range(8):
         asked = np.clip(leader.ask() + 1e-12, 0.0, 1.0)
         assert follower.follow(asked)

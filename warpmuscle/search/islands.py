@@ -108,8 +108,8 @@ class IslandSearch:
         """See `Search`."""
         asked = self.ask()
         assert self._sampled is not None
-        rows = np.flatnonzero(np.any(candidates != asked, axis=1))
-        self._sampled.reshape(asked.shape)[rows] = out_of_cube(candidates[rows])
+        moved = np.any(candidates != asked, axis=1).reshape(self._sampled.shape[:2])
+        self._sampled[moved] = out_of_cube(candidates[moved.ravel()])
         self._asked = frozen(candidates)
         return True
 
