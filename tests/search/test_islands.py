@@ -16,10 +16,10 @@ def test_a_generation_has_as_many_candidates_as_asked_for_in_islands_of_the_usua
     assert search.state()["sigmas"].shape == (5,)
 
 
-def test_islands_begin_at_the_start_with_step_sizes_from_the_one_asked_for_down_to_a_tenth():
+def test_islands_begin_at_the_start_with_step_sizes_from_the_one_asked_for_down_to_a_25th():
     search = IslandSearch(start_of(20), 1, sigma=0.2)
     np.testing.assert_allclose(search.state()["means"], np.tile(start_of(20), (5, 1)))
-    np.testing.assert_allclose(search.state()["sigmas"][[0, -1]], [0.2, 0.02])
+    np.testing.assert_allclose(search.state()["sigmas"][[0, -1]], [0.2, 0.008])
 
 
 @pytest.mark.parametrize("function", FUNCTIONS)

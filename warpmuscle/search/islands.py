@@ -21,7 +21,7 @@ from warpmuscle.search.search import (
 ISLANDS = 5  # where nobody says how many candidates a generation has
 ENLARGED = 8  # an island has so many times the candidates of a generation of CMA-ES alone
 LEAST_POPULATION = 4
-SMALLEST_SPREAD = 0.1  # of the step size that was asked for, among the islands
+SMALLEST_SPREAD = 0.04  # of the step size that was asked for, among the islands
 EXCHANGE = 5  # generations between two exchanges
 REPLACED = 0.25  # of the islands at an exchange
 STRETCH = 2.0  # of a copy's step size, at most, in either direction
@@ -56,7 +56,7 @@ class IslandSearch:
 
         Args:
             population: candidates of a generation, of all islands together; a few less where islands do not divide it.
-            sigma: initial step size of the first island; the others have smaller ones, down to a tenth.
+            sigma: initial step size of the first island; the others have smaller ones, down to a 25th.
             islands: how many; by default such that each has eight times the candidates of CMA-ES alone.
 
         Raises:
