@@ -2,14 +2,19 @@
 
 from warpmuscle.optimization.usual_search import CANDIDATES, GENERATIONS, USUAL, unlimited, usual_search
 from warpmuscle.results.records import ANY_NUMBER, SearchOptions
+from warpmuscle.search.islands import ENLARGED, ISLANDS
 
 NOTHING = SearchOptions(USUAL, candidates=ANY_NUMBER)
-GPU = 792  # candidates that one computes at once
+GPU = 396  # candidates that one computes at once
 
 
 def test_a_gpu_is_filled_with_islands_for_a_hundred_generations():
     chosen = usual_search(NOTHING, 86, GPU)
     assert (chosen.strategy, chosen.population, chosen.candidates) == ("islands", GPU, GENERATIONS * GPU)
+
+
+def test_no_more_islands_than_five_as_more_take_longer_and_find_no_more():
+    assert usual_search(NOTHING, 86, 10_000).population == ISLANDS * ENLARGED * 17  # 17: 4 + 3 ln 86
 
 
 def test_a_cpu_gets_cma_of_its_own_size():

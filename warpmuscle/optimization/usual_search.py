@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace as changed
 
 from warpmuscle.results.records import ANY_NUMBER, SearchOptions
+from warpmuscle.search.islands import ENLARGED, ISLANDS
 from warpmuscle.search.many_cma import usual_size
 
 USUAL = ""  # strategy that is yet to be chosen
@@ -20,8 +21,9 @@ def unlimited(options: SearchOptions) -> bool:
 def usual_search(options: SearchOptions, parameters: int, at_once: int) -> SearchOptions:
     """The options with strategy, population and number of candidates chosen, where they are not.
 
-    A device that computes many candidates in the time of one gets islands that fill it, in smaller generations where
-    so few candidates are wanted that there would not be enough of those. Anything else gets CMA-ES.
+    A device that computes many candidates in the time of one gets islands, as many as it computes in that time but no
+    more than five: what then counts is how many generations there are in a minute. Generations are smaller where so few
+    candidates are wanted that there would not be enough of them. Anything else gets CMA-ES.
 
     Args:
         options: of strategy `USUAL`, or another one, which stays.
@@ -34,7 +36,7 @@ def usual_search(options: SearchOptions, parameters: int, at_once: int) -> Searc
         return usual_search(changed(options, strategy="random"), parameters, at_once)
     least = usual_size(parameters)
     wanted = options.candidates // GENERATIONS if options.candidates < ANY_NUMBER else at_once
-    population = min(wanted, at_once)
+    population = min(wanted, at_once, ISLANDS * ENLARGED * least)
     if population <= least:
         return usual_search(changed(options, strategy="cma"), parameters, at_once)
     count = GENERATIONS * population if unlimited(options) else options.candidates

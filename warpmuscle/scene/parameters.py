@@ -66,6 +66,11 @@ def free_parameters(scene: Scene) -> list[Parameter]:
     return _parameters(scene, _free_numbers(scene))
 
 
+def tables_of_free_numbers(scene: Scene) -> set[str]:
+    """Names of the scene's tables that have a free number in them, or one that follows another."""
+    return {key.partition(".")[0] for key, _, _ in _free_numbers(scene)}
+
+
 def _free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
     """Path, number and unit of all that is no plain number."""
     found: list[tuple[str, Free, str]] = []

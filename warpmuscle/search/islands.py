@@ -18,8 +18,8 @@ from warpmuscle.search.search import (
     frozen,
 )
 
-ISLANDS = 5  # where nobody says how many candidates a generation has
-ENLARGED = 8  # an island has so many times the candidates of a generation of CMA-ES alone
+ISLANDS = 5  # where nobody says how many candidates a generation has, and on a GPU at most
+ENLARGED = 7  # an island has so many times the candidates of a generation of CMA-ES alone
 LEAST_POPULATION = 4
 SMALLEST_SPREAD = 0.04  # of the step size that was asked for, among the islands
 EXCHANGE = 5  # generations between two exchanges
@@ -57,7 +57,7 @@ class IslandSearch:
         Args:
             population: candidates of a generation, of all islands together; a few less where islands do not divide it.
             sigma: initial step size of the first island; the others have smaller ones, down to a 25th.
-            islands: how many; by default such that each has eight times the candidates of CMA-ES alone.
+            islands: how many; by default such that each has seven times the candidates of CMA-ES alone.
 
         Raises:
             Error: the start lies outside the cube or has one coordinate only, or a setting cannot be used.

@@ -23,7 +23,7 @@ from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
+from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute, tables_of_free_numbers
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
     checked_threads,
@@ -51,7 +51,6 @@ from warpmuscle.simulation.stepper import Stepper
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
-GREATEST_BATCH = 65536  # instances, that surely fill a GPU
 MOST = 0.95  # of the instances
 
 
@@ -142,6 +141,7 @@ class Rollout(RolloutResults):
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
         self._inputs.of_model = ModelInputs(reference=reference_of(scene, structure, self._record))
         self._values: Floats = start_values(scene)
+        self._of_controller = tables_of_free_numbers(scene) == {"controller"}
         self._commands: dict[str, Floats] = {}  # that are not those of the scene
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
@@ -165,6 +165,7 @@ class Rollout(RolloutResults):
         self._inputs.use(numeric)
         self.numeric = numeric
 
+    @in_silence
     def change_controller(self, numeric: Scene) -> None:
         """Go on with other numbers of the controller, which are all that differs from the present ones."""
         self.change_parts(numeric, ["controller"])
@@ -192,9 +193,12 @@ class Rollout(RolloutResults):
             held = struct_bytes(self.state, self.model, self._extensions.struct)
             check_memory(self.instances, self.instance_bytes.total, self.device, held)
         before = self.numeric
-        self.model = structs.Model()  # so that its memory is free for the new one
         try:
-            self.change(self._substituted(array))
+            if self._of_controller:
+                self.change_controller(self._substituted(array))
+            else:
+                self.model = structs.Model()  # so that its memory is free for the new one
+                self.change(self._substituted(array))
             self._values = array
         except Error:
             self.change(before)
@@ -347,7 +351,7 @@ class Rollout(RolloutResults):
     def at_once(self) -> int:
         if self.device.is_cpu:
             return 0
-        config = kernel_config(self.scene, self.structure, GREATEST_BATCH, self.device, None, NOTHING)
+        config = kernel_config(self.scene, self.structure, 1, self.device, None, NOTHING)
         return config.resident(self.device.sm_count)
 
     @property
