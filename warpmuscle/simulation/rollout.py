@@ -23,7 +23,7 @@ from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute, tables_of_free_numbers
+from warpmuscle.scene.parameters import Parameter, free_numbers, free_parameters, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
     checked_threads,
@@ -141,7 +141,8 @@ class Rollout(RolloutResults):
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
         self._inputs.of_model = ModelInputs(reference=reference_of(scene, structure, self._record))
         self._values: Floats = start_values(scene)
-        self._of_controller = tables_of_free_numbers(scene) == {"controller"}
+        self._free = free_numbers(scene)
+        self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
         self._commands: dict[str, Floats] = {}  # that are not those of the scene
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
@@ -184,7 +185,7 @@ class Rollout(RolloutResults):
 
     def _substituted(self, values: Floats) -> Scene:
         """The scene with values of its parameters, as commanded, and with the masses of disturbed instances."""
-        numeric, factors = substitute(self.scene, values, self._commands), self._inputs.disturbances.mass
+        numeric, factors = substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances.mass
         return numeric if factors is None else with_masses(numeric, factors)
 
     def set_parameters(self, values: ArrayLike) -> None:
