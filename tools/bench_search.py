@@ -1,70 +1,139 @@
-"""Time that CMA-ES takes for itself, without any evaluation: to sample a generation, and to learn from its costs.
+"""What searches of a scene find in a given wall time, by strategy and seed, as a table of medians and quartiles.
 
-    python tools/bench_search.py
-    python tools/bench_search.py --parameters 148,300 --populations 50,500,5000 --json bench.json
+    python tools/bench_search.py walk56_person_search --until 40 --sigma 0.1 --seeds 10
+    python tools/bench_search.py fwalk --until 20 --seeds 3 --device cpu --options "cma; cma --searches 4"
 
-Also the time of one evaluation's way into NLopt's thread and back, and of a generation of many small searches.
+Options are those of `warpmuscle optimize` as far as they matter here, separated by semicolons: a strategy (empty for
+the usual one), `--population N`, `--searches N`, `--restarts KIND`. The kernel is compiled before anything is timed.
+Time counts from the first batch. The curves of all searches are in the JSON file.
 """
 
 from __future__ import annotations
 
 import json
+import shlex
+import tempfile
 import time
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 import typer
+import warp as wp
 
-from warpmuscle.core.array_types import Floats
-from warpmuscle.search.batched import ask_all, tell_all
-from warpmuscle.search.search import Search
-from warpmuscle.search.strategies import make_search, make_searches
+from warpmuscle.formats import load
+from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.progress import Progress
+from warpmuscle.scene import Scene
 
-
-def ellipsoid(candidates: Floats) -> Floats:
-    """A function whose axes differ by a factor of a hundred, so that the covariance matters."""
-    weight = np.logspace(0.0, 4.0, candidates.shape[1])
-    return np.asarray(np.sum(weight * (candidates - 0.3) ** 2, axis=1))
+PARTS = (0.1, 0.5, 1.0)  # of the time, at which the best cost is told
+USUAL = "; cma; cma --population 64; cma --population 320; cma --searches 16; cma --searches 8 --population 64"
 
 
-def times(searches: list[Search], generations: int) -> tuple[float, float]:
-    """Milliseconds to ask and to tell a generation of all searches, on average: the covariance is decomposed lazily."""
-    asking, telling = [], []
-    for _ in range(generations):
-        begin = time.perf_counter()
-        batch = ask_all(searches)
-        asked = time.perf_counter()
-        costs = ellipsoid(batch.candidates)
-        evaluated = time.perf_counter()
-        tell_all(searches, batch, costs)
-        asking.append(asked - begin)
-        telling.append(time.perf_counter() - evaluated)
-    return 1e3 * float(np.mean(asking[1:])), 1e3 * float(np.mean(telling[1:]))
+def options_of(text: str) -> dict[str, Any]:
+    """Arguments of `optimize` from one of the options."""
+    words, found = shlex.split(text), {}
+    if words and not words[0].startswith("--"):
+        found["search"] = words.pop(0)
+    for name, value in zip(words[::2], words[1::2], strict=True):
+        found[name.removeprefix("--")] = int(value) if value.isdigit() else value
+    return found
+
+
+class Curve:
+    """The best cost over the wall time of a search."""
+
+    def __init__(self) -> None:
+        self.time: list[float] = []
+        self.best: list[float] = []
+        self.computed = 0.0
+        self._begin: float | None = None
+
+    def __call__(self, progress: Progress) -> None:
+        """Take what a search tells of itself."""
+        now = time.monotonic()
+        self._begin = now if self._begin is None or progress.compiling else self._begin
+        self.computed = progress.computed
+        if np.isfinite(progress.best) and (not self.best or progress.best < self.best[-1]):
+            self.time.append(now - self._begin)
+            self.best.append(progress.best)
+
+    def at(self, seconds: float) -> float:
+        """The best cost after so many seconds, infinite before there is one."""
+        known = [cost for moment, cost in zip(self.time, self.best, strict=True) if moment <= seconds]
+        return known[-1] if known else np.inf
+
+    def until(self, cost: float) -> float:
+        """Seconds until a cost was reached, infinite if it was not."""
+        return next((t for t, best in zip(self.time, self.best, strict=True) if best <= cost), np.inf)
+
+
+def measured(scene: Scene, until: float, seed: int, device: str | None, options: dict[str, Any]) -> dict[str, Any]:
+    """One search: its curve, how much it evaluated, and the strategy that it came to use."""
+    curve = Curve()
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "search.h5"
+        result = optimize(scene, None, seed, device, until=until, progress=curve, output=output, **options)
+    assert result.evaluations is not None
+    assert result.searched is not None
+    assert result.best is not None
+    motion = float(result.evaluations.end_time.sum()) * scene.robustness.runs
+    chosen = result.searched.options
+    return {
+        "seed": seed, "strategy": chosen.strategy, "population": chosen.population, "device": result.device,
+        "candidates": len(result.evaluations.cost), "motion_per_second": motion / until, "computed": curve.computed,
+        "best": [*(curve.at(part * until) for part in PARTS[:-1]), result.best.cost],
+        "time": curve.time, "cost": curve.best,
+    }  # fmt: skip
+
+
+def quartiles(values: list[float]) -> str:
+    """Median, and both quartiles where there are several values."""
+    if not np.isfinite(values).all():
+        return "-"
+    low, middle, high = np.percentile(values, [25, 50, 75])
+    return f"{middle:.4g}" if len(values) == 1 else f"{middle:.4g} ({low:.4g} to {high:.4g})"
+
+
+def row(title: str, runs: list[dict[str, Any]]) -> str:
+    """A line of the table."""
+    number = [f"{np.median([run[name] for run in runs]):.0f}" for name in ("candidates", "motion_per_second")]
+    busy = f"{100.0 * float(np.median([run['computed'] for run in runs])):.0f} %"
+    costs = [quartiles([run["best"][k] for run in runs]) for k in range(len(PARTS))]
+    first = runs[0]
+    chosen = "" if title else f": {first['strategy']}, population {first['population']}"
+    return f"| {title or 'none'}{chosen} | {' | '.join([*number, busy, *costs])} |"
 
 
 def main(
-    parameters: Annotated[str, typer.Option(help="Numbers of parameters, separated by commas.")] = "148,300",
-    populations: Annotated[str, typer.Option(help="Candidates of a generation, separated by commas.")] = "50,500,5000",
-    generations: Annotated[int, typer.Option(help="Generations to average over, after a first one.")] = 20,
-    json_path: Annotated[Path | None, typer.Option("--json", help="File for the figures.")] = None,
+    scene: str,
+    until: Annotated[float, typer.Option(help="Wall time of each search, s.")] = 40.0,
+    sigma: Annotated[float | None, typer.Option(help="First step, as a part of each parameter's interval.")] = None,
+    seeds: Annotated[int, typer.Option(help="Searches of each kind, with seeds 1, 2, ...")] = 10,
+    first: Annotated[int, typer.Option(help="The first seed.")] = 1,
+    options: Annotated[str, typer.Option(help="Kinds of searches, separated by semicolons.")] = USUAL,
+    device: Annotated[str | None, typer.Option(help="cpu, cuda:0, ...")] = None,
+    json_path: Annotated[Path | None, typer.Option("--json", help="File for figures and curves.")] = None,
 ) -> None:
-    """Time the searches."""
-    figures: dict[str, dict[str, float]] = {}
-
-    def show(name: str, searches: list[Search], count: int) -> None:
-        ask, tell = times(searches, count + 1)
-        figures[name] = {"ask_ms": ask, "tell_ms": tell}
-        print(f"{name:50s} ask {ask:9.3f} ms   tell {tell:9.3f} ms", flush=True)
-
-    for dimensions in map(int, parameters.split(",")):
-        for population in map(int, populations.split(",")):
-            search = make_search("cma", dimensions, None, 1, population=population)
-            show(f"cma, {dimensions} parameters, population {population}", [search], generations)
-        show(f"64 cma searches, {dimensions} parameters", make_searches("cma", dimensions, None, 1, 64), generations)
-        show(f"nlopt:LN_SBPLX, {dimensions} parameters", [make_search("nlopt:LN_SBPLX", dimensions, None, 1)], 1000)
+    """Measure searches of a scene and print a table."""
+    wp.config.log_level = wp.LOG_WARNING
+    warnings.simplefilter("ignore")
+    given = load(scene)
+    kinds = [text.strip() for text in options.split(";")]
+    figures: dict[str, list[dict[str, Any]]] = {}
+    print(f"{scene}, {until:g} s each, {seeds} seeds, sigma {sigma or 'as usual'}")
+    print("| options | candidates | s of motion a s | device at work | best after a tenth | half | all |")
+    print("|---|---|---|---|---|---|---|", flush=True)
+    short = msgspec.structs.replace(given, duration=max(0.1, 4.0 * given.time_step))
+    for text in kinds:
+        asked = options_of(text) | ({} if sigma is None else {"sigma": sigma})
+        optimize(short, None, 1, device, until=0.5, **asked)  # compiles
+        figures[text] = [measured(given, until, seed, device, asked) for seed in range(first, first + seeds)]
+        print(row(text, figures[text]), flush=True)
     if json_path is not None:
-        json_path.write_text(json.dumps(figures, indent=2) + "\n")
+        json_path.write_text(json.dumps(figures) + "\n")
 
 
 if __name__ == "__main__":

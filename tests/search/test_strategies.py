@@ -10,7 +10,7 @@ from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
 from warpmuscle.search.random import RandomGenerations, RandomSearch
 from warpmuscle.search.strategies import make_search, make_searches
 
-NAMES = ("random", "cma", "cma:ipop", "cma:bipop", "nlopt:LN_BOBYQA", "nlopt:GN_ISRES", "nlopt:LD_LBFGS")
+NAMES = ("islands", "random", "cma", "cma:ipop", "cma:bipop", "nlopt:LN_BOBYQA", "nlopt:GN_ISRES", "nlopt:LD_LBFGS")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -78,7 +78,7 @@ def test_a_finished_search_asks_no_more(name):
         search.tell([1.0])
 
 
-@pytest.mark.parametrize("name", ["cma", "nlopt:LN_SBPLX", "random"])
+@pytest.mark.parametrize("name", ["cma", "islands", "nlopt:LN_SBPLX", "random"])
 def test_64_searches_share_their_batches_and_do_as_they_would_alone(name):
     searches = make_searches(name, 10, start_of(10), 5, 64, population=None if name != "random" else 4)
     parts = [[] for _ in searches]

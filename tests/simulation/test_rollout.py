@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from short_walks import CANDIDATE, assert_same_bits, candidates, limp, plain_walk, short_walk
+from warpmuscle.core.arrays import named_arrays
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
+from warpmuscle.formats import load
 from warpmuscle.kernels.memory.scratch import work_floats
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import start_values
+from warpmuscle.scene.parameters import free_numbers, start_values, substitute
 from warpmuscle.simulation.launcher import usual_lanes
 from warpmuscle.simulation.rollout import Rollout
 
@@ -284,6 +286,20 @@ def test_body_shape_and_joint_place_may_be_free():
     for rollout in rollouts:
         rollout.run()
     assert_same_bits(*(rollout.recording() for rollout in rollouts))
+
+
+@pytest.mark.parametrize("name", ["fwalk", "stumble56", "run56_search", "wang2012_search", "gait2392_walk", "legs28"])
+def test_parameters_of_the_controller_alone_leave_the_same_model_as_making_all_of_it_again(name: str):
+    scene = load(name)
+    quick, whole = (Rollout(scene, 3, "cpu") for _ in range(2))
+    assert all(path.startswith("controller.") for path, _, _ in free_numbers(scene))
+    values = start_values(scene) * np.array([[1.0], [1.01], [0.99]])
+    quick.set_parameters(values)
+    whole.change(substitute(scene, values))
+    names = [name for name, _ in named_arrays(whole.model)]
+    assert len(names) > 50
+    for name, (_, one), (_, other) in zip(names, named_arrays(quick.model), named_arrays(whole.model), strict=True):
+        assert one.numpy().tobytes() == other.numpy().tobytes(), name
 
 
 def test_parameters_may_be_given_once_for_all():

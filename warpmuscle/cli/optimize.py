@@ -51,7 +51,8 @@ USUAL = 5000  # candidates of a search
 Strategy = Annotated[
     str | None,
     typer.Option(
-        help="Strategy: cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as LN_BOBYQA; by default cma."
+        help="Strategy: islands, cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as LN_BOBYQA; by default "
+        "islands that fill a GPU, or cma on a CPU."
     ),
 ]
 Population = Annotated[
@@ -70,7 +71,7 @@ def optimize(
         typer.Option(
             min=1,
             help="How many sets of parameters to try, in all searches and stages; how many more with --resume. "
-            "By default 5000 a search, or any number with --until.",
+            "By default any number with --until, else 5000 a search, or on a GPU 100 generations that fill it.",
         ),
     ] = None,
     seed: Annotated[
@@ -124,7 +125,7 @@ def optimize(
         scene = _with_objective(
             changed(load_scene(sources, settings=settings), duration, time_step, None), free, settings
         )
-        count = candidates or (None if limit is not None and not scene.stages else USUAL * searches)
+        count = candidates or (USUAL * searches if scene.stages else None)
         from warpmuscle.core.names import file_name
 
         output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
@@ -200,6 +201,8 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
     if len(evaluations.cost) < options.candidates and options.limited:
         tried = f"{len(evaluations.cost)} of {number_of(options.candidates, 'candidate')}"
     rate = f"{bar.simulated / max(bar.elapsed, 1e-9):.0f} s of motion per second on {result.device}"
+    if bar.computed > 0.0:
+        rate += f", which computed {100.0 * bar.computed:.0f} % of the time"
     earlier = f", {bar.recalled} of them earlier" if bar.recalled else ""
     out.print(f"{tried} in {bar.elapsed:.1f} s{earlier}, {rate}")
     generations = int(evaluations.generation[-1]) + 1
@@ -207,7 +210,8 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
     if result.searched.stages:
         _print_stages(result)
     else:
-        out.print(f"{options.strategy}: {several}{number_of(generations, 'generation')}; {result.searched.ended}")
+        size = "" if options.population is None else f" of {number_of(options.population, 'candidate')}"
+        out.print(f"{options.strategy}: {several}{number_of(generations, 'generation')}{size}; {result.searched.ended}")
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")

@@ -80,12 +80,13 @@ class ProgressBar(Bar):
     Attributes:
         recalled: candidates that were evaluated before.
         simulated: s of motion computed.
+        computed: part of the time in which batches ran, 0..1.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self._begin = time.perf_counter()
-        self.simulated, self.recalled = 0.0, 0
+        self.simulated, self.recalled, self.computed = 0.0, 0, 0.0
 
     @property
     def elapsed(self) -> float:
@@ -94,7 +95,7 @@ class ProgressBar(Bar):
 
     def update(self, progress: Progress) -> None:
         """Show this progress."""
-        self.simulated, self.recalled = progress.simulated, progress.recalled
+        self.simulated, self.recalled, self.computed = progress.simulated, progress.recalled, progress.computed
         of = f"/{progress.candidates}" if progress.limited else ""
         alive = "compiling, 0" if progress.compiling else progress.alive
         stage = f"stage {progress.stage + 1}/{progress.stages}, {progress.stage_name}, " if progress.stages else ""

@@ -124,10 +124,12 @@ class GenerationEvaluator(Protocol):
 
     Attributes:
         device: on which. largest: number of candidates in a batch. term_names: of the objective's terms.
+        at_once: candidates that a GPU computes in the time of one; 0 for a CPU.
     """
 
     device: str
     largest: int
+    at_once: int
     term_names: tuple[str, ...]
 
     def evaluate(self, generation: Generation, limit: int, tracker: Tracker, enough: Callable[[], Any]) -> None:
@@ -152,6 +154,7 @@ class BatchEvaluator:
         first = CandidateBatch(scene, 1, device, threads=threads)
         self.device = str(first.batch.device)
         self.largest = max(_suiting(device, first) // first.runs, 1)
+        self.at_once = min(first.batch.at_once // first.runs, self.largest)
         self._loaded = False
         self._told: set[str] = set()  # of the causes that ended candidates
         self.term_names = tuple(first.batch.terms())
@@ -179,12 +182,14 @@ class BatchEvaluator:
             trials.set_parameters(self._values)
             self._load(trials, tracker)
             try:
-                trials.run(progress=tracker.running)
+                with tracker.computing():
+                    trials.run(progress=tracker.running)
             finally:
                 trials.run(0.0)  # no further, but those at their end have come to it, also after an exception
                 generation.take(part, trials)
             self._warn(trials)
-            tracker.ended(trials)
+            simulated = float(trials.batch.end_time().sum())
+            tracker.counted(len(part), float(generation.cost[part].min()), simulated)
 
     def _warn(self, trials: CandidateBatch) -> None:
         """Tell, once each, of the scene's own parts that ended candidates."""

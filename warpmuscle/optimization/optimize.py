@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from warpmuscle.core.arguments import as_path, as_truth, as_whole
-from warpmuscle.core.errors import Error, UnusedParameterWarning
+from warpmuscle.core.errors import UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.model.unused_parameters import in_short, without_unused
 from warpmuscle.optimization.curriculum import Curriculum
@@ -26,6 +26,7 @@ from warpmuscle.optimization.run import finished, make_player, make_search_loop,
 from warpmuscle.optimization.search_loop import SearchLoop
 from warpmuscle.optimization.stages import plan
 from warpmuscle.optimization.usual_objective import with_usual_objective
+from warpmuscle.optimization.usual_search import USUAL, usual_search
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import checked_quantities
 from warpmuscle.results.records import ANY_NUMBER, Result, SearchOptions, Staged, parameter_table
@@ -36,7 +37,7 @@ from warpmuscle.scene.validation.scene import check_scene
 
 def optimize(
     scene: SceneLike,
-    candidates: int | None = 5000,
+    candidates: int | None = None,
     seed: int = 1,
     device: str | None = None,
     *,
@@ -71,10 +72,12 @@ def optimize(
 
     Args:
         scene: with free parameters; or its name or file.
-        candidates: how many to evaluate, in all searches and stages together; None for any number, with `until`.
+        candidates: how many to evaluate, in all searches and stages together; by default any number with `until`, else
+            5000 a search, or on a GPU 100 generations of the usual search.
         seed: of the searches; the same seed gives the same result on the same kind of device, processor and BLAS.
         device: see `make_rollout`. threads: CPU threads, by default one a core.
-        search: the strategy, see `search.strategies`; by default cma, and random for one free parameter alone.
+        search: the strategy, see `search.strategies`; by default what suits the device, see `usual_search`: on a GPU
+            islands that fill it, else cma; random for one free parameter alone.
         searches: how many independent ones at the same time, all in the same batches.
         population: candidates a generation of each search; by default the strategy's own.
         sigma: first step size, as a part of each parameter's interval; by default the strategy's own.
@@ -101,17 +104,20 @@ def optimize(
     check_other_arguments(device, threads, command, progress, batches)
     checked_quantities(quantities)
     as_truth(single, "single")
-    if candidates is None and until is None:
-        raise Error("without a number of candidates a search needs a time to end at: until")
     count = ANY_NUMBER if candidates is None else candidates
     scene = searched(scene)
-    strategy = usual_strategy(scene) if search is None else search
+    plain = search is None and searches == 1 and population is None and restarts == "none" and not scene.stages
+    strategy = USUAL if plain else usual_strategy(scene) if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
+    batches = batches or (lambda part: BatchEvaluator(part, device, threads))
     stages: tuple[Staged, ...] = ()
     if scene.stages:
         check_scene(scene)
-        options, stages = plan(scene, options)
-    batches = batches or (lambda part: BatchEvaluator(part, device, threads))
+        options, stages = plan(scene, usual_search(options, 0, 0))
+    else:
+        evaluator = batches(scene)
+        batches = lambda _: evaluator  # noqa: E731
+        options = usual_search(options, len(free_parameters(scene)), evaluator.at_once)
     tracker = Tracker(options.candidates, options.until, progress)
     search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
     start = _nothing_evaluated(scene, search_loop, command, seed)

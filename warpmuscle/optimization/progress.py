@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +33,7 @@ class Progress:
     stages: int = 0  # how many there are
     stage_name: str = ""
     compiling: bool = False  # the kernel, for some seconds
+    computed: float = 0.0  # part of the time so far in which batches ran, 0..1
 
     @property
     def limited(self) -> bool:
@@ -55,6 +57,7 @@ class Tracker:
         self._begin, self._begun = time.monotonic(), False
         self._quiet_until = 0.0
         self._simulated, self._generation, self._median, self._recalled = 0.0, 0, np.inf, 0
+        self._computed = 0.0  # s
         self._stage, self._stages, self._stage_name = 0, 0, ""
 
     @property
@@ -86,11 +89,20 @@ class Tracker:
         self.best = min(self.best, best)
 
     def counted(self, count: int, best: float, simulated: float) -> None:
-        """So many candidates were evaluated with those of other optimisations, in s of motion, with this least cost."""
+        """So many candidates were evaluated, in s of motion, with this least cost."""
         self.done += count
         self.best = min(self.best, best)
         self._simulated += simulated
         self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
+
+    @contextmanager
+    def computing(self) -> Iterator[None]:
+        """While the device computes: its share of the time is told."""
+        begin = time.monotonic()
+        try:
+            yield
+        finally:
+            self._computed += time.monotonic() - begin
 
     def running(self, trials: CandidateBatch) -> None:
         """Tell of a batch that runs, more rarely where it takes long to find out how far a large one has come."""
@@ -103,12 +115,6 @@ class Tracker:
         took = time.monotonic() - begin
         self._quiet_until = begin + max(INTERVAL, took / TELLING)
         self._report(progress)
-
-    def ended(self, trials: CandidateBatch) -> None:
-        """Count a batch that has run, and tell of it."""
-        now = self._with(trials)
-        self.done, self.best, self._simulated = now.done, now.best, now.simulated
-        self._report(self._now(self.done, 0, self.best, self._simulated, 0.0))
 
     def next_generation(self, median: float) -> None:
         """A generation is complete, with this median cost."""
@@ -140,6 +146,7 @@ class Tracker:
             stage=self._stage,
             stages=self._stages,
             stage_name=self._stage_name,
+            computed=self._computed / max(self.elapsed, 1e-9),
         )
 
     def _fraction(self, part: float) -> float:

@@ -217,7 +217,7 @@ class SearchLoop:
         for index, asked in _by_search(batch):
             costs = generation.cost[generation.search == index]
             spread = float(np.sqrt(np.mean(np.var(asked, axis=0))))
-            sigma = float(self._searches[index].state()["sigma"])
+            sigma = self._searches[index].step_size()
             best, median = float(costs.min()), float(np.median(costs))
             self._history.append(_Told(self._number, index, best, median, spread, sigma, _crc32(asked)))
         self.tracker.next_generation(float(np.median(generation.cost)))

@@ -66,7 +66,7 @@ def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
     if (constant := _constant.get(id(scene))) is not None:
         return list(constant[1])
-    return _parameters(scene, _free_numbers(scene))
+    return _parameters(scene, free_numbers(scene))
 
 
 _constant: dict[int, tuple[Scene, list[Parameter]]] = {}
@@ -76,7 +76,7 @@ _constant: dict[int, tuple[Scene, list[Parameter]]] = {}
 def constant(scenes: Iterable[Scene]) -> Iterator[None]:
     """For a while, know the free parameters of scenes that nobody changes: to find them takes milliseconds."""
     found = {
-        id(scene): (scene, _parameters(scene, _free_numbers(scene))) for scene in scenes if id(scene) not in _constant
+        id(scene): (scene, _parameters(scene, free_numbers(scene))) for scene in scenes if id(scene) not in _constant
     }
     _constant.update(found)
     try:
@@ -86,7 +86,7 @@ def constant(scenes: Iterable[Scene]) -> Iterator[None]:
             _constant.pop(key, None)
 
 
-def _free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
+def free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
     """Path, number and unit of all that is no plain number."""
     found: list[tuple[str, Free, str]] = []
     _free_leaves(scene, "", "1", found)
@@ -151,22 +151,28 @@ def distances_of_commands(scene: Scene, asked: Mapping[str, Any] | None = None) 
     return {name: asked.get(name, one.asked) - one.reference for name, one in scene.commands.items()}
 
 
-def substitute(scene: Scene, values: Floats, commands: Mapping[str, Any] | None = None) -> Scene:
+def substitute(
+    scene: Scene,
+    values: Floats,
+    commands: Mapping[str, Any] | None = None,
+    found: Sequence[tuple[str, Free, str]] | None = None,
+) -> Scene:
     """The scene with numbers, or one number an instance, in place of its free parameters.
 
     Args:
         scene: checked scene (see `validation.scene.check_scene`); it is not changed.
         values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
         commands: floats, or (n,) arrays, in place of the scene's own commands of these names.
+        found: the scene's `free_numbers`, if they are known already.
 
     Returns:
         A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
-        a number that follows another one holds the same array as that one.
+        a number that follows another one holds the same array as that one. Parts without any are those of the scene.
 
     Raises:
         Error: `values` has another number of columns than the scene has free parameters.
     """
-    found = _free_numbers(scene)
+    found = free_numbers(scene) if found is None else found
     parameters = _parameters(scene, found)
     values = _as_values(parameters, values, dimensions=(1, 2))
     columns: dict[str, Any] = {}
@@ -183,7 +189,19 @@ def substitute(scene: Scene, values: Floats, commands: Mapping[str, Any] | None 
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
         return number.following(columns[name])
 
-    return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
+    above = {".".join(words[:k]) for key, _, _ in found for words in [key.split(".")] for k in range(len(words))}
+    return _with_columns(scene, "", above, column)
+
+
+def _with_columns(value: Part, key: str, above: Collection[str], column: Callable[[str, Free], Any]) -> Part:
+    """A copy of a part of a scene with columns in place of its free numbers; `above`: paths that have any below."""
+    if isinstance(value, Free):
+        return column(key, value)  # type: ignore[no-any-return]
+    if key not in above:
+        return value
+    members = named_members(value) or ()
+    parts = [(name, _with_columns(member, f"{key}.{name}" if key else name, above, column)) for name, member in members]
+    return _remade(value, parts)
 
 
 def _commanded(key: str, number: Free, away: Mapping[str, Any], columns: Mapping[str, Any]) -> Any:
@@ -229,7 +247,13 @@ def rebuilt(value: Part, replace: Callable[[str, Any], Any], key: str = "") -> P
     members = None if type(value) in PLAIN else named_members(value)
     if members is None:
         return replace(key, value)  # type: ignore[no-any-return]
-    parts = [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]
+    return _remade(
+        value, [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]
+    )
+
+
+def _remade(value: Part, parts: list[tuple[str, Any]]) -> Part:
+    """A structure, list, tuple or table of the same kind, of these named members."""
     kind: Any = type(value)
     if isinstance(value, msgspec.Struct):
         return kind(**dict(parts))  # type: ignore[no-any-return]
@@ -249,7 +273,7 @@ def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
     """
     started = with_values(scene, values)
     numbers = dict(zip((parameter.name for parameter in free_parameters(scene)), map(float, values), strict=True))
-    kept = {key for key, number, _ in _free_numbers(scene) if number.per} | set(free)  # what commands change stays
+    kept = {key for key, number, _ in free_numbers(scene) if number.per} | set(free)  # what commands change stays
 
     def replaced(key: str, leaf: Any) -> Any:
         if not isinstance(leaf, Free):

@@ -7,6 +7,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 
 MARGIN = 0.05  # of the edge, at either end, where the map bends
+LARGEST_DEVIATION = 1.0 / 3.0  # of a coordinate: wider than that, candidates only fold back from the faces
 _WIDTH = 1.0 + 2.0 * MARGIN  # of the interval that the map takes onto [0, 1] one to one
 
 

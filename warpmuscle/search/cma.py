@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.search.bounds import into_cube, out_of_cube, scattered
+from warpmuscle.search.bounds import LARGEST_DEVIATION, into_cube, out_of_cube, scattered
+from warpmuscle.search.many_cma import usual_size
+from warpmuscle.search.one_thread import one_thread
 from warpmuscle.search.restarts import CmaRun, Restarts
 from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start, frozen
 
@@ -21,10 +21,8 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", UserWarning)  # it misses Matplotlib, which only its plots need
     import cma  # type: ignore[import-untyped]
 
-_LIBRARIES = ThreadpoolController()
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from
 MIRRORED = 0.16  # of a generation: the other side of its worst candidates (Auger, Brockhoff, Hansen, GECCO 2011)
-LARGEST_DEVIATION = 1.0 / 3.0  # of a coordinate: wider than that, candidates only fold back from the faces
 
 
 class CmaSearch:
@@ -65,7 +63,7 @@ class CmaSearch:
         self._start = checked_start(start)
         if len(self._start) < 2:
             raise Error("CMA-ES needs at least two parameters; nlopt:LN_BOBYQA or random search one")
-        population = checked_population(population, 4 + int(3 * math.log(len(self._start))), LEAST_POPULATION)
+        population = checked_population(population, usual_size(len(self._start)), LEAST_POPULATION)
         self._restarts = Restarts(restarts, population, checked_sigma(sigma))
         self._generator = np.random.default_rng(seed)
         self._progress = BestSoFar(self._start)
@@ -79,7 +77,7 @@ class CmaSearch:
         if self._reason:
             raise Error(f"the search has finished: {self._reason}")
         if self._asked is None:
-            with _one_thread():
+            with one_thread():
                 self._sampled = self._strategy.ask()
             self._asked = frozen(into_cube(np.array(self._sampled)))
         return self._asked
@@ -90,7 +88,7 @@ class CmaSearch:
         values = checked_costs(costs, len(asked))
         self._progress.add(asked, values)
         self._used += len(asked)
-        with _one_thread(), warnings.catch_warnings():
+        with one_thread(), warnings.catch_warnings():
             # Where others were followed, the package misses mirrored candidates that it had asked for.
             warnings.simplefilter("ignore", cma.evolution_strategy.InjectionWarning)
             self._strategy.tell(self._sampled, values.tolist())
@@ -113,6 +111,10 @@ class CmaSearch:
     def finished(self) -> str:
         """See `Search`; the names of the stopping criteria of the `cma` package that were met in the last run."""
         return self._reason
+
+    def step_size(self) -> float:
+        """See `Search`."""
+        return float(self._strategy.sigma)
 
     def state(self) -> dict[str, Floats]:
         """See `Search`.
@@ -154,11 +156,6 @@ def strategy_options(population: int, generator: np.random.Generator) -> dict[st
         "verb_log": 0,
         "verb_disp": 0,
     }
-
-
-def _one_thread() -> Any:
-    """A context in which BLAS has one thread."""
-    return _LIBRARIES.limit(limits=1, user_api="blas")
 
 
 def _normals(generator: np.random.Generator) -> Callable[[int, int], Floats]:

@@ -116,6 +116,10 @@ class NloptSearch:
         """See `Search`; what NLopt returned in small letters, such as xtol, or roundoff or failure."""
         return self._inside_out.result or ""
 
+    def step_size(self) -> float:
+        """See `Search`; it has none."""
+        return float("nan")
+
     def state(self) -> dict[str, Floats]:
         """See `Search`; the mean is the best candidate."""
         return self._progress.state(self._progress.best, np.nan)

@@ -78,6 +78,10 @@ class RandomGenerations:
         """Never."""
         return ""
 
+    def step_size(self) -> float:
+        """See `Search`; it has none."""
+        return float("nan")
+
     def state(self) -> dict[str, Floats]:
         """See `Search`; the mean is the best candidate."""
         return self._progress.state(self._progress.best, np.nan)

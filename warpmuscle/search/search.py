@@ -45,6 +45,9 @@ class Search(Protocol):
     def finished(self) -> str:
         """Empty while the search goes on, else why it ended, such as `tolfun`."""
 
+    def step_size(self) -> float:
+        """Its step size as a part of the cube's edge, not a number if it has none."""
+
     def state(self) -> dict[str, Floats]:
         """What describes the search now, for storage and plots.
 

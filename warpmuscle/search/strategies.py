@@ -31,7 +31,7 @@ def make_search(
     """A search of the unit cube.
 
     Args:
-        name: random, cma, cma:ipop, cma:bipop, or nlopt:ALGORITHM such as nlopt:LN_BOBYQA.
+        name: islands, cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as nlopt:LN_BOBYQA.
         dimensions: how many parameters, P.
         start: a point (P,) of the cube, None for its middle.
         population: candidates of a generation, by default as many as the strategy recommends.
@@ -51,6 +51,10 @@ def make_search(
         if detail and restarts not in ("none", detail):
             raise Error(f"{name} cannot have restarts {restarts!r} as well")
         return CmaSearch(point, seed, population=population, sigma=sigma, restarts=detail or restarts)
+    if name == "islands" and restarts == "none":
+        from warpmuscle.search.islands import IslandSearch
+
+        return IslandSearch(point, seed, population=population, sigma=sigma)
     from warpmuscle.search.nlopt import UNSTOPPABLE, NloptSearch
 
     if name not in _names() and not (family == "nlopt" and detail in UNSTOPPABLE):
@@ -105,7 +109,7 @@ def _names() -> list[str]:
     """Names of all strategies."""
     from warpmuscle.search.nlopt import algorithms
 
-    return ["random", "cma", "cma:ipop", "cma:bipop", *(f"nlopt:{algorithm}" for algorithm in algorithms())]
+    return ["islands", "random", "cma", "cma:ipop", "cma:bipop", *(f"nlopt:{algorithm}" for algorithm in algorithms())]
 
 
 def _unknown(name: str) -> str:

@@ -54,6 +54,10 @@ class Batch(Protocol):
         """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
 
     @property
+    def at_once(self) -> int:
+        """Instances of such a scene that its GPUs compute in about the time of one; 0 on a CPU."""
+
+    @property
     def instance_bytes(self) -> InstanceBytes:
         """Memory on the device that every further instance takes."""
 

@@ -104,7 +104,8 @@ class MultiDeviceRollout(Batch):
         if not devices:
             raise RolloutError("devices must name at least one")
         self.device = as_text(name, "name", error=RolloutError) or ",".join(devices)
-        count = min(len(devices), self.instances)
+        self._devices = len(devices)
+        count = min(self._devices, self.instances)
         bounds = [self.instances * k // count for k in range(count + 1)]
         self.shares = [slice(bounds[k], bounds[k + 1]) for k in range(count)]
         self._recorded = chosen(record, self.instances)
@@ -208,6 +209,10 @@ class MultiDeviceRollout(Batch):
     @property
     def compiles(self) -> bool:
         return self.rollouts[0].compiles
+
+    @property
+    def at_once(self) -> int:
+        return self._devices * self.rollouts[0].at_once
 
     @property
     def instance_bytes(self) -> InstanceBytes:

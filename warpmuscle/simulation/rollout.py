@@ -23,7 +23,7 @@ from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
+from warpmuscle.scene.parameters import Parameter, free_numbers, free_parameters, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
     checked_threads,
@@ -50,7 +50,8 @@ from warpmuscle.simulation.rollout_results import RolloutResults
 from warpmuscle.simulation.stepper import Stepper
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
-QUICK = 0.05  # s of wall time; a chunk that is over sooner and that all come through is followed by a longer one
+QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
+MOST = 0.95  # of the instances
 
 
 class Rollout(RolloutResults):
@@ -140,6 +141,8 @@ class Rollout(RolloutResults):
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
         self._inputs.of_model = ModelInputs(reference=reference_of(scene, structure, self._record))
         self._values: Floats = start_values(scene)
+        self._free = free_numbers(scene)
+        self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
         self._commands: dict[str, Floats] = {}  # that are not those of the scene
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
@@ -163,6 +166,7 @@ class Rollout(RolloutResults):
         self._inputs.use(numeric)
         self.numeric = numeric
 
+    @in_silence
     def change_controller(self, numeric: Scene) -> None:
         """Go on with other numbers of the controller, which are all that differs from the present ones."""
         self.change_parts(numeric, ["controller"])
@@ -181,7 +185,7 @@ class Rollout(RolloutResults):
 
     def _substituted(self, values: Floats) -> Scene:
         """The scene with values of its parameters, as commanded, and with the masses of disturbed instances."""
-        numeric, factors = substitute(self.scene, values, self._commands), self._inputs.disturbances.mass
+        numeric, factors = substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances.mass
         return numeric if factors is None else with_masses(numeric, factors)
 
     def set_parameters(self, values: ArrayLike) -> None:
@@ -190,9 +194,12 @@ class Rollout(RolloutResults):
             held = struct_bytes(self.state, self.model, self._extensions.struct)
             check_memory(self.instances, self.instance_bytes.total, self.device, held)
         before = self.numeric
-        self.model = structs.Model()  # so that its memory is free for the new one
         try:
-            self.change(self._substituted(array))
+            if self._of_controller:
+                self.change_controller(self._substituted(array))
+            else:
+                self.model = structs.Model()  # so that its memory is free for the new one
+                self.change(self._substituted(array))
             self._values = array
         except Error:
             self.change(before)
@@ -273,8 +280,9 @@ class Rollout(RolloutResults):
             self.advance(min(self.steps_done + chunk, end))
             if progress is not None:
                 progress(self)
-            rest = len(self._batch.running) == running and time.monotonic() - begin < QUICK
-            chunk = 2 * chunk if rest else chunk_steps(self.scene)
+            quick = time.monotonic() - begin < QUICK
+            most = len(self._batch.running) >= MOST * running
+            chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
 
@@ -339,6 +347,13 @@ class Rollout(RolloutResults):
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
         """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""
         self._launcher.kernel(self._launcher.config_from_outside(excitations, torques)).load()
+
+    @property
+    def at_once(self) -> int:
+        if self.device.is_cpu:
+            return 0
+        config = kernel_config(self.scene, self.structure, 1, self.device, None, NOTHING)
+        return config.resident(self.device.sm_count)
 
     @property
     def compiles(self) -> bool:

@@ -82,12 +82,13 @@ class _Worker(threading.Thread):
 
     Attributes:
         request: what it waits for; None at its end. error: what it raised.
-        device, largest, term_names: see `GenerationEvaluator`.
+        device, largest, at_once, term_names: see `GenerationEvaluator`.
     """
 
     def __init__(self, job: Job, number: int, index: int, shared: SharedBatches) -> None:
         super().__init__(daemon=True)
         self.device, self.largest, self.term_names = shared.device, shared.largest, shared.term_names
+        self.at_once = 0  # they fill a GPU together
         self.request: Request | None = None
         self.error: BaseException | None = None
         self._job, self._number, self._index = job, number, index
