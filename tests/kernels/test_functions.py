@@ -136,3 +136,19 @@ def test_a_rollout_that_has_not_stepped_has_parsed_no_function():
     count, parsed_ones = map(int, run.stdout.split())
     assert count > 300
     assert parsed_ones == 0
+
+
+def test_with_a_warp_that_nobody_has_tested_functions_are_parsed_as_warp_does_it():
+    code = """
+import warp as wp
+known, wp.config.version = wp.config.version, "99.0.0"
+from warpmuscle.kernels.functions import LATE
+wp.config.version = known
+assert not LATE
+from warpmuscle.kernels.algebra.angles import sine_cosine
+assert type(sine_cosine) is wp.Function, type(sine_cosine)
+import warpmuscle as wm
+assert wm.Rollout("fwalk", 1, "cpu").running
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -1,6 +1,7 @@
 """The decorator of functions of this package: Warp parses one when a kernel first needs it, not when it is imported.
 
-Warp takes a millisecond for each, and a scene's step needs a third of them.
+Warp takes a millisecond for each, and a step needs a third of them. This relies on how Warp keeps functions: with
+a version that nobody has tested, all are parsed at once, as Warp does it.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,8 @@ import warp as wp
 
 Python = Callable[..., Any]
 _parsing = RLock()
+TESTED = ("1.19.",)  # versions of Warp
+LATE = str(wp.config.version).startswith(TESTED)
 
 
 class LateFunction(wp.Function):
@@ -52,7 +55,8 @@ def func(python: Python | None = None, *, inline: bool | None = None) -> Any:
     Not for several functions of one name, nor in modules with kernels, which Warp would hash anew for each function
     that it learns of.
     """
-    return partial(LateFunction, inline=inline) if python is None else LateFunction(python, inline)
+    kind = LateFunction if LATE else wp.func
+    return partial(kind, inline=inline) if python is None else kind(python, inline=inline)
 
 
 def gradient_of(function: Any) -> Callable[[Python], Python]:
@@ -60,6 +64,8 @@ def gradient_of(function: Any) -> Callable[[Python], Python]:
 
     Warp would translate the function, and all that it calls, to find that out.
     """
+    if not LATE:
+        return wp.func_grad(function)  # type: ignore[no-any-return]
 
     def given(gradient: Python) -> Python:
         if isinstance(function, LateFunction) and "adj" not in function.__dict__:
