@@ -109,15 +109,7 @@ def optimize(
     plain = search is None and searches == 1 and population is None and restarts == "none" and not scene.stages
     strategy = USUAL if plain else usual_strategy(scene) if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
-    batches = batches or (lambda part: BatchEvaluator(part, device, threads))
-    stages: tuple[Staged, ...] = ()
-    if scene.stages:
-        check_scene(scene)
-        options, stages = plan(scene, usual_search(options, 0, 0))
-    else:
-        evaluator = batches(scene)
-        batches = lambda _: evaluator  # noqa: E731
-        options = usual_search(options, len(free_parameters(scene)), evaluator.at_once)
+    options, stages, batches = _planned(scene, options, batches or (lambda part: BatchEvaluator(part, device, threads)))
     tracker = Tracker(options.candidates, options.until, progress)
     search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
     start = _nothing_evaluated(scene, search_loop, command, seed)
@@ -126,6 +118,17 @@ def optimize(
         return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
     with Checkpoint.begin(file, start) as checkpoint:
         return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
+
+
+def _planned(
+    scene: Scene, options: SearchOptions, batches: MakeBatches
+) -> tuple[SearchOptions, tuple[Staged, ...], MakeBatches]:
+    """The options with what suits the device in place of what was not asked for, stages, and what evaluates them."""
+    if scene.stages:
+        check_scene(scene)
+        return *plan(scene, usual_search(options, 0, 0)), batches
+    evaluator = batches(scene)
+    return usual_search(options, len(free_parameters(scene)), evaluator.at_once), (), lambda _: evaluator
 
 
 def searched(scene: Scene) -> Scene:

@@ -8,7 +8,7 @@ from warpmuscle.results.records import ANY_NUMBER, SearchOptions
 from warpmuscle.search.islands import ENLARGED, ISLANDS
 from warpmuscle.search.many_cma import usual_size
 
-USUAL = ""  # strategy that is yet to be chosen
+USUAL = "usual"  # strategy that is yet to be chosen
 CANDIDATES = 5000  # of a search that nothing else ends
 GENERATIONS = 100  # at least, of which a search learns enough; on a GPU, of one that nothing else ends
 
