@@ -12,6 +12,7 @@ from warpmuscle.formats import load, toml
 from warpmuscle.optimization import evaluation
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
+from warpmuscle.optimization.resume import resume
 from warpmuscle.results.result import write
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import Parameter, free_parameters, from_unit, start_values, substitute, to_unit
@@ -97,6 +98,25 @@ def test_search_is_cma_unless_it_says_otherwise_or_has_one_parameter(scene):
     alone = substitute(short, start_values(short))
     alone.controller.pd["lHip"].kp = Free(300.0, 150.0, 600.0)
     assert optimize(alone, 2, device="cpu").searched.options.strategy == "random"
+
+
+def test_device_that_computes_many_at_once_gets_islands_that_fill_it_and_a_resumed_search_keeps_them(
+    scene, tmp_path, monkeypatch
+):
+    """As on a GPU; the number is in the file, so that it holds on another device, too."""
+    short, file = msgspec.structs.replace(scene, duration=0.02), tmp_path / "a.h5"
+    monkeypatch.setattr(Rollout, "at_once", 96)
+    first = optimize(short, until=0.3, device="cpu", output=file)
+    assert first.searched.options.strategy == "islands"
+    assert first.searched.options.population == 96
+    assert (first.evaluations.search[:97] == np.r_[-1, np.zeros(96)]).all()
+    monkeypatch.setattr(Rollout, "at_once", 0)
+    more = resume(file, device="cpu", until=0.3)
+    assert more.searched.options.strategy == "islands"
+    assert more.searched.options.population == 96
+    count = len(first.evaluations.cost)
+    assert len(more.evaluations.cost) > count
+    np.testing.assert_array_equal(more.evaluations.params[:count], first.evaluations.params)
 
 
 def test_interrupt_keeps_what_has_ended(scene):

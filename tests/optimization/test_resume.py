@@ -65,6 +65,16 @@ def test_two_halves_equal_the_whole(scene, options, uninterrupted, tmp_path):
     assert only_file(path)
 
 
+def test_islands_go_on_through_an_exchange_as_if_they_had_not_been_interrupted(scene, tmp_path):
+    """Two islands, seven generations; the worse one gives way after five."""
+    short, path = msgspec.structs.replace(scene, duration=0.02), tmp_path / "a.h5"
+    options = {"seed": 2, "device": "cpu", "command": "test", "search": "islands", "population": 200}
+    whole = optimize(short, 1401, **options)
+    assert whole.searched.states[0]["means"].shape[0] == 2
+    optimize(short, 901, output=path, **options)
+    assert_same(resume(path, 500, threads=1), whole)
+
+
 def test_random_search_goes_on_with_the_candidates_that_it_would_have_had(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(evaluation, "_recordable", lambda trials: 1000)  # as on a GPU
     whole = optimize(scene, 20, 5, "cpu", search="random")

@@ -163,16 +163,17 @@ def substitute(
         scene: checked scene (see `validation.scene.check_scene`); it is not changed.
         values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
         commands: floats, or (n,) arrays, in place of the scene's own commands of these names.
-        found: the scene's `free_numbers`, if they are known already.
+        found: the scene's `free_numbers`, where they are known already and nobody changes the scene or the result:
+            parts without any are then those of the scene, and not copies.
 
     Returns:
         A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
-        a number that follows another one holds the same array as that one. Parts without any are those of the scene.
+        a number that follows another one holds the same array as that one.
 
     Raises:
         Error: `values` has another number of columns than the scene has free parameters.
     """
-    found = free_numbers(scene) if found is None else found
+    copied, found = found is None, free_numbers(scene) if found is None else found
     parameters = _parameters(scene, found)
     values = _as_values(parameters, values, dimensions=(1, 2))
     columns: dict[str, Any] = {}
@@ -189,6 +190,8 @@ def substitute(
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
         return number.following(columns[name])
 
+    if copied:
+        return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
     above = {".".join(words[:k]) for key, _, _ in found for words in [key.split(".")] for k in range(len(words))}
     return _with_columns(scene, "", above, column)
 
