@@ -1,4 +1,4 @@
-"""Time that CMA-ES takes for itself, without any evaluation: to sample a generation, and to learn from its costs.
+"""Time that searches take for themselves, without any evaluation: to sample a generation, and to learn from its costs.
 
     python tools/bench_ask_tell.py
     python tools/bench_ask_tell.py --parameters 148,300 --populations 50,500,5000 --json bench.json
@@ -62,6 +62,10 @@ def main(
             search = make_search("cma", dimensions, None, 1, population=population)
             show(f"cma, {dimensions} parameters, population {population}", [search], generations)
         show(f"64 cma searches, {dimensions} parameters", make_searches("cma", dimensions, None, 1, 64), generations)
+        several = make_searches("cma", dimensions, None, 1, 5, population=128)
+        show(f"5 cma searches, {dimensions} parameters, population 128", several, generations)
+        islands = make_search("islands", dimensions, None, 1, population=640)
+        show(f"islands, {dimensions} parameters, population 640", [islands], generations)
         show(f"nlopt:LN_SBPLX, {dimensions} parameters", [make_search("nlopt:LN_SBPLX", dimensions, None, 1)], 1000)
     if json_path is not None:
         json_path.write_text(json.dumps(figures, indent=2) + "\n")
