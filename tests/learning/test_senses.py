@@ -13,7 +13,6 @@ from warpmuscle.learning.variants import drawn
 from warpmuscle.scene import JointState
 from warpmuscle.simulation.stepper import Stepper
 
-pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 STILL = Variation(velocity_noise=0.0)
 FELT = ("fibre_length", "fibre_velocity", "tendon_force")
 QUANTITIES = ("muscle_fibre_length", "muscle_fibre_velocity", "muscle_force")
