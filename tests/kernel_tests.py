@@ -30,7 +30,8 @@ def start() -> None:
 
     def counted(module: Any, device: Any, *arguments: Any, **options: Any) -> Any:
         _loads[0] += 1
-        if _without and "__locals__" in module.name and wp.get_device(device).is_cpu and not module.execs:
+        if _without and "__locals__" in module.name and wp.get_device(device).is_cpu and module not in _without[-1]:
+            module.unload()  # what was loaded before with optimisation rounds differently
             module.options["optimization_level"] = 0
             module.mark_modified()
             _without[-1].add(module)

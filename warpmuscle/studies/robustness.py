@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.monotone import rising
+from warpmuscle.core.sequences import rising
 from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.studies.walkers import Walker

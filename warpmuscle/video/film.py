@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.interpolation import at_moments
+from warpmuscle.core.sequences import at_moments
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.gait.cycles import body_weight, steady_strides

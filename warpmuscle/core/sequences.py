@@ -1,7 +1,8 @@
-"""Values over time as they are at other moments."""
+"""Sequences of numbers: as they are at other moments, and made to rise."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -21,3 +22,17 @@ def at_moments(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
     part = np.clip((moments - clock[after - 1]) / (clock[after] - clock[after - 1]), 0.0, 1.0)
     part = part.reshape(part.shape + (1,) * (values.ndim - 1))
     return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
+
+
+def rising(values: Iterable[float]) -> Floats:
+    """The sequence that never falls and has the least squared distance from values (n,), (n,).
+
+    Neighbours that fall are pooled (Ayer 1955).
+    """
+    blocks: list[list[float]] = []  # of pooled neighbours: their mean and number
+    for value in values:
+        blocks.append([float(value), 1.0])
+        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
+            (a, m), (b, n) = blocks[-2:]
+            blocks[-2:] = [[(a * m + b * n) / (m + n), m + n]]
+    return np.repeat([block[0] for block in blocks], [int(block[1]) for block in blocks])
