@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.sequences import at_moments
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import conjugate, multiply, twist_angle
+from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.results.recording import Recording

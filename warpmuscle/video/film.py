@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.sequences import at_moments
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
