@@ -65,7 +65,8 @@ def gradient_of(function: Any) -> Callable[[Python], Python]:
     Warp would translate the function, and all that it calls, to find that out.
     """
     if not LATE:
-        return wp.func_grad(function)  # type: ignore[no-any-return]
+        at_once: Callable[[Python], Python] = wp.func_grad(function)
+        return at_once
 
     def given(gradient: Python) -> Python:
         if isinstance(function, LateFunction) and "adj" not in function.__dict__:
