@@ -190,21 +190,14 @@ def substitute(
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
         return number.following(columns[name])
 
-    if copied:
-        return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf)
-    above = {".".join(words[:k]) for key, _, _ in found for words in [key.split(".")] for k in range(len(words))}
-    return _with_columns(scene, "", above, column)
+    within = None if copied else {"", *(path for key, _, _ in found for path in _down_to(key))}
+    return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf, within=within)
 
 
-def _with_columns(value: Part, key: str, above: Collection[str], column: Callable[[str, Free], Any]) -> Part:
-    """A copy of a part of a scene with columns in place of its free numbers; `above`: paths that have any below."""
-    if isinstance(value, Free):
-        return column(key, value)  # type: ignore[no-any-return]
-    if key not in above:
-        return value
-    members = named_members(value) or ()
-    parts = [(name, _with_columns(member, f"{key}.{name}" if key else name, above, column)) for name, member in members]
-    return _remade(value, parts)
+def _down_to(key: str) -> Iterator[str]:
+    """A path and all above it."""
+    words = key.split(".")
+    return (".".join(words[: k + 1]) for k in range(len(words)))
 
 
 def _commanded(key: str, number: Free, away: Mapping[str, Any], columns: Mapping[str, Any]) -> Any:
@@ -245,18 +238,20 @@ def with_values(scene: Scene, values: Floats) -> Scene:
     return rebuilt(scene, restarted)
 
 
-def rebuilt(value: Part, replace: Callable[[str, Any], Any], key: str = "") -> Part:
-    """A copy of a scene or of a part of it, with `replace(path, leaf)` in place of every leaf (see `leaves`)."""
+def rebuilt(
+    value: Part, replace: Callable[[str, Any], Any], key: str = "", within: Collection[str] | None = None
+) -> Part:
+    """A copy of a scene or of a part of it, with `replace(path, leaf)` in place of every leaf (see `leaves`).
+
+    Args:
+        within: paths that may change; what stands at others is not copied. By default all.
+    """
+    if within is not None and key not in within:
+        return value
     members = None if type(value) in PLAIN else named_members(value)
     if members is None:
         return replace(key, value)  # type: ignore[no-any-return]
-    return _remade(
-        value, [(name, rebuilt(member, replace, f"{key}.{name}" if key else name)) for name, member in members]
-    )
-
-
-def _remade(value: Part, parts: list[tuple[str, Any]]) -> Part:
-    """A structure, list, tuple or table of the same kind, of these named members."""
+    parts = [(name, rebuilt(one, replace, f"{key}.{name}" if key else name, within)) for name, one in members]
     kind: Any = type(value)
     if isinstance(value, msgspec.Struct):
         return kind(**dict(parts))  # type: ignore[no-any-return]
