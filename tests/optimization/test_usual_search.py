@@ -47,3 +47,10 @@ def test_options_are_unlimited_without_a_number_and_a_time():
     assert unlimited(NOTHING)
     assert not unlimited(SearchOptions(USUAL, candidates=ANY_NUMBER, until=1.0))
     assert not unlimited(SearchOptions(USUAL, candidates=10))
+
+
+def test_what_only_cma_takes_is_given_to_it_on_a_gpu_too():
+    for asked in ({"searches": 4}, {"population": 64}, {"restarts": "bipop"}):
+        chosen = usual_search(SearchOptions(USUAL, candidates=ANY_NUMBER, until=40.0, **asked), 86, GPU)
+        assert chosen.strategy == "cma"
+        assert chosen.population == asked.get("population")

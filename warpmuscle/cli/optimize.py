@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
 STILL = 0.05  # m/s, below which nobody walks
-USUAL = 5000  # candidates of a search
 
 Strategy = Annotated[
     str | None,
@@ -125,9 +124,10 @@ def optimize(
         scene = _with_objective(
             changed(load_scene(sources, settings=settings), duration, time_step, None), free, settings
         )
-        count = candidates or (USUAL * searches if scene.stages else None)
         from warpmuscle.core.names import file_name
+        from warpmuscle.optimization.usual_search import CANDIDATES
 
+        count = candidates or (CANDIDATES * searches if scene.stages else None)
         output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
         writable(output)
         start_warp()

@@ -19,7 +19,6 @@ from warpmuscle.optimization.options import (
     check_options,
     check_other_arguments,
     required_parameters,
-    usual_strategy,
 )
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
@@ -106,8 +105,7 @@ def optimize(
     as_truth(single, "single")
     count = ANY_NUMBER if candidates is None else candidates
     scene = searched(scene)
-    plain = search is None and searches == 1 and population is None and restarts == "none" and not scene.stages
-    strategy = USUAL if plain else usual_strategy(scene) if search is None else search
+    strategy = USUAL if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     options, stages, batches = _planned(scene, options, batches or (lambda part: BatchEvaluator(part, device, threads)))
     tracker = Tracker(options.candidates, options.until, progress)
@@ -124,11 +122,12 @@ def _planned(
     scene: Scene, options: SearchOptions, batches: MakeBatches
 ) -> tuple[SearchOptions, tuple[Staged, ...], MakeBatches]:
     """The options with what suits the device in place of what was not asked for, stages, and what evaluates them."""
+    count = len(free_parameters(scene))
     if scene.stages:
         check_scene(scene)
-        return *plan(scene, usual_search(options, 0, 0)), batches
+        return *plan(scene, usual_search(options, count, at_once=0)), batches
     evaluator = batches(scene)
-    return usual_search(options, len(free_parameters(scene)), evaluator.at_once), (), lambda _: evaluator
+    return usual_search(options, count, evaluator.at_once), (), lambda _: evaluator
 
 
 def searched(scene: Scene) -> Scene:

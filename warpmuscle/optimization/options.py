@@ -34,11 +34,6 @@ def required_parameters(scene: Scene) -> list[Parameter]:
     return parameters
 
 
-def usual_strategy(scene: Scene) -> str:
-    """The strategy of a search that names none: cma, which needs two free parameters, or random for fewer."""
-    return "cma" if len(free_parameters(scene)) > 1 else "random"
-
-
 def check_options(options: SearchOptions) -> SearchOptions:
     """Options as numbers of Python; raise Error for what no strategy has to know."""
     found: dict[str, Any] = {

@@ -18,6 +18,11 @@ def unlimited(options: SearchOptions) -> bool:
     return options.candidates >= ANY_NUMBER and options.until is None
 
 
+def usual_strategy(parameters: int) -> str:
+    """The strategy for so many free parameters where no device is to be filled; cma needs two."""
+    return "cma" if parameters > 1 else "random"
+
+
 def usual_search(options: SearchOptions, parameters: int, at_once: int) -> SearchOptions:
     """The options with strategy, population and number of candidates chosen, where they are not.
 
@@ -32,12 +37,11 @@ def usual_search(options: SearchOptions, parameters: int, at_once: int) -> Searc
     """
     if options.strategy != USUAL:
         return changed(options, candidates=CANDIDATES * options.searches) if unlimited(options) else options
-    if parameters < 2:
-        return usual_search(changed(options, strategy="random"), parameters, at_once)
-    least = usual_size(parameters)
+    least = usual_size(parameters) if parameters > 1 else 0
     wanted = options.candidates // GENERATIONS if options.candidates < ANY_NUMBER else at_once
     population = min(wanted, at_once, ISLANDS * ENLARGED * least)
-    if population <= least:
-        return usual_search(changed(options, strategy="cma"), parameters, at_once)
+    asked = options.searches > 1 or options.population is not None or options.restarts != "none"  # which suits cma
+    if asked or population <= least:
+        return usual_search(changed(options, strategy=usual_strategy(parameters)), parameters, at_once)
     count = GENERATIONS * population if unlimited(options) else options.candidates
     return changed(options, strategy="islands", population=population, candidates=count)

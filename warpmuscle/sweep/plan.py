@@ -53,8 +53,9 @@ from warpmuscle.formats import load
 from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
-from warpmuscle.optimization.options import GREATEST_SEED, check_options, usual_strategy
+from warpmuscle.optimization.options import GREATEST_SEED, check_options
 from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain
+from warpmuscle.optimization.usual_search import usual_strategy
 from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
@@ -275,7 +276,7 @@ class _Base:
         guilty = next((change for change in changes if change.key.startswith("search.")), None)
         try:
             options = SearchOptions(**msgspec.structs.asdict(to_type(search, Search, key="search")))
-            options = replace(options, strategy=options.strategy or usual_strategy(scene))
+            options = replace(options, strategy=options.strategy or usual_strategy(len(free_parameters(scene))))
             check_options(options)
             if scene.stages:
                 return options, stages.plan(scene, options)[0].candidates
