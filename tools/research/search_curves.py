@@ -1,5 +1,7 @@
 """Draw the curves that tools/bench_search.py measured: one panel a file, named after its scene.
 
+For docs/how-to/choose-a-strategy.md.
+
 python tools/bench_search.py walk56_person_search --until 40 --seeds 5 --options "" --json walk56_person_search.json
 python tools/research/search_curves.py walk56_person_search.json -o docs/pictures/searches.png
 """
