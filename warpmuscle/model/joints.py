@@ -10,6 +10,7 @@ from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.scene import Body, Character
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
+from warpmuscle.scene.loops import row_count
 from warpmuscle.scene.topology import followed_drivers, followers, topology
 
 
@@ -42,7 +43,8 @@ def compiled_skeleton(character: Character, law: str = "spring") -> SkeletonKind
             motions[number] = getattr(import_module(module), function)
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
     followed = len(followed_drivers(character, topology(character)))
-    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())), LAWS[law], followed)
+    turned = any(map(has_turned_axes, character.bodies.values()))
+    return SkeletonKind(joints, turned, LAWS[law], followed, row_count(character))
 
 
 def has_turned_axes(body: Body) -> bool:

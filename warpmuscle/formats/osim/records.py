@@ -109,6 +109,21 @@ class Coupler:
 
 
 @dataclass(frozen=True, slots=True)
+class Loop:
+    """A constraint between two bodies that closes a loop: a place on each of two frames, see `loops.py`."""
+
+    kind: str
+    name: str
+    line: int
+    frame: str
+    location: Vec3
+    other_frame: str
+    other_location: Vec3
+    axis: Vec3  # of a line, in the other frame
+    distance: float  # m
+
+
+@dataclass(frozen=True, slots=True)
 class Point:
     """A point of a path: fixed in a frame; counted within a range of a coordinate; or moved by coordinates."""
 
@@ -231,6 +246,7 @@ class Model:
     bodies: list[Body] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     couplers: list[Coupler] = field(default_factory=list)
+    loops: list[Loop] = field(default_factory=list)
     surfaces: dict[str, Surface] = field(default_factory=dict)
     muscles: list[Muscle] = field(default_factory=list)
     forces: list[OsimForce] = field(default_factory=list)

@@ -14,7 +14,6 @@ from warpmuscle.formats.osim.frames import GROUND, Frames
 from warpmuscle.formats.osim.functions import IDENTITY, ZERO, Function, owned_function
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Coupler, Joint, Model, Vec3
-from warpmuscle.formats.osim.upgrade import CONSTRAINTS
 
 MOTIONS: dict[str, tuple[tuple[Vec3, ...], tuple[Vec3, ...]]] = {  # axes of turns and shifts, one a coordinate
     "WeldJoint": ((), ()),
@@ -195,8 +194,7 @@ def read_constraint(element: Element, own: Properties) -> Coupler | None:
             child.used = True
         return None
     if element.tag != "CoordinateCouplerConstraint":
-        classes = "a loop of bodies" if element.tag in CONSTRAINTS else "a constraint of this class"
-        element.fail(f"{classes} cannot be represented; set <isEnforced> to false to do without it")
+        element.fail("a constraint of this class cannot be represented; set <isEnforced> to false to do without it")
     names = own.find(element, "independent_coordinate_names")
     independent = [last_name(word) for word in names.words()] if names is not None else []
     if len(independent) != 1:
