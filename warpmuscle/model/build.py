@@ -18,9 +18,8 @@ from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
 from warpmuscle.model.collisions import collisions_struct, steps_between_tests
-from warpmuscle.model.constraints import constraints_struct
 from warpmuscle.model.controllers.table import controller_fields, controller_start
-from warpmuscle.model.couplings import couplings_struct
+from warpmuscle.model.couplings import constraints_struct, couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
 from warpmuscle.model.objective import objective_fields
 from warpmuscle.model.parts import part_values

@@ -1,4 +1,4 @@
-"""The functions that say how coupled joints turn and move, and turned axes of inertia, on the device."""
+"""The functions that say how coupled joints turn and move, turned axes of inertia, and constraints, on the device."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.body.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
 from warpmuscle.model.bodies import stacked
-from warpmuscle.scene import Displacement, Scene
+from warpmuscle.scene import Constraint, Displacement, Scene
+from warpmuscle.scene.constraints.pose import ROWS, across, row_count
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
 from warpmuscle.scene.joints.displacement import TURN, Span, pieces
-from warpmuscle.scene.loops import row_count
+from warpmuscle.scene.number import Vector
 from warpmuscle.scene.topology import Topology, followed_drivers
+
+NUMBERS = {"weld": WELD, "point": POINT, "point_on_line": POINT_ON_LINE, "distance": DISTANCE}
 
 
 def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Couplings:
@@ -56,3 +61,43 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     axes = rotate(stacked(turned)[:, :, None], np.eye(3))  # (rows, bodies, axis, 3)
     c.inertia_axes = to_device(np.swapaxes(axes, 2, 3), wp.mat33, device)
     return c
+
+
+def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:
+    """The device structure of a character's constraints, one at least (see `kernels.structs.Constraints`)."""
+    given = list(scene.character.constraints.values())
+    body, other = ([names.bodies.index(getattr(one, end)) for one in given] for end in ("body", "other_body"))
+    counts = [ROWS[one.type] for one in given]
+    c = structs.Constraints()
+    c.first = len(followed_drivers(scene.character, names))
+    c.plan = records_to_device(
+        structs.ConstraintPlan, device, kind=[NUMBERS[one.type] for one in given], body=body, other=other,
+        first_row=[0, *np.cumsum(counts[:-1]).tolist()],
+    )  # fmt: skip
+    columns = {
+        "place": stacked([_place(scene, one.body, one.position) for one in given]),
+        "other_place": stacked([_place(scene, one.other_body, one.other_position) for one in given]),
+        "axes": stacked([_axes(one.orientation) for one in given]),
+        "other_axes": stacked([_other_axes(one) for one in given]),
+        "distance": rows([one.distance for one in given]),
+    }
+    c.row = structs_to_device(structs.ConstraintRow, columns, device)
+    c.body, c.other = (to_device(np.repeat(ends, counts), int, device) for ends in (body, other))
+    return c
+
+
+def _place(scene: Scene, body: str, position: Vector) -> Floats:
+    """A point (rows, 3) of a body from its joint."""
+    joint = next((one for one in scene.character.joints.values() if one.child == body), None)
+    return rows(position) - rows((0.0, 0.0, 0.0) if joint is None else joint.position_in_child)
+
+
+def _axes(orientation: Any) -> Floats:
+    """Axes (rows, 3, 3) of a frame, as columns."""
+    return np.swapaxes(rotate(normalized(rows(orientation))[:, None], np.eye(3)), 1, 2)
+
+
+def _other_axes(constraint: Constraint) -> Floats:
+    if constraint.type != "point_on_line":
+        return _axes(constraint.other_orientation)
+    return np.stack([across(axis) for axis in rows(constraint.axis)])

@@ -9,8 +9,8 @@ from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.scene import Body, Character
+from warpmuscle.scene.constraints.pose import row_count
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
-from warpmuscle.scene.loops import row_count
 from warpmuscle.scene.topology import followed_drivers, followers, topology
 
 

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from warpmuscle.scene.body_contact.part import BodyContact
-from warpmuscle.scene.constraint import Constraint
+from warpmuscle.scene.constraints.part import Constraint
 from warpmuscle.scene.controller import SIMBICON, Command, Controller
 from warpmuscle.scene.custom_part import CustomPart
 from warpmuscle.scene.displacement import Coupling, Displacement

@@ -9,7 +9,7 @@ import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, save
 from warpmuscle.scene import Scene
-from warpmuscle.scene.loops import constraint_errors, start_coordinates
+from warpmuscle.scene.constraints.pose import constraint_errors, start_coordinates
 from warpmuscle.scene.topology import topology
 
 X = "<socket_body_1>/bodyset/rod_b</socket_body_1><socket_body_2>/bodyset/rod_c</socket_body_2>"
@@ -138,6 +138,11 @@ def test_a_constraint_that_cannot_be_met_is_told_with_its_line(tmp_path: Path):
 def test_what_holds_nothing_is_refused(tmp_path: Path, constraint: str, said: str):
     with pytest.raises(SceneError, match=said):
         four_bar(tmp_path, constraint)
+
+
+def test_places_too_far_to_compute_with_are_refused_in_one_line(tmp_path: Path):
+    with pytest.raises(SceneError):
+        four_bar(tmp_path, POINT.replace("0 -0.4 0.02", "1e12 1e12 -1e12"))
 
 
 def test_a_constraint_that_is_not_enforced_holds_nothing(tmp_path: Path):

@@ -21,7 +21,13 @@ from warpmuscle.scene import (
     Motion,
     Scene,
 )
-from warpmuscle.scene.loops import bodies_at, constraint_errors, meeting_speeds, nearest_pose, start_coordinates
+from warpmuscle.scene.constraints.pose import (
+    bodies_at,
+    constraint_errors,
+    meeting_speeds,
+    nearest_pose,
+    start_coordinates,
+)
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages

@@ -12,10 +12,10 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
-from warpmuscle.formats.osim.build_loops import close_loops, put_loops
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
+from warpmuscle.formats.osim.loops.build import close_loops, put_loops
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model

@@ -9,7 +9,7 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import FRAMES, Frames
-from warpmuscle.formats.osim.loops import TYPES, read_loop
+from warpmuscle.formats.osim.loops.read import TYPES, read_loop
 from warpmuscle.formats.osim.paths import CLASSES, STOOD_FOR, read_muscle, read_surfaces, stand_in
 from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model

@@ -11,11 +11,19 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import about, euler_xyz, from_rotation_vector, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.osim.build_forces import MATERIAL
+from warpmuscle.formats.osim.loops.write import constraint_elements
 from warpmuscle.formats.osim.placement import WORLD, vector
-from warpmuscle.formats.osim.write_frames import angles_of, frame_xml, placed
-from warpmuscle.formats.osim.write_loops import constraint_elements
 from warpmuscle.formats.osim.write_muscles import axis_text, frame_path, muscle_xml
-from warpmuscle.formats.osim.xml_text import element, function_xml, name_of, numbers, objects
+from warpmuscle.formats.osim.xml_text import (
+    angles_of,
+    element,
+    frame_xml,
+    function_xml,
+    name_of,
+    numbers,
+    objects,
+    placed,
+)
 from warpmuscle.scene import (
     Body,
     Box,

@@ -1,4 +1,4 @@
-"""Elements of OpenSim's files as text."""
+"""Elements of OpenSim's files as text, and points and frames on bodies among them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import re
 from collections.abc import Iterable
 from xml.sax.saxutils import escape, quoteattr
 
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
+from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.scene import Displacement
 
 NOT_IN_NAMES = re.compile(r"[^\w.\-+]")
@@ -51,3 +55,23 @@ def function_xml(displacement: Displacement, name: str = "") -> str:
     if slope == 0.0:
         return element("Constant", element("value", numbers([value])), name)
     return element("LinearFunction", element("coefficients", numbers([slope, value])), name)
+
+
+def angles_of(matrix: Floats) -> tuple[float, float, float]:
+    """Angles, rad, about x, the new y and the newer z axis, of a matrix (3, 3)."""
+    if abs(matrix[0, 2]) > 1.0 - 1e-12:  # x and z turn about one axis; as much as they should together
+        return vector(np.array([0.0, np.pi / 2.0 * np.sign(matrix[0, 2]), np.arctan2(matrix[1, 0], matrix[1, 1])]))
+    x = np.arctan2(-matrix[1, 2], matrix[2, 2])
+    y = np.arcsin(np.clip(matrix[0, 2], -1.0, 1.0))
+    return vector(np.array([x, y, np.arctan2(-matrix[0, 1], matrix[0, 0])]))
+
+
+def placed(socket: str, path: str, position: Floats, tag: str = "location") -> str:
+    """A point on a body: the socket that names it, and its place (3,), m, in our axes of it."""
+    return element(socket, path) + element(tag, numbers(vector(WORLD.T @ position)))
+
+
+def frame_xml(name: str, parent: str, place: Floats, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> str:
+    """An offset frame at a place (3,), m, of another one, turned by angles, rad, in OpenSim's axes."""
+    inner = element("socket_parent", parent) + element("translation", numbers(vector(place)))
+    return element("PhysicalOffsetFrame", inner + element("orientation", numbers(turn)), name=name)

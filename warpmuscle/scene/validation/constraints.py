@@ -7,7 +7,7 @@ import numpy as np
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.scene import Constraint, Scene
-from warpmuscle.scene.loops import ROWS, constraint_errors, start_coordinates
+from warpmuscle.scene.constraints.pose import ROWS, constraint_errors, start_coordinates
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.checks import Checks, known

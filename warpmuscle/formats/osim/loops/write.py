@@ -6,11 +6,10 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized, rotate
-from warpmuscle.formats.osim.loops import TYPES
+from warpmuscle.formats.osim.loops.read import TYPES
 from warpmuscle.formats.osim.placement import WORLD, vector
-from warpmuscle.formats.osim.write_frames import angles_of, frame_xml, placed
 from warpmuscle.formats.osim.write_muscles import frame_path
-from warpmuscle.formats.osim.xml_text import element, name_of, numbers
+from warpmuscle.formats.osim.xml_text import angles_of, element, frame_xml, name_of, numbers, placed
 from warpmuscle.scene import Constraint, Scene
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
@@ -14,7 +16,7 @@ from warpmuscle.scene.topology import Topology
 ROWS = {"weld": 6, "point": 3, "point_on_line": 2, "distance": 1}  # numbers that a constraint holds at 0
 STEP = 1.0e-6  # rad or m, of differences
 LONGEST = 0.2  # rad or m, by which an iteration moves a coordinate
-MOST = 300  # iterations
+MOST = 100  # iterations
 SETTLED = 1.0e-11  # rad and m
 DEPENDENT = 1.0e-7  # of the largest singular value: rows that say what others do
 
@@ -120,6 +122,8 @@ def nearest_pose(
         pose[0, chosen] = now
         errors = constraint_errors(character, names, pose)[0]
         slope = slopes(character, names, pose, chosen)
+        if not (np.isfinite(errors).all() and np.isfinite(slope).all()):
+            return pose, math.inf
         target = _least_change(start, slope, slope @ now - errors, low, high)
         step = target - now
         longest = float(np.abs(step).max(initial=0.0))
@@ -143,6 +147,18 @@ def _least_change(start: Floats, slope: Floats, right: Floats, low: Floats, high
         found[beyond] = np.clip(found[beyond], low[beyond], high[beyond])
         held |= beyond
     return found
+
+
+def movers(character: Character, names: Topology) -> list[str]:
+    """Joints whose coordinates move a body that a constraint holds, in their order."""
+    found: set[int] = set()
+    for constraint in character.constraints.values():
+        for end in (constraint.body, constraint.other_body):
+            body = names.bodies.index(end)
+            while body > 0:
+                found.add(names.driver[body])
+                body = names.parents[body]
+    return [name for number, name in enumerate(names.joints, start=1) if number in found]
 
 
 def meeting_speeds(character: Character, names: Topology, q: Floats, chosen: list[int], v: Floats) -> Floats:

@@ -10,13 +10,13 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build_skeleton import state_at
 from warpmuscle.formats.osim.chain import name_beside
 from warpmuscle.formats.osim.frames import refused
-from warpmuscle.formats.osim.loops import TYPES
+from warpmuscle.formats.osim.loops.read import TYPES
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.placement import Placement, direction, quaternion
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.scene import Constraint, Scene
+from warpmuscle.scene.constraints.pose import is_kinematic, meeting_speeds, movers, nearest_pose, start_coordinates
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.loops import is_kinematic, meeting_speeds, nearest_pose, start_coordinates
 from warpmuscle.scene.topology import topology
 
 ENDLESS = (-1.0e3, 1.0e3)  # rad or m, of coordinates without a range
@@ -54,7 +54,7 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     if not character.constraints:
         return
     names = topology(character)
-    free = [name for name in names.joints if _is_free(scene, name)]
+    free = [name for name in movers(character, names) if _is_free(scene, name)]
     chosen = [names.coordinates_of(names.body_of_joint(name)).start for name in free]
     own = [coordinates.by_name[name] for name in free]
     bounds = np.array([one.range if one.clamped and _is_range(one.range) else ENDLESS for one in own]).reshape(-1, 2)

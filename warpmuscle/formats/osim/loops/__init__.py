@@ -1,0 +1,5 @@
+"""Constraints of OpenSim that close loops of bodies: read, built into a scene that meets them, and written.
+
+May import: core, scene, formats.osim, formats.lines.
+To add: a class of OpenSim to `read.TYPES`, its elements to `read` and `write`.
+"""
