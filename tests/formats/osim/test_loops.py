@@ -11,6 +11,7 @@ from warpmuscle.formats import load, save
 from warpmuscle.scene import Scene
 from warpmuscle.scene.constraints.pose import constraint_errors, start_coordinates
 from warpmuscle.scene.topology import topology
+from warpmuscle.simulation.rollout import Rollout
 
 X = "<socket_body_1>/bodyset/rod_b</socket_body_1><socket_body_2>/bodyset/rod_c</socket_body_2>"
 POINT = f"""<PointConstraint name="pin">{X}<location_body_1>0 -0.4 0.02</location_body_1>
@@ -148,3 +149,28 @@ def test_places_too_far_to_compute_with_are_refused_in_one_line(tmp_path: Path):
 def test_a_constraint_that_is_not_enforced_holds_nothing(tmp_path: Path):
     off = POINT.replace('name="pin">', 'name="pin"><isEnforced>false</isEnforced>')
     assert four_bar(tmp_path, off)[1].character.constraints == {}
+
+
+@pytest.mark.usefixtures("unoptimized_kernels")
+def test_a_free_run_is_that_of_opensims_manager(tmp_path: Path):
+    opensim = pytest.importorskip("opensim", reason="OpenSim is not installed")
+    opensim.Logger.setLevelString("off")
+    file, scene = four_bar(tmp_path, DISTANCE, free=False)
+    scene.duration, scene.time_step = 0.3, 1.0 / 4000.0
+    for joint in scene.character.joints.values():
+        joint.limits = []
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=100.0)
+    rollout.run()
+    found, names = rollout.recorded("coordinates")[0].astype(float), topology(scene.character)
+    model = opensim.Model(str(file))
+    state = model.initSystem()
+    manager = opensim.Manager(model)
+    manager.setIntegratorAccuracy(1e-8)
+    manager.initialize(state)
+    for row in (15, 29):
+        state = manager.integrate(0.01 * row)
+        for one in model.getCoordinateSet():
+            place = names.coordinates_of(names.body_of_joint(one.getName())).start
+            assert found[row, place] == pytest.approx(one.getValue(state), abs=2e-4)
+    assert np.ptp(found, axis=0).max() > 0.2
+    assert np.abs(constraint_errors(scene.character, names, found)).max() < 1e-6
