@@ -16,6 +16,7 @@ from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces,
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.loops.build import close_loops, put_loops
+from warpmuscle.formats.osim.loops.cut import cut_loops
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
@@ -67,6 +68,7 @@ def build(
     for name in joined(model):
         line = next(body.line for body in model.bodies if body.name == name)
         notes.ignore(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim")
+    cut_loops(model, notes)
     if not model.bodies:
         raise refused(model, model.line, "the model has no bodies")
     coordinates = Coordinates(model)

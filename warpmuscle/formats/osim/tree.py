@@ -39,7 +39,7 @@ def branches(model: Model, coordinates: Coordinates) -> list[Branch]:
     """The joints in an order in which each begins at a body that the ones before it have reached.
 
     Raises:
-        SceneError: joints make a loop.
+        SceneError: joints lead to bodies from nowhere.
     """
     bodies = {body.path: body for body in model.bodies}
     reached, left, found = {GROUND}, list(model.joints), list[Branch]()
@@ -52,9 +52,6 @@ def branches(model: Model, coordinates: Coordinates) -> list[Branch]:
             raise refused(model, left[0].line, message)
         joint = ready[0]
         near, far = ends[joint.name]
-        if near in reached and far in reached:
-            message = f"joint {joint.name!r} closes a loop of bodies, which cannot be represented; leave it out"
-            raise refused(model, joint.line, message)
         backwards = near not in reached
         moves = coordinates.moves(joint)
         if backwards:
