@@ -19,6 +19,7 @@ from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
     from warpmuscle.sweep.board import SweepProgress
+    from warpmuscle.sweep.plan import Plan
     from warpmuscle.sweep.status import SweepStatus
 
 
@@ -38,6 +39,12 @@ def sweep(
     ] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads; of each task of a cluster.")] = None,
+    part: Annotated[
+        str | None, typer.Option(metavar="K/N", help="Run only part K of N, which `warpmuscle join` puts together.")
+    ] = None,
+    slurm: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Write a script for Slurm, an array of N parts, and end.")
+    ] = None,
     status: Annotated[bool, typer.Option("--status", help="Only print how far the sweep has got.")] = False,
     trust: Trust = False,
 ) -> None:
@@ -58,28 +65,92 @@ def sweep(
 
     with doubts_printed():
         plan = read(file)
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    if slurm is not None:
+        _write_script(plan, output, slurm, device, threads)
+        return
     start_warp()
     from warpmuscle.sweep.run import sweep as run
     from warpmuscle.sweep.status import sweep_status
 
-    output = output if output is not None else Path(f"{file.stem}.h5")
     begin = time.perf_counter()
     try:
         with searches_told(), _Bar() as bar:
             result = run(
-                plan, output, cluster=cluster, device=device, threads=threads, share=share,
+                plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
                 command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
             )  # fmt: skip
     except KeyboardInterrupt:
         log.print("what was evaluated is kept, and the same command goes on")
         raise typer.Exit(INTERRUPTED) from None
-    _print_status(sweep_status(output))
-    out.print(
-        f"wrote {output} with {number_of(result.gathered, 'run')} in {time.perf_counter() - begin:.1f} s", markup=False
-    )
+    _print_status(sweep_status(result.folder.path))
+    took = f"{time.perf_counter() - begin:.1f} s"
+    if part is not None:
+        again = _join_command(file, output)
+        out.print(f"part {part} is in {result.folder.path} after {took}; once all are: {again}", markup=False)
+    else:
+        out.print(f"wrote {output} with {number_of(result.gathered, 'run')} in {took}", markup=False)
     if result.failed:
         name, why = next(iter(result.failed.items()))
         raise Error(f"{len(result.failed)} of {number_of(len(result.manifest.runs), 'run')} failed; {name}: {why}")
+
+
+def join(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="TOML file of the sweep.")],
+    parts: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[PART]...", help="Folders of parts, by default beside the output."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="HDF5 file for all results; by default the name and .h5.")
+    ] = None,
+    incomplete: Annotated[
+        bool, typer.Option("--incomplete", help="Join the runs that have ended; by default all must have.")
+    ] = False,
+    trust: Trust = False,
+) -> None:
+    """Put parts of a sweep together, as if one process had run all of it.
+
+    Example: warpmuscle sweep weakness.toml --part 1/2; warpmuscle sweep weakness.toml --part 2/2;
+    warpmuscle join weakness.toml
+    """
+    from warpmuscle.sweep.plan import read
+
+    with doubts_printed():
+        plan = read(file)
+    from warpmuscle.sweep.join import join as joined
+
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    begin = time.perf_counter()
+    with _Bar() as bar:
+        result = joined(
+            plan, output, parts or [], incomplete=incomplete, command=f"warpmuscle sweep {shlex.quote(file.name)}",
+            progress=bar.update,
+        )  # fmt: skip
+    left = len(result.manifest.runs) - result.gathered
+    rest = f"; {number_of(left, 'run')} had not ended" if left else ""
+    out.print(
+        f"wrote {output} with {number_of(result.gathered, 'run')} in {time.perf_counter() - begin:.1f} s{rest}",
+        markup=False,
+    )
+
+
+def _write_script(plan: Plan, output: Path, parts: int, device: str | None, threads: int | None) -> None:
+    from warpmuscle.sweep.slurm import slurm_script, write_slurm_script
+
+    if parts > len(plan.runs):
+        raise Error(f"--slurm {parts}: the sweep has only {number_of(len(plan.runs), 'run')}")
+    more = "" if device is None else f" --device {shlex.quote(device)}"
+    more += "" if threads is None else f" --threads {threads}"
+    script = output.with_suffix(".slurm")
+    write_slurm_script(script, slurm_script(plan.file, output, parts, more))
+    again = _join_command(plan.file, output)
+    out.print(f"wrote {script}: sbatch {script}; once all its jobs have ended: {again}", markup=False)
+
+
+def _join_command(file: Path, output: Path) -> str:
+    usual = output == Path(f"{file.stem}.h5")
+    return shlex.join(["warpmuscle", "join", str(file)] + ([] if usual else ["-o", str(output)]))
 
 
 def _print_status(status: SweepStatus) -> None:
