@@ -1,4 +1,4 @@
-"""The command `warpmuscle sweep`."""
+"""The commands of sweeps: run one, join parts of one, and run and measure one that is a study."""
 
 from __future__ import annotations
 
@@ -133,6 +133,61 @@ def join(
         f"wrote {output} with {number_of(result.gathered, 'run')} in {time.perf_counter() - begin:.1f} s{rest}",
         markup=False,
     )
+
+
+def study(
+    file: Annotated[Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table [study].")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
+    ] = None,
+    device: Device = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
+    trust: Trust = False,
+) -> None:
+    """Run a sweep, measure its gaits, compare conditions over seeds, and put them beside what is expected.
+
+    Writes a page and a table of runs (.html, .csv) beside the results. Given again, the command goes on where it was;
+    what is measured and expected may have changed. Example: warpmuscle study weak_calves.toml
+    """
+    from warpmuscle.core.files import check_output, replace_file
+
+    start_driver(device)
+    from warpmuscle.sweep.plan import read
+
+    with doubts_printed():
+        plan = read(file)
+    if plan.study is None:
+        raise Error(f"{file}: no [study]: `warpmuscle sweep` runs it, and the manual says what a study is")
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    page_file, table_file = output.with_suffix(".html"), output.with_suffix(".csv")
+    for path in (page_file, table_file):
+        check_output(path, "a study", (path.suffix,))
+    start_warp()
+    from warpmuscle.report.tables import aligned, write
+    from warpmuscle.sweep.run import sweep as run
+    from warpmuscle.sweep.study import page as study_page
+    from warpmuscle.sweep.study.measured import measured
+
+    begin, command = time.perf_counter(), f"warpmuscle study {shlex.quote(file.name)}"
+    try:
+        with searches_told(), _Bar() as bar:
+            done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
+    except KeyboardInterrupt:
+        log.print("what was evaluated is kept, and the same command goes on")
+        raise typer.Exit(INTERRUPTED) from None
+    with log.status("measuring"):
+        found = measured(plan, done)
+        page = study_page.page(found, plan, command)
+    rows = study_page.lines(found)
+    for line in [*aligned(rows, texts=rows[0].index("unit") + 1), *study_page.held_lines(found)]:
+        out.print(line, markup=False)
+    write(table_file, study_page.run_table(found), {})
+    replace_file(page_file, page)
+    took = f"{time.perf_counter() - begin:.1f} s"
+    out.print(f"{study_page.counted(found)}; wrote {page_file}, {table_file} and {output} in {took}", markup=False)
+    if done.failed:
+        name, why = next(iter(done.failed.items()))
+        raise Error(f"{len(done.failed)} of {number_of(len(done.manifest.runs), 'run')} failed; {name}: {why}")
 
 
 def _write_script(plan: Plan, output: Path, parts: int, device: str | None, threads: int | None) -> None:
