@@ -293,6 +293,7 @@ class EpisodeBatch:
         self.own.advance(self._stepper.model, state, episodes)
         self._starts.restore(episodes.mask, self._start_row)
         self._variants.restore(episodes.mask, episodes.variant)
+        self.rollout.terrain_starts.put(self._stepper.model, state, episodes.mask)
         self.own.begin(self._stepper.model, state, episodes)
         wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
         self._conditions.restore(episodes.mask, self._start_row)

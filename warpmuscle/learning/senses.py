@@ -269,6 +269,7 @@ class Senses:
         around = self._around
         around.skeleton = model.skeleton
         around.normal, around.ground = model.contacts.normal, model.contacts.height
+        around.terrain = model.contacts.terrain
 
     def observe(self, episodes: Episodes, into: wp.array) -> None:
         """What policies are told, (instances, numbers)."""

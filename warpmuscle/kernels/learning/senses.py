@@ -5,8 +5,20 @@ import warp as wp
 from warpmuscle.kernels.algebra.random_numbers import NOISE, random_of
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
+from warpmuscle.kernels.contact.terrain import tile_rise
 from warpmuscle.kernels.learning.episodes import Episodes, root_orientation, root_place
-from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Skeleton, State, StateRef, at
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    Skeleton,
+    State,
+    StateRef,
+    Terrain,
+    at,
+)
 
 wp.set_module_options({"enable_backward": False})
 
@@ -40,6 +52,7 @@ class Surroundings:
     skeleton: Skeleton
     normal: wp.array2d[wp.vec3]  # (1 or instances, 1) of the ground
     ground: wp.array2d[float]  # (1 or instances, 1) m, from the origin along the normal
+    terrain: Terrain  # over it; nothing where the ground is flat
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
@@ -133,7 +146,11 @@ def of_root(kind: int, k: int, instance: int, state: State, episodes: Episodes, 
     q = root_orientation(around.root, instance, state)
     if kind == HEIGHT:
         place = root_place(around.root, instance, state)
-        return wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
+        height = wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
+        if around.terrain.tile.shape[0] > 0:
+            rise = tile_rise(place[0], place[2], at(around.terrain.place, instance, 0), around.terrain)
+            height -= at(around.normal, instance, 0)[1] * rise[0]
+        return height
     if kind == UP:
         return up_in_trunk(q)[k]
     if kind == VELOCITY:
