@@ -50,7 +50,7 @@ class Surface(NamedTuple):
         return level if self.lie is None else np.asarray(level + self.lie.rise(x, z)[0])
 
     def highest_rise(self, x: float, z: float, clearing: float) -> float:
-        """The highest that the ground rises over its plane in a square about a place, m; half its side is `clearing`."""
+        """The highest that the ground rises over its plane within `clearing` of a place along x and z, m."""
         if self.lie is None:
             return 0.0
         beside = clearing * np.arange(-AROUND, AROUND + 1) / AROUND
