@@ -28,7 +28,8 @@ _IN_FRONT = 0.11  # m that muscles count as nearer than they are, so that their 
 _FAR = 22  # tiles of ground to each side of what is followed
 _FADE = (3.0, 10.0)  # m from the middle over which the ground fades into the sky
 _LINES = 120  # of the mesh of ground that is not flat, along each axis
-_SLOPE_SHADE = 0.8  # how much darker faces are that are inclined
+_SUN = np.array([-0.39, 0.87, 0.3])  # from where light comes on these faces: from the right, above and the front
+_SLOPE_SHADE = 0.9  # how much darker faces are that are inclined
 _LEAST_FORCE = 0.03  # m, shorter arrows are not drawn
 _TEXT = "#3A4650"
 _NARROW = 1.3  # width over height
@@ -125,8 +126,7 @@ class Painter:
         faces = np.stack([points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]], axis=2).reshape(-1, 4, 3)
         normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
         normal *= np.sign(normal[:, 1:2]) / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-        light = np.array([-_LIGHT[0], _LIGHT[1], _LIGHT[2]]) / np.linalg.norm(_LIGHT)
-        shade = np.clip(1.0 + _SLOPE_SHADE * (normal @ light - light[1]), 0.6, 1.08)[:, None]
+        shade = np.clip(1.0 + _SLOPE_SHADE * (normal @ _SUN - _SUN[1]), 0.5, 1.08)[:, None]
         place = faces.mean(axis=1)
         dark = (np.floor(place[:, 0] / film.tile) + np.floor(place[:, 2] / film.tile)) % 2 == 0
         tone = np.where(dark[:, None], np.array(_TILE), 0.5 * (np.array(_TILE) + np.array(SKY)))
