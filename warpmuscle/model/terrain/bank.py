@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import msgspec
 import numpy as np
 import warp as wp
 
@@ -12,7 +11,7 @@ from warpmuscle.core.arrays import rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.scene import Ground, Terrain
 from warpmuscle.scene.terrain.grid import Axis, Grid
-from warpmuscle.scene.terrain.surface import grid_at
+from warpmuscle.scene.terrain.surface import as_text, grid_at
 from warpmuscle.scene.terrain.tiles import Patch
 
 _banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array]] = {}  # the last one of each device
@@ -40,7 +39,7 @@ def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
 
 def _bank(terrain: Terrain, grids: list[Grid], device: Any) -> tuple[wp.array, wp.array, wp.array]:
     """Tiles, heights and patches on a device, which keeps them as long as it is asked for no others."""
-    key = msgspec.json.encode(terrain.tiles), str(device)
+    key = as_text(terrain.tiles), str(device)
     if key not in _banks:
         for other in [kept for kept in _banks if kept[1] == key[1]]:
             del _banks[other]

@@ -100,7 +100,12 @@ def tile_number(terrain: Terrain, number: float) -> int:
 
 def grid_at(tile: AnyTile) -> Grid:
     """The grid of a tile, made once for tiles that say the same."""
-    return _grid(msgspec.json.encode(tile), type(tile))
+    return _grid(as_text(tile), type(tile))
+
+
+def as_text(tiles: AnyTile | list[AnyTile]) -> bytes:
+    """What tiles say, to tell them apart; NumPy's scalars count as plain numbers."""
+    return msgspec.json.encode(tiles, enc_hook=lambda number: number.item())
 
 
 @lru_cache(maxsize=64)
