@@ -101,7 +101,7 @@ def _moved(recording: Recording, point: FootPoint, normal: Floats) -> Floats:
         turn = multiply(orientation[1:], conjugate(orientation[:-1]))
         angle = 2.0 * turn[:, :3] * np.sign(turn[:, 3:])  # small between two frames
         moved[1:] += np.cross(angle, -point.radius * normal[1:])
-    return moved - np.sum(moved * normal, axis=1, keepdims=True) * normal
+    return np.asarray(moved - np.sum(moved * normal, axis=1, keepdims=True) * normal)
 
 
 def _slide(touching: NDArray[np.bool_], moved: Floats) -> Floats:

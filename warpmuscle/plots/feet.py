@@ -82,7 +82,7 @@ def _close_up(
     axes: Any, recording: Recording, scene: Scene, shown: list[Piece], side: str, frame: int, before: int, middle: float
 ) -> None:
     window = middle + np.array([-0.5, 0.5]) * _WINDOW[0]
-    across = np.linspace(*window, _GROUND_POINTS)
+    across = np.linspace(window[0], window[1], _GROUND_POINTS)
     foot = recording.position_of(feet_of(scene)[SIDES.index(side)])
     ground = surface(scene.ground).height_at(foot[frame, 0], across)
     axes.fill_between(across, ground, ground - 1.0, color="#E4E0D8", lw=0.0, zorder=0)

@@ -176,7 +176,7 @@ def _ground_below(
     """Points (n, 2) on the page, m, of the ground below a figure: as it is where the figure really stands."""
     across = _extent(recording, drawn, [frame], offset, view)[:, 0] + np.array([-0.5, 0.5]) * _GAP
     if ground.lie is not None:
-        across = np.linspace(*across, _GROUND_POINTS)
+        across = np.linspace(across[0], across[1], _GROUND_POINTS)
     place = {axis: np.full(len(across), recording.com[frame, axis], dtype=float) for axis in (0, 2)}
     place |= {view[0]: across - offset}
     return np.stack([across, ground.height_at(place[0], place[2])], axis=1)

@@ -155,6 +155,7 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
         ("a.png", SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 0, 0, 0, 0))
          + chunk(b"IDAT", zlib.compress(b"\0" * 10**6)), "more or fewer points"),
         ("a.npy", b"\x93NUMPY\x01\x00", "no table of numbers"),
+        ("a.npy", b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f8',\n", "no table of numbers"),
         ("a.csv", "1, 2\n3", "line 2 has 1 number"),
         ("a.csv", "1, 2\n3, x", "line 2 is not of numbers"),
         ("a.csv", "1, 2\n3, nan", "row 2, column 2 is no finite number"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from tokenize import TokenError
 from typing import NamedTuple
 from xml.parsers import expat
 
@@ -20,6 +21,8 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.terrain.packing import packed
 from warpmuscle.scene.terrain.tiles import HeightField
 
+# What NumPy raises of damaged files.
+NOT_NUMPY = ValueError, TypeError, EOFError, MemoryError, AttributeError, OverflowError, SyntaxError, TokenError
 READ = (".png", ".npy", ".csv", ".xml")
 
 
@@ -100,7 +103,7 @@ def _npy(path: Path) -> Heights:
     try:
         table = np.load(io.BytesIO(read_file(path, "model")), allow_pickle=False)
         return Heights(np.asarray(table, dtype=np.float64))
-    except (ValueError, TypeError, EOFError, MemoryError, AttributeError):
+    except NOT_NUMPY:
         raise ValueError("this is no table of numbers of NumPy") from None
 
 

@@ -128,7 +128,7 @@ def top_of(instance: int, model: ModelRef) -> float:
 @func
 def patch_at(u: float, w: float, first: int, end: int, patches: wp.array[Patch]) -> int:
     """Number of the last of some patches that a place of a tile lies in, -1 for none."""
-    found = -1
+    found = wp.int32(-1)
     for k in range(first, end):
         patch = patches[k]
         if u >= patch.low_x and u <= patch.high_x and w >= patch.low_z and w <= patch.high_z:
