@@ -4,13 +4,14 @@ import msgspec
 import numpy as np
 import pytest
 import warp as wp
+from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.kernels.learning import episodes as kernels
-from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
 from warpmuscle.learning.variants import drawn_commands
-from warpmuscle.scene import Command, Scene, Terrain
+from warpmuscle.scene import Command, Ground, Scene, Terrain
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Profile, Rough
@@ -95,3 +96,24 @@ def test_grades_need_a_command_that_is_drawn_and_a_curriculum(task: Task, words:
     with pytest.raises(SceneError, match=words) as error:
         check_scene(scene)
     assert error.value.key == "learning.variation.graded"
+
+
+def test_a_policy_sees_the_ground_ahead_as_it_faces():
+    steps = Terrain([Rough(height=0.2, spacing=0.3, seed=4)], x=0.3)
+    scene = msgspec.structs.replace(load("fwalk"), ground=Ground(normal=(0.1, 1.0, -0.1), terrain=steps))
+    task = Task(observations={"ground": Sense()}, actions="torques", variation=Variation(velocity_noise=0.0))
+    batch = EpisodeBatch(scene, 1, "cpu", task, threads=1)
+    q = batch.rollout.state.coordinates.numpy().copy()
+    q[0, :7] = [0.7, 1.0, -0.4, *Rotation.from_euler("YX", [0.8, 0.2]).as_quat()]
+    batch.rollout.state.coordinates.assign(q)
+    batch.senses.sample_first(batch.rollout.state, batch.episodes)
+    batch.observe_again()
+    seen = dict(zip(batch.senses.names, batch.senses.observation.numpy()[0], strict=True))
+    assert len(seen) == 18
+    ground = surface(scene.ground)
+    here = ground.height_at(0.7, -0.4)
+    for row in range(6):
+        for side, across in (("right", -0.2), ("middle", 0.0), ("left", 0.2)):
+            way = Rotation.from_euler("Y", 0.8).apply([across, 0.0, 0.2 * (row + 1)])
+            expected = 10.0 * (ground.height_at(0.7 + way[0], -0.4 + way[2]) - here)
+            assert seen[f"ground.{side}.{row + 1}"] == pytest.approx(expected, abs=2e-4)

@@ -201,6 +201,25 @@ def test_a_start_is_raised_by_the_highest_ground_about_the_root():
     assert Rollout(far, 1, "cpu").state.coordinates.numpy()[0, 1] == pytest.approx(0.15)
 
 
+@wp.kernel(enable_backward=False)
+def ask_anywhere(model: Model, points: wp.array[wp.vec3], above: wp.array[float]):
+    i = wp.tid()
+    m = model
+    above[i] = terrain.above_surface(i, points[i], m)
+
+
+@pytest.mark.parametrize("lie", [None, Terrain(TILES, tile=3.0, yaw=0.2)])
+def test_functions_of_users_learn_how_high_a_point_is_above_any_ground(lie: Terrain | None):
+    which = ground(lie, normal=(0.1, 1.0, 0.2), height=0.1)
+    points = np.random.default_rng(2).uniform(-2.0, 2.0, (50, 3)).astype(np.float32)
+    above = wp.zeros(50, dtype=float, device="cpu")
+    model = Rollout(block(which), 1, "cpu").model
+    wp.launch(ask_anywhere, 50, [model, wp.array(points, dtype=wp.vec3, device="cpu"), above], device="cpu")
+    x, y, z = points.astype(float).T
+    found = surface(which)
+    np.testing.assert_allclose(above.numpy(), (y - found.height_at(x, z)) * found.plane.normal[1], atol=1e-5)
+
+
 def test_places_that_are_no_numbers_are_asked_for_without_harm():
     rollout = Rollout(block(ground(Terrain(TILES, tile=3.0))), 1, "cpu")
     points = np.array([[np.nan, 0, 0], [np.inf, 0, -np.inf], [1e30, 0, -1e30]], dtype=np.float32)

@@ -42,4 +42,4 @@ def test_each_of_several_bipeds_has_its_own_ground_in_its_lane():
 
 def test_where_a_biped_will_go_is_not_known_live():
     points = points_of(ground_content(STAIRS)["terrain"][0])
-    assert points[..., 2].max() >= 29.0
+    assert points[..., 2].max() >= 24.0

@@ -82,6 +82,14 @@ def above_terrain(instance: int, point: wp.vec3, model: ModelRef) -> float:
     return above_ground(instance, point, model) - at(model.contacts.normal, instance, 0)[1] * rise[0]
 
 
+@func
+def above_surface(instance: int, point: wp.vec3, model: ModelRef) -> float:
+    """The same on any ground, flat or not, for functions of users; m, negative below it."""
+    if model.contacts.terrain.tile.shape[0] > 0:
+        return above_terrain(instance, point, model)
+    return above_ground(instance, point, model)
+
+
 @wp.struct
 class Footing:
     """The plane that touches the ground below a point."""

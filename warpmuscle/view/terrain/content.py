@@ -14,7 +14,7 @@ from warpmuscle.scene.terrain.mesh import MOST, in_world, mesh_of
 from warpmuscle.scene.terrain.surface import surface
 
 AROUND = 12.0  # m beyond where the centre of mass is, that the ground is seen
-ANYWHERE = 30.0  # m about the origin, where it is not known yet where a biped will go
+ANYWHERE = (12.0, 24.0)  # m about the origin along x and z, where it is not known yet where a biped will go
 FEW = 4  # bipeds, each of which stands on fine ground
 DIGITS = 4  # of a height, m
 
@@ -37,7 +37,7 @@ def terrain_content(
         if surrounding.lie is None:
             continue
         com = np.zeros((1, 3)) if motions is None else motions[number].com.astype(float)
-        beside = np.array([0.5 * width if width else AROUND, AROUND]) if motions is not None else np.full(2, ANYWHERE)
+        beside = np.array([0.5 * width if width else AROUND, AROUND]) if motions is not None else np.array(ANYWHERE)
         places = com[np.isfinite(com).all(axis=1)][:, [0, 2]]
         places = places if len(places) else np.zeros((1, 2))
         most = MOST if len(grounds) <= FEW else MOST // 4
