@@ -31,6 +31,8 @@ LIMITS: dict[str, Limit] = {
     "bodies": Limit(500, "bodies", "of a character: each adds to the working set of a step"),
     "muscles": Limit(5_000, "muscles", "of a character"),
     "knots": Limit(1_000, "knots", "of a ligament's function, which are asked one after the other"),
+    "heights": Limit(2**20, "points", "of the height fields of a scene, each: megabytes of text in it"),
+    "tiles": Limit(2**24, "points", "of all tiles of a scene together, which a device keeps"),
     "parameters": Limit(2_000, "free parameters", "of a search: CMA-ES takes their cube in time"),
     "steps": Limit(10**7, "steps", "of a simulation, duration / time_step: minutes even if it is alone"),
     "delay": Limit(2**16, "steps", "of a muscle's delay, which are kept for each instance"),

@@ -107,6 +107,10 @@ EXAMPLES = {
         "a task of one's own: points to come to, rewards, what is observed, ends, starts and a curriculum",
         shipped("reaching.toml", "fetch.toml", "fetch.py"),
     ),
+    "terrain": Example(
+        "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",
+        shipped("climb.py", "climb.toml"),
+    ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",
         shipped(

@@ -47,6 +47,7 @@ from warpmuscle.scene.surfaces import (
     Surface,
     TorusSurface,
 )
+from warpmuscle.scene.terrain.tiles import Terrain
 
 __all__ = [
     "PD",
@@ -104,6 +105,7 @@ __all__ = [
     "Sphere",
     "SphereSurface",
     "Surface",
+    "Terrain",
     "ThelenCurves",
     "TorusSurface",
     "Tracking",
@@ -264,6 +266,7 @@ class Ground(Part):
     softness: Annotated[Number, "m/(N s)"] = 2.0e-4  # its CFM
     penalty: Annotated[Number, "1"] = 0.2  # its ERP: part of the depth that is pushed out in a step
     material: ContactMaterial | None = None  # of Hunt-Crossley contact; None: the defaults
+    terrain: Terrain | None = None  # heights over the plane; none: it is flat
 
 
 class Marker(Part):

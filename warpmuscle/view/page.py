@@ -21,14 +21,16 @@ from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.content import doll_content, piece_contents, track_content
 from warpmuscle.view.figure import figure_of
-from warpmuscle.view.lanes import lanes
+from warpmuscle.view.lanes import BESIDE, lanes
 from warpmuscle.view.packing import Packer, packed_json, whole, without_comments
 from warpmuscle.view.pieces import surface_pieces
+from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
-    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
-    "picking.js", "plots.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
+    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "renderer.js", "biped.js",
+    "camera.js", "picking.js", "plots.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js",
+    "player.js",
 )  # fmt: skip
 SHOWN = (
     "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
@@ -122,6 +124,9 @@ def page_of(
         known = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
         contents.append({**content, **known, "offset": offset.tolist()})
     ground = ground_content(scenes[0].ground)
+    motions = [track.recording for track in tracks] if live is None else None
+    offsets, width = lanes(len(tracks)), BESIDE if len(tracks) > 1 else 0.0
+    ground["terrain"] = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
     content = {
         "title": title,
         "autoplay": autoplay,
@@ -150,7 +155,13 @@ def page_of(
 def ground_content(ground: Ground) -> dict[str, Any]:
     """What the page is sent about a ground without free parameters."""
     normal, height = plane(ground)
-    return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
+    visible = bool(np.asarray(ground.stiffness) > 0.0)
+    return {
+        "normal": normal.tolist(),
+        "height": float(height),
+        "visible": visible,
+        "terrain": terrain_content([ground]),
+    }
 
 
 def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing: bool, split: bool) -> dict[str, bool]:

@@ -45,7 +45,7 @@ class Biped {
   // The way of the centre of mass over all frames, as a trace on the ground.
   addPath() {
     const every = Math.max(1, Math.ceil(this.frames / PATH_POINTS[Number(this.renderer.fine)])), points = [];
-    const { normal, height } = this.renderer.ground, onGround = (p) => [p[0], (height - normal[0] * p[0] - normal[2] * p[2]) / normal[1] + 0.004, p[2]];
+    const { ground } = this.renderer, onGround = (p) => [p[0], groundHeight(ground, p[0], p[2]) + 0.004, p[2]];
     for (let f = 0; f < this.frames; f += every) points.push(onGround(add(Array.from(this.arrays.com.slice(3 * f, 3 * f + 3)), this.offset)));
     this.renderer.addPath(points, 0.005, COM_TINT);
   }

@@ -165,7 +165,7 @@ class Renderer {
     gl.enable(gl.CULL_FACE); // all else is closed, or faces the eye
     const { programs } = this, lighting = Number(this.level > 0 && !this.fine);
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
-    if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye);
+    if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
@@ -224,10 +224,10 @@ class Renderer {
   }
 
   // Each pixel once, however many shapes lie above it.
-  drawShadows(layer, matrix, eye) {
+  drawShadows(layer, matrix, eye, middle) {
     const gl = this.gl;
     this.solid = this.begin(this.programs.solids[1], matrix, eye, { poses: this.poses });
-    gl.uniform4f(this.solid.place.ground, ...this.ground.normal, this.ground.height);
+    gl.uniform4f(this.solid.place.ground, ...shadowPlane(this.ground, middle));
     gl.uniform1f(this.solid.place.shadow, 1);
     gl.enable(gl.BLEND);
     gl.enable(gl.STENCIL_TEST);
@@ -258,6 +258,12 @@ class Renderer {
   }
 
   drawGround(matrix, middle) {
+    if (this.terrainOf !== this.ground) {
+      this.terrain?.free();
+      this.terrain = this.ground.terrain?.length ? new Terrain(this.gl, this.ground.terrain) : null;
+      this.terrainOf = this.ground;
+    }
+    if (this.terrain) return void this.terrain.draw(matrix, middle, this.light);
     const gl = this.gl, { program, place } = this.floor;
     gl.useProgram(program);
     gl.uniformMatrix4fv(place.matrix, false, matrix);
