@@ -29,6 +29,7 @@ LIMITS: dict[str, Limit] = {
     "bases": Limit(50, "scenes based on each other", "of a scene"),
     "values": Limit(500_000, "values", "of a scene, its curves and paths included: seconds to check"),
     "bodies": Limit(500, "bodies", "of a character: each adds to the working set of a step"),
+    "constraints": Limit(60, "rows", "of all constraints of a character, whose equations are solved in each step"),
     "muscles": Limit(5_000, "muscles", "of a character"),
     "knots": Limit(1_000, "knots", "of a ligament's function, which are asked one after the other"),
     "heights": Limit(2**20, "points", "of the height fields of a scene, each: megabytes of text in it"),

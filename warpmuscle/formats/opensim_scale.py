@@ -93,7 +93,7 @@ def _inertia(body: Body, s: Floats) -> Floats:
 
 
 def _joint(joint: Joint, s: Floats) -> Joint:
-    """Shifts that are functions of a coordinate change along their axes; a coordinate itself does not."""
+    """Shifts that are functions of a coordinate change along their axes; a coordinate itself does not. Radii do."""
 
     def shifted(axis: Axis) -> Axis:
         if axis.coordinates and axis.function.line is not None and axis.function.line[1] != 0.0:
@@ -101,7 +101,10 @@ def _joint(joint: Joint, s: Floats) -> Joint:
         along = np.asarray(axis.direction) / np.linalg.norm(axis.direction)
         return replace(axis, function=axis.function.scaled(float(np.abs(along) @ s)))
 
-    return replace(joint, translations=tuple(map(shifted, joint.translations)))
+    ellipsoid = joint.ellipsoid
+    if ellipsoid is not None:
+        ellipsoid = replace(ellipsoid, radii=_times(ellipsoid.radii, s))
+    return replace(joint, translations=tuple(map(shifted, joint.translations)), ellipsoid=ellipsoid)
 
 
 def _surface(one: Surface, s: Floats) -> Surface:

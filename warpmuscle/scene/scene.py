@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from warpmuscle.scene.body_contact.part import BodyContact
+from warpmuscle.scene.constraint import Constraint
 from warpmuscle.scene.controller import SIMBICON, Command, Controller
 from warpmuscle.scene.custom_part import CustomPart
 from warpmuscle.scene.displacement import Coupling, Displacement
@@ -62,6 +63,7 @@ __all__ = [
     "Command",
     "Component",
     "Condition",
+    "Constraint",
     "ContactMaterial",
     "Controller",
     "Coupling",
@@ -216,6 +218,7 @@ class Character(Part):
     muscles: dict[str, Muscle] = {}
     surfaces: dict[str, Surface] = {}  # that muscles wrap around
     wrapping: Literal["opensim", "shortest", "smooth"] = "opensim"  # how paths run round surfaces, see above
+    constraints: dict[str, Constraint] = {}  # between bodies that joints do not join
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
 
 

@@ -22,6 +22,7 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import check_entries, named_code
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
+from warpmuscle.scene.validation.constraints import check_closed, check_constraints
 from warpmuscle.scene.validation.contact import check_body_contact, check_ground, check_pairs
 from warpmuscle.scene.validation.controller import check_control_rate, check_controller
 from warpmuscle.scene.validation.forces import check_forces
@@ -64,12 +65,14 @@ class _Check(Checks):
             known(entry, named_code(scene).values(), "part", f"custom.{entry}", "that this scene uses")
         self.names(scene)
         check_skeleton(self)
+        check_constraints(self)
         self.feet(scene)
         check_muscles(self)
         check_motion(self)
         check_forces(self)
         check_controller(self)
         self.initial_state(scene.initial_state, scene.character)
+        check_closed(scene)
         check_ground(self)
         check_body_contact(self)
         check_failure(self, "failure", scene.failure)
