@@ -1,10 +1,10 @@
-"""How fast simulations follow recorded motions: windows a second, of many trials at once, and how far they are from them.
+"""How fast simulations follow recorded motions: windows a second of many trials at once, and how far they are away.
 
     python tools/bench_tracking.py MODEL.osim MOTION.sto --loads LOADS.xml
     python tools/bench_tracking.py MODEL.osim MOTION.sto --loads LOADS.xml --trials 1000 --device cuda:0
 
-Trials are the motion again and again, each a little other than those before. The time is of the second run, kernels being
-compiled; it includes the run by the excitations alone.
+Trials are the motion again and again, each a little other than those before. The time is of the second run, kernels
+being compiled; it includes the run by the excitations alone.
 """
 
 from __future__ import annotations

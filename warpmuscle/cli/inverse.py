@@ -88,7 +88,6 @@ def inverse(
     start_warp()
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
-    from warpmuscle.inverse.output import write_result, write_storages
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
     from warpmuscle.inverse.tracking.track import TrackingOptions
 
@@ -113,11 +112,18 @@ def inverse(
             body, wanted, names, trials, forces, filter=filter, times=times, emg=signals, options=options, on=on,
             frame=frame, tracking=tracking,
         )  # fmt: skip
+    about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
+             "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
+    _give(found, output, sto, about)
+
+
+def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str]) -> None:
+    """Tell what was found, and write it."""
+    from warpmuscle.inverse.output import write_result, write_storages
+
     for trial in found:
         _tell(trial)
         _tell_tracked(trial)
-    about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
-             "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
     if output is not None:
         write_result(output, found, about)
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)

@@ -1,4 +1,4 @@
-"""What muscles come to over a window: against the whole step where nothing moves, and activation in double precision."""
+"""What muscles come to over a window: against the whole step where nothing moves, and activation in float64."""
 
 import numpy as np
 import pytest
