@@ -22,11 +22,11 @@ from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
 from warpmuscle.view.track import Doll, Track
 
 NORM_PERCENT = np.linspace(0.0, 100.0, 51)  # of the gait cycle, where bands of norms have their samples
-FEWEST_FIBRES = 0.62  # of a muscle's length that is drawn as its belly, at least: pennate fibres lie beside one another
+FEWEST_FIBRES = 0.7  # of a muscle's length that is drawn as its belly, at least: pennate fibres lie beside one another
 TENSION = 5.0e5  # Pa, of muscles that fit beside one another
 BELLY = 8.0 / 15.0  # volume of a drawn belly in that of a cylinder around it: the integral of (1 - x^2)^2 from 0 to 1
 THINNEST, THICKEST = 0.005, 0.04  # m, radii of bellies of a body of 75 kg
-STOUTEST = 0.14  # radius of a belly in the length of its muscle, at most
+STOUTEST = 0.115  # radius of a belly in the length of its muscle, at most
 SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
 SPARED = ("excitations", "fibre lengths", "torques wanted")  # groups of curves that pages of many motions do without
 

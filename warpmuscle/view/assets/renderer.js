@@ -5,7 +5,7 @@ const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain li
 const LAYERS = ["flesh", "bone", "surface", "shape"];
 // From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
 // told apart without red or green cones, too.
-const ACTIVATION = [[0.063, 0.299, 0.702], [0.418, 0.342, 0.703], [0.656, 0.344, 0.63], [0.861, 0.293, 0.464], [1, 0.21, 0.092]];
+const ACTIVATION = [[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]];
 const TENDON = [0.95, 0.95, 0.97];
 const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
 const OWN = (alpha) => [-1, 0, 0, alpha];
