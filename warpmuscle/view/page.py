@@ -28,13 +28,14 @@ from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
-    "picking.js", "plots.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
+    "picking.js", "plots.js", "strides.js", "save_curves.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
     "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
-    "follow", "split",
+    "strides", "follow", "split",
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
+FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
@@ -125,7 +126,7 @@ def page_of(
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots, ground["visible"], split),
+        "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split),
         "ground": ground,
         "tracks": contents,
         "panels": panels,
@@ -153,12 +154,13 @@ def ground_content(ground: Ground) -> dict[str, Any]:
     return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
 
 
-def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing: bool, split: bool) -> dict[str, bool]:
-    """What can be shown of these tracks, and whether it is at first.
+def _strides(content: dict[str, Any]) -> bool:
+    """Whether a track has several strides of both feet, whose mean and spread say something."""
+    return bool(content["cycles"]) and all(len(one) >= FEWEST_STRIDES for one in content["cycles"].values())
 
-    Args:
-        standing: whether there is a ground; the centre of mass of a lone arm is of little use.
-    """
+
+def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool) -> dict[str, bool]:
+    """What can be shown of these tracks, and whether it is at first."""
     there = {
         "muscles": any(track.doll.muscles.names for track in tracks),
         "thickness": any(track.doll.muscles.names for track in tracks),
@@ -167,6 +169,7 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing
         "labels": len(tracks) > 1,
         "split": 1 < len(tracks) <= FEW,
         "norms": any("norm" in panel for listed in panels for panel in listed),
+        "strides": striding,
     }
     off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False, "split": split}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}

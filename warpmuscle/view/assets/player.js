@@ -114,6 +114,10 @@ class Player {
     if (name === "follow") this.camera.follow = on;
     if (name === "split") this.split(on);
     if (name === "norms") this.plots.norms = on;
+    if (name === "strides") {
+      this.plots.strides = this.element("stride").firstChild.checked = on;
+      this.showPlots();
+    }
     this.plots.kept_at = undefined;
   }
 
@@ -266,6 +270,12 @@ class Player {
   fileName(suffix) {
     const title = this.element("legend").firstChild.textContent.replace(/[^\w-]+/g, "_").slice(0, 60) || "motion";
     return `${title}_${this.time.toFixed(2)}s.${suffix}`;
+  }
+
+  saveCurves(kind) {
+    this.element("save").value = "";
+    if (kind) SAVES[kind](this.plots, this.fileName("").replace(/\.$/, ""));
+    this.plots.kept_at = this.drawn = null;
   }
 
   savePicture() {
