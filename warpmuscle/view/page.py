@@ -7,6 +7,7 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Ground, Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
 from warpmuscle.view.content import doll_content, piece_contents, track_content
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import lanes
@@ -28,7 +30,8 @@ from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
-    "picking.js", "plots.js", "strides.js", "save_curves.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
+    "picking.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js", "editor.js", "curve_editor.js",
+    "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
     "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
@@ -75,6 +78,7 @@ def replay_html(
     autoplay: bool = True,
     plots: bool = True,
     split: bool = False,
+    meshes: str | PathLike[str] | None = None,
 ) -> str:
     """The page of one or several motions, side by side.
 
@@ -85,9 +89,10 @@ def replay_html(
         rate: stored frames per second; more than were recorded are not made up.
         autoplay: whether it plays when it is opened. plots: whether curves are shown below.
         split: whether each of a few motions has a picture of its own at first, in which it stays.
+        meshes: folder with the files of triangles that models of OpenSim are drawn with.
 
     Raises:
-        Error: a motion without frames, or of another character than its scene's.
+        Error: a motion without frames, or of another character than its scene's; a folder without such files.
     """
     motions = [recordings] if isinstance(recordings, Recording) else list(recordings)
     motions = [demanding(motion, "this recording") for motion in motions]
@@ -100,20 +105,23 @@ def replay_html(
         track = track_of(motion, numeric[id(scene)], labels[number] if labels else "", rate, dolls.get(key))
         dolls[key] = track.doll
         tracks.append(track)
-    return page_of(tracks, [numeric[id(scene)] for scene in given], title or given[0].name, autoplay, plots, split)
+    plain = [numeric[id(scene)] for scene in given]
+    folder = mesh_folder(meshes, plain[0])
+    return page_of(tracks, plain, title or given[0].name, autoplay, plots, split, meshes=folder)
 
 
 def page_of(
     tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool,
-    split: bool = False, live: Any = None, waiting: Any = None,
+    split: bool = False, live: Any = None, waiting: Any = None, meshes: Path | None = None,
 ) -> str:  # fmt: skip
     """The page of tracks and of their scenes without free parameters.
 
     Args:
         live, waiting: what `assets/live.js` and `assets/waiting.js` receive.
+        meshes: folder with the files that models are drawn with.
     """
     packer, title = Packer(), whole(title)
-    dolls = _Dolls(packer, coarse=len(tracks) > FEW)
+    dolls = _Dolls(packer, len(tracks) > FEW, meshes)
     contents: list[dict[str, Any]] = []
     panels: list[Any] = []
     for track, scene, offset in zip(tracks, scenes, lanes(len(tracks)), strict=True):
@@ -178,9 +186,9 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding
 class _Dolls:
     """Contents of dolls, those that look alike once."""
 
-    def __init__(self, packer: Packer, coarse: bool) -> None:
+    def __init__(self, packer: Packer, coarse: bool, meshes: Path | None) -> None:
         self.contents: list[dict[str, Any]] = []
-        self._packer, self._coarse = packer, coarse
+        self._packer, self._coarse, self._meshes = packer, coarse, meshes
         self._known: dict[int, int] = {}
         self._alike: dict[bytes, int] = {}
 
@@ -188,6 +196,8 @@ class _Dolls:
         """The number of a doll, whose content is made when it is needed."""
         if id(doll) not in self._known:
             look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
+            if self._meshes is not None and not self._coarse and scene.opensim is not None:
+                look = with_meshes(look, scene, doll.names.bodies, self._meshes)
             look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
             key = pickle.dumps((look, doll_content(doll, scene, [])))
             if key not in self._alike:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from warpmuscle.results.records import Result
 from warpmuscle.results.result import read
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.bones.model_meshes import mesh_folder
 from warpmuscle.view.lanes import MOST
 from warpmuscle.view.page import Page, page_of
 from warpmuscle.view.track import Track, track_of
@@ -145,7 +147,22 @@ def tracks_of(sights: Sequence[Sight]) -> list[Track]:
     return tracks
 
 
-def page_of_sights(sights: Sequence[Sight], title: str = "") -> Page:
-    """A page of motions, by default called as the first one's scene."""
+def page_of_sights(
+    sights: Sequence[Sight],
+    title: str = "",
+    meshes: str | PathLike[str] | None = None,
+    beside: Path | None = None,
+) -> Page:
+    """A page of motions, by default called as the first one's scene.
+
+    Args:
+        meshes: folder with the files of triangles that models of OpenSim are drawn with. beside: one that is looked at
+            unasked.
+
+    Raises:
+        Error: there are too many motions; the folder has no such files.
+    """
     scenes = [sight.scene for sight in sights]
-    return Page(page_of(tracks_of(sights), scenes, title or scenes[0].name, autoplay=True, plots=True))
+    folder = mesh_folder(meshes, scenes[0], beside)
+    name = title or scenes[0].name
+    return Page(page_of(tracks_of(sights), scenes, name, autoplay=True, plots=True, meshes=folder))

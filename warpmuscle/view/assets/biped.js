@@ -106,10 +106,11 @@ class Biped {
     out[at + 2] += z;
   }
 
-  // Points around all flesh, by the poses in the table.
+  // Points around all flesh, and around bones without, by the poses in the table.
   outline() {
-    const poses = this.renderer.poses.numbers;
-    return this.doll.pieces.filter((piece) => piece.layer === "flesh").flatMap((piece) => {
+    const poses = this.renderer.poses.numbers, fleshy = new Set(this.doll.pieces.filter((piece) => piece.layer === "flesh").map((piece) => piece.body));
+    const seen = (piece) => piece.layer === "flesh" || (piece.layer === "bone" && piece.reach && !fleshy.has(piece.body));
+    return this.doll.pieces.filter(seen).flatMap((piece) => {
       const at = 8 * (this.first.slots + piece.body), turn = Array.from(poses.slice(at + 4, at + 8));
       const ends = piece.start ? [piece.start, piece.end] : [piece.position ?? piece.middle];
       const radii = piece.start ? piece.radii : [piece.reach ?? Math.max(...piece.radii)];
