@@ -22,16 +22,17 @@ from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
 from warpmuscle.view.content import doll_content, piece_contents, track_content
+from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import lanes
-from warpmuscle.view.packing import Packer, packed_json, whole, without_comments
+from warpmuscle.view.packing import Packer, Pool, packed_json, whole, without_comments
 from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "renderer.js", "biped.js", "camera.js",
-    "picking.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js", "editor.js", "curve_editor.js",
-    "waiting.js", "player.js",
+    "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js", "editor.js",
+    "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
     "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
@@ -39,6 +40,7 @@ SHOWN = (
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
+CROWD = 16  # tracks beyond which muscles, forces and most curves are left out
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
@@ -113,29 +115,38 @@ def replay_html(
 def page_of(
     tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool,
     split: bool = False, live: Any = None, waiting: Any = None, meshes: Path | None = None,
+    facts: Sequence[Facts] = (),
 ) -> str:  # fmt: skip
     """The page of tracks and of their scenes without free parameters.
 
     Args:
         live, waiting: what `assets/live.js` and `assets/waiting.js` receive.
-        meshes: folder with the files that models are drawn with.
+        meshes: folder with the files that models are drawn with. facts: what is known of each track, if anything.
     """
     packer, title = Packer(), whole(title)
+    pool = Pool() if len(tracks) > CROWD else None
     dolls = _Dolls(packer, len(tracks) > FEW, meshes)
     contents: list[dict[str, Any]] = []
     panels: list[Any] = []
     for track, scene, offset in zip(tracks, scenes, lanes(len(tracks)), strict=True):
-        content = track_content(track, scene, packer, every_curve=len(tracks) <= FEW, live=live is not None)
+        content = track_content(track, scene, pool or packer, every_curve=len(tracks) <= FEW, live=live is not None)
         if content["panels"] not in panels:
             panels.append(content["panels"])
-        known = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
-        contents.append({**content, **known, "offset": offset.tolist()})
+        parts = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
+        contents.append({**content, **parts, "offset": offset.tolist()})
     ground = ground_content(scenes[0].ground)
+    if pool is not None:
+        for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
+            content["arrays"] = {name: number for name, (number, _) in places.items()}
+            content["rows"] = {name: row for name, (_, row) in places.items()}
+    known = list(facts) or [Facts()] * len(tracks)
+    contents = [{**content, **more} for content, more in zip(contents, facts_content(known), strict=True)]
     content = {
         "title": title,
         "autoplay": autoplay,
         "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split),
         "ground": ground,
+        "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
         "tracks": contents,
         "panels": panels,
         "dolls": dolls.contents,
@@ -169,10 +180,13 @@ def _strides(content: dict[str, Any]) -> bool:
 
 def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool) -> dict[str, bool]:
     """What can be shown of these tracks, and whether it is at first."""
+    few = len(tracks) <= CROWD
     there = {
-        "muscles": any(track.doll.muscles.names for track in tracks),
-        "thickness": any(track.doll.muscles.names for track in tracks),
-        "desired": any(track.desired is not None for track in tracks),
+        "muscles": few and any(track.doll.muscles.names for track in tracks),
+        "thickness": few and any(track.doll.muscles.names for track in tracks),
+        "desired": few and any(track.desired is not None for track in tracks),
+        "forces": few,
+        "path": few,
         "surfaces": any(track.doll.wraps for track in tracks),
         "labels": len(tracks) > 1,
         "split": 1 < len(tracks) <= FEW,

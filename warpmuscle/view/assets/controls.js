@@ -38,11 +38,6 @@ class Controls {
 
   makeLegend(title) {
     this.element("legend").firstChild.textContent = title;
-    if (!this.player.hasMuscles()) return;
-    const colors = ACTIVATION.map((color) => `rgb(${color.map((v) => Math.round(255 * v))})`);
-    this.element("scale").hidden = false;
-    this.element("scale").innerHTML = "activation<i></i><u><span>0</span><span>0.5</span><span>1</span></u>";
-    this.element("scale").querySelector("i").style.background = `linear-gradient(90deg,${colors})`;
   }
 
   makeBar() {
@@ -65,7 +60,7 @@ class Controls {
     options("save", [["", "save"], ...Object.keys(SAVES).map((kind) => [kind, kind])]);
     this.element("save").onchange = (event) => player.saveCurves(event.target.value);
     options("from", Object.keys(ANGLES).map((name) => [name, name]));
-    this.element("from").value = "oblique";
+    this.element("from").value = player.bipeds.length > FITTED ? "crowd" : "oblique";
     this.element("from").onchange = (event) => player.look(event.target.value);
   }
 

@@ -32,6 +32,8 @@ class Renderer {
     this.poses.numbers.set([0, 0, 0, 0, 0, 0, 0, 1]); // slot 0: the world
     this.used = { slots: 1, points: 0, muscles: 0 };
     this.chosen = -1;
+    this.shaded = ""; // what bodies are coloured by, in place of muscles
+    this.shade = () => null;
     this.makeMeshes();
   }
 
@@ -153,7 +155,7 @@ class Renderer {
   }
 
   drawView(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && this.stretches.some((b) => b.count);
+    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
@@ -167,9 +169,9 @@ class Renderer {
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
     if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
-    if (shown.bones) this.drawSolids([bone], OWN(1));
+    if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
-    const opaque = !muscles && !(this.fine && shown.bones); // what is inside is to be seen
+    const opaque = this.shaded || (!muscles && !(this.fine && shown.bones)); // what is inside is to be seen
     if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
