@@ -1,4 +1,4 @@
-"""`warpmuscle view` draws a model with the meshes of its folder, or of the one that is named, and says what is missing."""
+"""`warpmuscle view` draws a model with the meshes of its folder, or of a named one, and says what is missing."""
 
 from pathlib import Path
 
