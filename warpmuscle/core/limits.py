@@ -24,6 +24,8 @@ LIMITS: dict[str, Limit] = {
     "text": Limit(2**23, "bytes", "of a scene, a sweep or a file of the original program: seconds to read"),
     "table": Limit(2**30, "bytes", "of a recording as a table or in C3D: some gigabytes of memory"),
     "model": Limit(2**26, "bytes", "of an OpenSim model: seconds to read"),
+    "mesh": Limit(2**26, "bytes", "of a file of triangles to draw, and of what it holds unpacked"),
+    "triangles": Limit(2_000_000, "triangles", "of such a file: seconds to make fewer of them"),
     "elements": Limit(500_000, "elements", "of such a model: some hundred megabytes of memory"),
     "nesting": Limit(50, "tables, lists or elements in each other", "of a TOML file or an OpenSim model"),
     "bases": Limit(50, "scenes based on each other", "of a scene"),

@@ -224,6 +224,17 @@ class Marker:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnMesh:
+    """A file of triangles that a frame is drawn with."""
+
+    file: str
+    frame: str
+    rotation: Vec3  # body-fixed x-y-z angles
+    translation: Vec3
+    scale: Vec3
+
+
+@dataclass(frozen=True, slots=True)
 class Lost:
     """A force that is left out, and all names that stand in it."""
 
@@ -252,6 +263,7 @@ class Model:
     forces: list[OsimForce] = field(default_factory=list)
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
+    meshes: list[DrawnMesh] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
     lost_shapes: dict[str, frozenset[str]] = field(default_factory=dict)  # not known: all names that stand in them
 
