@@ -61,6 +61,10 @@ def scaled_model(
     found.muscles = [_muscle(model, muscle, of) for muscle in model.muscles]
     found.contacts = {name: _contact(one, of(one.frame)) for name, one in model.contacts.items()}
     found.markers = [replace(one, location=_times(one.location, of(one.frame))) for one in model.markers]
+    found.meshes = [
+        replace(one, translation=_times(one.translation, of(one.frame)), scale=_times(one.scale, of(one.frame)))
+        for one in model.meshes
+    ]
     return found
 
 

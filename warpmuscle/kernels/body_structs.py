@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from warpmuscle.kernels.terrain_structs import Terrain
+
 
 @wp.struct
 class BodyPlan:
@@ -181,7 +183,7 @@ class ContactMaterial:
 
 @wp.struct
 class Contacts:
-    """Contact points of the bodies, and the ground plane."""
+    """Contact points of the bodies, and the ground: its plane, and what rises over it."""
 
     reach: wp.array2d[float]  # (rows, bodies) m, no contact while the joint is higher than this
     point: wp.array2d[ContactPoint]  # (rows, points)
@@ -190,6 +192,7 @@ class Contacts:
     ground: wp.array2d[Ground]  # (rows, 1)
     material: wp.array2d[ContactMaterial]  # (rows, points) of Hunt-Crossley contact
     soft: wp.array2d[SoftConstraint]  # (rows, 1) of contacts that are constraints
+    terrain: Terrain  # over the plane
 
 
 @wp.struct

@@ -20,6 +20,7 @@ from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.body.speed_axes import angular_axis, linear_axis, moving_speeds, speed_rate_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
+from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of
 from warpmuscle.kernels.memory.scratch import coordinate_work_at, monomials_at
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
@@ -118,13 +119,13 @@ def controller_torques(controller: ControllerKind = NO_CONTROLLER) -> Any:
 
 
 @cache
-def contact_forces_of(law: int = SPRING) -> Any:
+def contact_forces_of(law: int = SPRING, terrain: int = FLAT) -> Any:
     """The kernel (model, state, workspace, force, moment, a, b, c) of contacts with the ground by a law.
 
     Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity; and
     the tensors of `contact.ContactSum`, by which both become less as the body accelerates over a step.
     """
-    contacts_of_body = body_contacts_of(law)
+    contacts_of_body = body_contacts_of(law, terrain)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(

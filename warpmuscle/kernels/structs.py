@@ -69,6 +69,10 @@ from warpmuscle.kernels.route_structs import RouteWrap as RouteWrap
 from warpmuscle.kernels.route_structs import Variable as Variable
 from warpmuscle.kernels.route_structs import WrapRow as WrapRow
 from warpmuscle.kernels.status import Status
+from warpmuscle.kernels.terrain_structs import Patch as Patch
+from warpmuscle.kernels.terrain_structs import Terrain as Terrain
+from warpmuscle.kernels.terrain_structs import Tile as Tile
+from warpmuscle.kernels.terrain_structs import TilePlace as TilePlace
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2
 BALL, UNIVERSAL, HINGE, FIXED = 1, 2, 3, 4

@@ -14,6 +14,7 @@ from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
+from warpmuscle.formats.osim.drawn import build_meshes
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.loops.build import close_loops, put_loops
 from warpmuscle.formats.osim.loops.cut import cut_loops
@@ -105,6 +106,7 @@ def build(
     tell_loose(model, tree, notes)
     _tell_jumps(model, character, jumps, notes)
     _markers(model, skeleton, notes)
+    skeleton.opensim.meshes = build_meshes(model, skeleton.placement, set(character.bodies))
     _tell(model, skeleton, coordinates, notes)
     if character.root_joint == "fixed":
         scene.failure = Failure(com_height=0.0, heading=0.0)

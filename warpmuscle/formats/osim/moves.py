@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpmuscle.formats.osim.ellipsoids import ellipsoid_row
 from warpmuscle.formats.osim.frames import refused
 from warpmuscle.formats.osim.functions import IDENTITY, Function, composed
+from warpmuscle.formats.osim.joints.ellipsoids import ellipsoid_row
 from warpmuscle.formats.osim.records import Axis, Coordinate, Coupler, Joint, Model, Vec3
 
 SAMPLED = 1.0e-7  # rad or m, beyond which it is told how far a sampled function is off

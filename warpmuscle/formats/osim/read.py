@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.drawn import read_all
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import FRAMES, Frames
@@ -22,7 +23,7 @@ LABELS = ("publications", "groups", "authors", "references", "assembly_accuracy"
     "isInlined", "ObjectGroup")  # fmt: skip
 GEOMETRY = ("FrameGeometry", "attached_geometry", "Appearance", "VisibleObject", "geometry", "display", "default_color",
     "ModelVisualPreferences", "display_preference", "preferences", "color", "GeometrySet")  # fmt: skip
-DRAWN = "not read; bodies are drawn by their joints, shapes and muscles"
+DRAWN = "not read; bodies are drawn by their meshes, or by their joints, shapes and muscles"
 REASONS = {
     **dict.fromkeys(GEOMETRY, DRAWN),
     "ControllerSet": "not read; muscles get their excitations from the scene",
@@ -131,6 +132,7 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
     holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
     for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ()), *frames.offsets):
         read_surfaces(holder, path, found, own)
+    read_all([*holders, *((("/ground", ground),) if ground is not None else ())], frames, found, own)
     names: dict[str, int] = {}
     for element in joints:
         joint = read_joint(element, found, frames, own)

@@ -80,7 +80,7 @@ class Ellipsoid:
 class Joint:
     """A joint: shifts along axes of the parent's frame, then turns, each about an axis that the former ones turned.
 
-    With an ellipsoid, what moves is a row of its own, see `ellipsoids.py`, and `rotations` only say which coordinates
+    With an ellipsoid, what moves is a row of its own, see `joints.ellipsoids`, and `rotations` only say which coordinates
     are angles.
     """
 
@@ -110,7 +110,7 @@ class Coupler:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A constraint between two bodies that closes a loop: a place on each of two frames, see `loops.py`."""
+    """A constraint between two bodies that closes a loop: a place on each of two frames, see `loops.read`."""
 
     kind: str
     name: str
@@ -224,6 +224,17 @@ class Marker:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnMesh:
+    """A file of triangles that a frame is drawn with."""
+
+    file: str
+    frame: str
+    rotation: Vec3  # body-fixed x-y-z angles
+    translation: Vec3
+    scale: Vec3
+
+
+@dataclass(frozen=True, slots=True)
 class Lost:
     """A force that is left out, and all names that stand in it."""
 
@@ -252,6 +263,7 @@ class Model:
     forces: list[OsimForce] = field(default_factory=list)
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
+    meshes: list[DrawnMesh] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
     lost_shapes: dict[str, frozenset[str]] = field(default_factory=dict)  # not known: all names that stand in them
 

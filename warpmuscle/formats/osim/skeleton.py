@@ -9,9 +9,9 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
-from warpmuscle.formats.osim.ellipsoids import RADII, X, Y, Z, read_ellipsoid
 from warpmuscle.formats.osim.frames import GROUND, Frames
 from warpmuscle.formats.osim.functions import IDENTITY, ZERO, Function, owned_function
+from warpmuscle.formats.osim.joints.ellipsoids import RADII, X, Y, Z, read_ellipsoid
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Coupler, Joint, Model, Vec3
 

@@ -67,6 +67,8 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
     for key in ("controller", "custom_controller", "forces", "motion", "stages", "tracking"):
         if getattr(scene, key):
             lost.append(Ignored(path, 0, key, NOT_HELD))
+    if scene.ground.terrain is not None:
+        lost.append(Ignored(path, 0, "ground.terrain", NOT_HELD))
     for name, own in scene.actuation.items():
         if plain_number(own.stiffness) or plain_number(own.damping):
             lost.append(Ignored(path, 0, f"actuation.{name}", NOT_HELD))

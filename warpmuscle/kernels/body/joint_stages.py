@@ -38,6 +38,7 @@ from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, 
 from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.contact.contact_laws import SPRING
+from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.memory.scratch import coordinate_work_at, followed_work_at_of, pushed_work_at_of, work_at
 from warpmuscle.kernels.structs import FOLLOWER
 
@@ -50,6 +51,7 @@ class SkeletonKind(NamedTuple):
     contact: int = SPRING  # law of the ground's contacts, see `contact_laws.py`
     followed: int = 0  # coordinates that joints far from theirs follow, and all others that are followed then
     constraints: int = 0  # rows of constraints between bodies, with which all followed coordinates count
+    terrain: int = FLAT  # whether the ground rises over its plane, see `contact/terrain.py`
 
     @property
     def follows(self) -> bool:
@@ -82,7 +84,7 @@ class JointStages(NamedTuple):
 @cache
 def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     """The stages of a model with such bodies and joints."""
-    inertia_stage = inertia_stage_of(kind.turned, kind.contact)
+    inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain)
     if not kind.with_coordinates:
         return JointStages(
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,

@@ -14,7 +14,7 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import Character, InitialState, Scene
+from warpmuscle.scene import Character, InitialState, Scene, drawable
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free
@@ -114,6 +114,11 @@ class _Check(Checks):
             check_displacement(self, f"opensim.couplers.{name}", coupling)
         for name, marker in model.markers.items():
             known(marker.body, scene.character.bodies, "body", f"opensim.markers.{name}.body")
+        for number, mesh in enumerate(model.meshes):
+            known(mesh.body, scene.character.bodies, "body", f"opensim.meshes.{number}.body")
+            if not drawable(mesh.file):
+                message = "is the name of a .vtp, .stl or .obj file, without a folder"
+                raise SceneError(message, key=f"opensim.meshes.{number}.file")
 
     def tracking(self, scene: Scene) -> None:
         """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""

@@ -20,7 +20,7 @@ from warpmuscle.scene import JointState, Scene
 from warpmuscle.scene.topology import topology
 from warpmuscle.studies.inverse_dynamics import body_points
 
-TOOLS = Path(__file__).parents[3] / "tools"
+TOOLS = Path(__file__).parents[4] / "tools"
 TAGS = {"EllipsoidJoint": "radii_x_y_z", "ScapulothoracicJoint": "thoracic_ellipsoid_radii_x_y_z"}
 WINGING = (
     "<scapula_winging_axis_origin>0.03 0.04</scapula_winging_axis_origin>"
