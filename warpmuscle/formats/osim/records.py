@@ -80,8 +80,8 @@ class Ellipsoid:
 class Joint:
     """A joint: shifts along axes of the parent's frame, then turns, each about an axis that the former ones turned.
 
-    With an ellipsoid, what moves is a row of its own, see `joints.ellipsoids`, and `rotations` only say which coordinates
-    are angles.
+    With an ellipsoid, what moves is a row of its own, see `joints.ellipsoids`, and `rotations` only say which
+    coordinates are angles.
     """
 
     kind: str
