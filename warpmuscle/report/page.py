@@ -61,7 +61,7 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     Raises:
         Error: jinja2 or matplotlib are not installed, or a reference holds no walk.
     """
-    template = _template()
+    template = page_template("report.html")
     tell = tell or (lambda what: None)
     result, others = subject.result, references or []
     drawn = {kind: _figure(subject, kind, tell) for kind in (*_SEARCH_FIGURES, *_MOTION_FIGURES)}
@@ -105,7 +105,8 @@ def with_code(text: str) -> str:
     return "".join(f"<code>{part}</code>" if k % 2 else part for k, part in enumerate(parts))
 
 
-def _template() -> Any:
+def page_template(name: str) -> Any:
+    """A page's template, which takes what `style` is by itself; raises Error without jinja2."""
     try:
         import jinja2
         import markupsafe
@@ -116,8 +117,9 @@ def _template() -> Any:
     )
     environment.filters["with_code"] = lambda text: markupsafe.Markup(with_code(text))
     environment.filters["number"] = lambda value: "" if value is None else f"{value:.4g}"
-    text = (files("warpmuscle.report") / "templates" / "report.html").read_text(encoding="utf-8")
-    return environment.from_string(text)
+    folder = files("warpmuscle.report") / "templates"
+    environment.globals["style"] = (folder / "report.css").read_text(encoding="utf-8")
+    return environment.from_string((folder / name).read_text(encoding="utf-8"))
 
 
 def _figure(subject: Subject, kind: str, tell: Tell) -> Figure | None:
@@ -127,8 +129,12 @@ def _figure(subject: Subject, kind: str, tell: Tell) -> Figure | None:
         drawn = draw(subject, kind)
     except Absent:
         return None
-    data = base64.b64encode(picture(drawn, ".svg")).decode("ascii")
-    return Figure(KINDS[kind].description, f"data:image/svg+xml;base64,{data}")
+    return Figure(KINDS[kind].description, data_uri(drawn))
+
+
+def data_uri(drawn: Any) -> str:
+    """A figure of matplotlib as the source of an image in a page."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(picture(drawn, '.svg')).decode('ascii')}"
 
 
 def _headline(subject: Subject) -> list[tuple[str, str]]:
