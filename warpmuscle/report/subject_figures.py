@@ -105,8 +105,8 @@ def _over_cycle(axes: Any, panel: Panel, cycles: Sequence[Sequence[Cycle]]) -> N
                 side = curve.side or "middle"
                 axes.plot(PERCENT, panel.sign * values, color=SIDE_COLORS[side], lw=0.9,
                           ls="--" if curve.dashed else "-", label=side)  # fmt: skip
-            if not curve.side:
-                break  # which of the feet it begins with does not matter for the trunk
+                if not curve.side:
+                    break  # which of the feet it begins with does not matter for the trunk
     for begin, end in panel.windows:
         axes.axvspan(begin, end, ymax=0.05, color="0.35", lw=0.0)
     cycle_axis(axes)
@@ -150,7 +150,7 @@ def force_panels(trials: Sequence[RecordedTrial], weight: float) -> list[Panel]:
             own = [n for n, other in enumerate(trial.sides) if other == side]
             if own:
                 curves.append(Curve(k, side, trial.times, trial.loads.force[:, own, 1].sum(axis=1) / weight))
-    return [Panel("vertical ground force", "body weights", curves, FORCE)] if curves else []
+    return [Panel("ground force", "body weights", curves, FORCE)] if curves else []
 
 
 def moment_panels(trials: Sequence[RecordedTrial], mass: float) -> list[Panel]:

@@ -169,7 +169,9 @@ def _greatest(values: Floats, units: Sequence[str], unit: str) -> float:
 
 
 def _headline(trials: Sequence[RecordedTrial], whole: Body) -> list[tuple[str, str]]:
-    frames = sum(len(one.found.coordinates.times) for one in trials)
+    frames = sum(
+        len((one.found.moments if one.found.moments is not None else one.found.coordinates).times) for one in trials
+    )
     found = [(f"{whole.mass:.1f} kg", "mass of the model"), (str(len(trials)), "trials"), (str(frames), "frames")]
     cycles = sum(len(cycles_of(one)) for one in trials)
     if cycles:
