@@ -18,8 +18,9 @@ from warpmuscle.core.files import read_file
 from warpmuscle.core.limits import LIMITS, check_size
 from warpmuscle.formats import load, toml
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Body, Ligament, Muscle, MuscleModel, Scene, ViaPoint
+from warpmuscle.scene import Body, Ligament, Muscle, MuscleModel, Scene, Terrain, ViaPoint
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.terrain.tiles import HeightField, Rough
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.plan import read as read_sweep
@@ -42,6 +43,11 @@ def changed(change: Callable[[Scene], None]) -> Callable[[Path], object]:
         check_scene(scene)
 
     return check
+
+
+def on_tile(tile: HeightField | Rough) -> Callable[[Scene], None]:
+    """Let a scene have ground of one tile."""
+    return lambda scene: setattr(scene.ground, "terrain", Terrain([tile]))
 
 
 def large(name: str) -> Callable[[Path], Path]:
@@ -153,6 +159,8 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "muscles": ("character.muscles", changed(many_muscles)),
     "knots": ("character.muscles.HFL.curve_shape.x", changed(long_ligament)),
     "parameters": ("", changed(many_parameters)),
+    "heights": ("ground.terrain.tiles.0.points", changed(on_tile(HeightField(points=(2**20, 3), packed="eA==")))),
+    "tiles": ("ground.terrain.tiles.0", changed(on_tile(Rough(count=(9_000, 9_000))))),
     "steps": ("duration", changed(lambda scene: setattr(scene, "duration", 1e9))),
     "steps, tiny": ("duration", changed(lambda scene: setattr(scene, "time_step", 1e-11))),
     "delay": (

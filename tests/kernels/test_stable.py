@@ -29,6 +29,7 @@ ARGUMENTS = {
     "muscle.activation.activation_step": "activation, excitation, rate, time_step",
     "contact.contact.friction_damping": "normal, slip, damping, friction",
     "contact.contact.normal_force": "depth, speed, stiffness, damping, time_step",
+    "contact.terrain.above_surface": "instance, point, model",
     "control.control.CustomController": (
         "effort, excitation, update, parameters, state, shipped, by_joint, by_body, by_muscle, state_a_body, recorded"
     ),

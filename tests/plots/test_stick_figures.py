@@ -14,9 +14,10 @@ from warpmuscle.gait.measures import Gait
 from warpmuscle.plots import stick_figures as plot
 from warpmuscle.plots.projection import project
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Ground, Scene
+from warpmuscle.scene import Ground, Scene, Terrain
 from warpmuscle.scene.anatomy import convex_hull, leg, pieces
-from warpmuscle.scene.ground import plane
+from warpmuscle.scene.terrain.surface import surface
+from warpmuscle.scene.terrain.tiles import Waves
 
 FEET = ("lFoot", "rFoot")
 
@@ -58,13 +59,13 @@ def test_figures_do_not_overlap_and_keep_their_order_along_the_way(speed: float)
 
 @pytest.mark.parametrize("view", [(2, 1), (0, 1)])
 def test_ground_on_a_slope_is_drawn_where_each_figure_really_stands(view: tuple[int, int]):
-    recording, drawn, ground = march(1.2), pieces(biped(), FEET), plane(Ground(normal=(0.1, 1.0, -0.2), height=0.3))
+    recording, drawn, ground = march(1.2), pieces(biped(), FEET), surface(Ground(normal=(0.1, 1.0, -0.2), height=0.3))
     for frame, offset in ((10, 0.0), (90, 3.0)):
         ends = plot._ground_below(recording, ground, drawn, frame, offset, view)
         for across, height in ends:
             place = recording.com[frame].astype(float)
             place[1], place[view[0]] = height, across - offset
-            assert place @ ground.normal == pytest.approx(0.3)
+            assert place @ ground.plane.normal == pytest.approx(0.3)
         reach = np.concatenate([project(recording, piece, frame, view)[:, 0] for piece in drawn]) + offset
         assert ends[0, 0] < reach.min() < reach.max() < ends[1, 0]
 
@@ -111,3 +112,11 @@ def test_failures_are_one_clear_error(tmp_path, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without_matplotlib)
     with pytest.raises(Error, match=r"pip install 'warpmuscle\[plot\]'"):
         plot.stick_figures(recording, scene, tmp_path / "a.png")
+
+
+def test_ground_that_is_not_flat_is_drawn_as_it_is_below_a_figure():
+    recording, drawn = march(1.2), pieces(biped(), FEET)
+    ground = surface(Ground(terrain=Terrain([Waves(0.1, length=0.5)])))
+    line = plot._ground_below(recording, ground, drawn, 10, 2.0, (2, 1))
+    assert len(line) > 20
+    np.testing.assert_allclose(line[:, 1], ground.height_at(recording.com[10, 0], line[:, 0] - 2.0), atol=1e-12)

@@ -6,7 +6,9 @@ import pytest
 
 from warpmuscle.formats import load
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Ground, Scene, Terrain
+from warpmuscle.scene.terrain.surface import surface
+from warpmuscle.scene.terrain.tiles import Slope
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.ground_loads import _load, ground_loads, step_accelerations
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
@@ -53,16 +55,25 @@ def test_forces_and_moments_leave_nothing_to_the_root(walk: tuple[Recording, Sce
 
 def test_light_and_pulling_forces_and_their_moments_are_whole():
     """As at the end of a contact, which gives way over the step that it ends in."""
-    random, normal = np.random.default_rng(5), np.array([0.0, 1.0, 0.0])
+    random = np.random.default_rng(5)
     force, moment, center = random.normal(size=(3, 40, 3))
     force[:20] *= 100.0
-    found = _load("foot", force, moment, center, normal, 0.0)
+    found = _load("foot", force, moment, center, surface(Ground()))
     np.testing.assert_array_equal(found.force, force)
     about_center = np.cross(found.point - center, found.force) + found.torque
     np.testing.assert_allclose(about_center, moment, atol=1e-9)
     pressed = force[:, 1] > 1.0
     np.testing.assert_allclose(found.point[pressed, 1], 0.0, atol=1e-9)
     np.testing.assert_array_equal(found.point[~pressed], center[~pressed])
+
+
+def test_loads_act_on_ground_that_rises_as_on_an_inclined_plane():
+    random, tilt = np.random.default_rng(6), 0.2
+    force, moment, center = random.normal(size=(3, 40, 3)) * [[[100.0]], [[5.0]], [[0.3]]]
+    grounds = Ground(terrain=Terrain([Slope(tilt)])), Ground(normal=(0.0, np.cos(tilt), -np.sin(tilt)))
+    found, expected = (_load("foot", force, moment, center, surface(ground)) for ground in grounds)
+    np.testing.assert_allclose(found.point, expected.point, atol=1e-9)
+    np.testing.assert_allclose(found.torque, expected.torque, atol=1e-9)
 
 
 def test_accelerations_need_every_step(walk: tuple[Recording, Scene]):

@@ -11,8 +11,9 @@ from PIL import Image
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
 from warpmuscle.core.errors import Error
-from warpmuscle.scene import Ground
-from warpmuscle.scene.ground import plane
+from warpmuscle.scene import Ground, Terrain
+from warpmuscle.scene.terrain.surface import surface
+from warpmuscle.scene.terrain.tiles import Stairs
 from warpmuscle.video import Film, Look, films_beside, make_film, write
 from warpmuscle.video.beside import Sheet
 from warpmuscle.video.camera import camera_on
@@ -71,10 +72,10 @@ def test_a_film_of_whole_strides_ends_as_it_begins():
 def test_on_a_slope_the_camera_and_the_tiles_go_with_the_ground(strides: int):
     scene = msgspec.structs.replace(walk_scene(), ground=Ground(normal=(0.0, 1.0, -0.1)))
     film = make_film(walk_result().replays[0], scene, Look(**SMALL, strides=strides))
-    np.testing.assert_allclose(film.followed @ film.ground.normal, 0.0, atol=1e-9)
+    np.testing.assert_allclose(film.followed @ film.ground.plane.normal, 0.0, atol=1e-9)
     assert film.followed[-1, 1] - film.followed[0, 1] > 0.1
     rise = []  # of the tiles on the right of the picture, which is forwards, over those on its left
-    for ground in (film.ground, plane(Ground())):
+    for ground in (film.ground, surface(Ground())):
         tiles, _ = Painter(dataclasses.replace(film, ground=ground))._tiles(5)
         across, up = tiles[..., 0].ravel(), tiles[..., 1].ravel()
         rise.append(up[across > 0.3].mean() - up[across < -0.3].mean())
@@ -175,3 +176,14 @@ def test_outlines_are_as_wide_as_their_circles_and_hold_both():
     assert capsule[:, 0].min() == pytest.approx(-1.0, abs=0.05)
     assert capsule[:, 0].max() == pytest.approx(3.5, abs=0.05)
     np.testing.assert_allclose(np.linalg.norm(ball - 1.0, axis=1), 2.0)
+
+
+def test_ground_that_is_not_flat_is_drawn_in_faces_darker_where_they_stand_steep():
+    stairs = Ground(terrain=Terrain([Stairs(0.2, tread=0.4, count=3, start=0.5)]))
+    film = make_film(walk_result().replays[0], msgspec.structs.replace(walk_scene(), ground=stairs), Look(**SMALL))
+    faces, colors = Painter(film)._tiles(5)
+    flat, _ = Painter(dataclasses.replace(film, ground=surface(Ground())))._tiles(5)
+    assert len(faces) > 2 * len(flat)
+    assert np.isfinite(faces).all()
+    assert 0.0 <= colors.min() < 0.8
+    assert colors.max() <= 1.0

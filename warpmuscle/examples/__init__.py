@@ -100,11 +100,16 @@ EXAMPLES = {
     ),
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
+    "study": Example("a study of weak calves, over seeds", shipped("weak_calves.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "task": Example(
         "a task of one's own: points to come to, rewards, what is observed, ends, starts and a curriculum",
         shipped("reaching.toml", "fetch.toml", "fetch.py"),
+    ),
+    "terrain": Example(
+        "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",
+        shipped("climb.py", "climb.toml"),
     ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",

@@ -80,6 +80,8 @@ def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
         SceneError: a number follows a parameter that is none.
     """
     scene = substitute(scene, start_values(scene))
+    if scene.ground.terrain is not None:
+        raise SceneError("MJCF files have the plane of the ground alone; leave terrain out", "ground.terrain")
     model = Element("mujoco", model=scene.name)
     SubElement(model, "compiler", angle="radian", autolimits="true")
     world_of = _WORLDS[up]

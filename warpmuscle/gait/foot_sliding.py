@@ -16,7 +16,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.scene.geometry import contact_points
-from warpmuscle.scene.ground import plane
+from warpmuscle.scene.terrain.surface import surface
 
 LOADED = 0.25  # body weights on a foot, from which on it is a stance foot that may not slide
 
@@ -54,14 +54,15 @@ def foot_sliding(recording: Recording, scene: Scene) -> FootSliding:
     Raises:
         Error: the character has no feet.
     """
-    normal, _ = plane(scene.ground)
+    ground = surface(scene.ground)
+    normal = ground.plane.normal
     slides: list[float] = []
     drags: list[float] = []
     depth = 0.0
     for side, foot in zip(SIDES, feet_of(scene), strict=True):
         loaded = recording[f"foot_force_{side}"] @ normal > LOADED * body_weight(scene)
         points = foot_points(recording, scene, foot)
-        moves = [_moved(recording, point, normal) for point in points]
+        moves = [_moved(recording, p, ground.normal_at(p.position[:, 0], p.position[:, 2])) for p in points]
         depth = max([depth, *(float(point.depth.max(initial=0.0)) for point in points)])
         for found, counts in ((slides, loaded), (drags, ~loaded)):
             slides_of = [_slide((p.depth > 0.0) & counts, moved) for p, moved in zip(points, moves, strict=True)]
@@ -72,7 +73,7 @@ def foot_sliding(recording: Recording, scene: Scene) -> FootSliding:
 
 def foot_points(recording: Recording, scene: Scene, foot: str) -> list[FootPoint]:
     """All points of a foot and its toes that may touch the ground of a numeric scene, over a motion."""
-    normal, height = plane(scene.ground)
+    ground = surface(scene.ground)
     found = []
     for name in foot_bodies(scene.character, foot):
         body = recording.body_names.index(name)
@@ -80,7 +81,7 @@ def foot_points(recording: Recording, scene: Scene, foot: str) -> list[FootPoint
         for shape in scene.character.bodies[name].shapes:
             for place, radius in contact_points(shape):
                 position = recording.body_position[:, body] + rotate(orientation, np.array(place, dtype=float))
-                found.append(FootPoint(body, float(radius), position, height + float(radius) - position @ normal))
+                found.append(FootPoint(body, float(radius), position, float(radius) - ground.above(position)))
     return found
 
 
@@ -89,14 +90,18 @@ def _mean(values: list[float]) -> float:
 
 
 def _moved(recording: Recording, point: FootPoint, normal: Floats) -> Floats:
-    """How far (F, 3) what touches the ground moved along it since the frame before, m; what a sphere rolls is none."""
+    """How far (F, 3) what touches the ground moved along it since the frame before, m; what a sphere rolls is none.
+
+    Args:
+        normal: (F, 3) of the ground below the point.
+    """
     moved = np.diff(point.position, axis=0, prepend=point.position[:1])
     if point.radius > 0.0:
         orientation = recording.body_orientation[:, point.body].astype(float)
         turn = multiply(orientation[1:], conjugate(orientation[:-1]))
         angle = 2.0 * turn[:, :3] * np.sign(turn[:, 3:])  # small between two frames
-        moved[1:] += np.cross(angle, -point.radius * normal)
-    return moved - (moved @ normal)[:, None] * normal
+        moved[1:] += np.cross(angle, -point.radius * normal[1:])
+    return np.asarray(moved - np.sum(moved * normal, axis=1, keepdims=True) * normal)
 
 
 def _slide(touching: NDArray[np.bool_], moved: Floats) -> Floats:

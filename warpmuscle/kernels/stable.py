@@ -7,6 +7,7 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
     "objective.accelerations": ("centre_acceleration", "centre_of_mass"),
     "muscle.activation": ("activation_rate", "activation_relaxed", "activation_step"),
     "contact.contact": ("friction_damping", "normal_force"),
+    "contact.terrain": ("above_surface",),
     "control.control": ("CustomController",),
     "curve.curve_sets": ("DE_GROOTE", "LEE", "MILLARD", "SARSHARI", "THELEN", "THELEN_EXPLICIT"),
     "curve.curves": (

@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.contact.collision import collision_stage_of
 from warpmuscle.kernels.contact.gait_cycle import advance_cycles
+from warpmuscle.kernels.contact.ground_plane import above_ground
+from warpmuscle.kernels.contact.terrain import FLAT, above_terrain
 from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of, record_controller_of
 from warpmuscle.kernels.force.extensions import extension_list
@@ -22,9 +25,9 @@ from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.objective.conditions import failing_stage_of
 from warpmuscle.kernels.objective.failure import (
-    begin_step,
+    begin_step_of,
     condition_status,
-    posture_status,
+    posture_status_of,
     progress_status,
     remember_place,
     step_status,
@@ -123,6 +126,8 @@ def place_of(kind: StepKind, lap: Any) -> Any:
     kinematics_stage = joint_stages_of(kind.skeleton, kind.across).kinematics
     touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.across
     collision_stage = collision_stage_of(kind.collisions)
+    above = above_ground if kind.skeleton.terrain == FLAT else above_terrain
+    begin_step, posture_status = begin_step_of(above), posture_status_of(above)
 
     @wp.func(inline=True)
     def place(
@@ -241,12 +246,15 @@ def move_of(kind: StepKind, lap: Any) -> Any:
     record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
     accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
     record_accelerated, seen = own_recorder_of(kind.recorded, True), kind.recorded.accelerated
+    constrained = kind.skeleton.constraints > 0
 
     @wp.func(inline=True)
     def move(
         instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
         record: RecordRef, work: ScratchRef, extensions: wp.ref[extensions_struct],
     ):  # fmt: skip
+        if wp.static(constrained):
+            constraint_stage(instance, lane, lanes, model, state, work)
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)

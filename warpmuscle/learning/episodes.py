@@ -291,8 +291,12 @@ class EpisodeBatch:
         state, episodes, n = self._stepper.state, self.episodes, len(self._stepper.state.step)
         wp.launch(kernels.draw_starts, n, [self._rules, episodes], device=self.device)
         self.own.advance(self._stepper.model, state, episodes)
+        if self.task.variation.graded:
+            inputs = [self._rules, self.own.decision.difficulty, episodes]
+            wp.launch(kernels.grade_variants, n, inputs, device=self.device)
         self._starts.restore(episodes.mask, self._start_row)
         self._variants.restore(episodes.mask, episodes.variant)
+        self.rollout.terrain_starts.put(self._stepper.model, state, episodes.mask)
         self.own.begin(self._stepper.model, state, episodes)
         wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
         self._conditions.restore(episodes.mask, self._start_row)

@@ -143,6 +143,17 @@ def _goal(about: About) -> list[Number]:
     return numbers
 
 
+def _ground(about: About) -> list[Number]:
+    """Places ahead, from right to left and then forwards; flat ground shows nothing."""
+    if not _root(about) or about.rollout.scene.ground.terrain is None:
+        return []
+    return [
+        Number(f"{side}.{row + 1}", kernels.GROUND, 3 * row + column, 10.0)
+        for row in range(kernels.GROUND_ALONG)
+        for column, side in enumerate(("right", "middle", "left"))
+    ]
+
+
 def _own(about: About, entry: str) -> list[Number]:
     """Numbers of an observation of one's own."""
     first = 0
@@ -179,6 +190,7 @@ GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "action": _action,  # of the last decision
     "phase": _phase,  # of the scene's controller
     "goal": _goal,  # points from the root and as it faces, m
+    "ground": _ground,  # that is not flat: 0.1 m higher 0.2 to 1.2 m ahead, at three places across, than below the root
     "clock": _clock,  # sine and cosine of the phase of the gait that is imitated
 }
 USUAL = ("trunk", "trunk_speed", "coordinates", "speeds", "foot_force", "activation", "command")
@@ -269,6 +281,7 @@ class Senses:
         around = self._around
         around.skeleton = model.skeleton
         around.normal, around.ground = model.contacts.normal, model.contacts.height
+        around.terrain = model.contacts.terrain
 
     def observe(self, episodes: Episodes, into: wp.array) -> None:
         """What policies are told, (instances, numbers)."""

@@ -69,10 +69,13 @@ def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
 def first_states(rollout: Rollout, stepper: Stepper, count: int = 1) -> list[dict[str, Rows]]:
     """The initial states of the first instances, words of every array, with what muscles feel there."""
     rollout.reset()
+    rise = rollout.terrain_starts.rise(rollout.model, rollout.state)
     states = _rows(stepper, count)
     stepper.launch(1)
     felt = _rows(stepper, count)
     rollout.reset()
+    for state, height in zip(states, rise, strict=False):
+        _lower(state, height, rollout)
     return [
         state | {name: later[name] for name in FELT if name in later} for state, later in zip(states, felt, strict=True)
     ]
@@ -111,6 +114,7 @@ def own_gait(rollout: Rollout, count: int, after: float, every: int, recorded: f
     stepper.launch(step)
     while len(states) < count and step <= rollout.steps and not donor.status()[0]:
         state = _rows(stepper)[0]
+        _lower(state, donor.terrain_starts.rise(donor.model, donor.state)[0], donor)
         _put_back(state, start, donor)
         states.append({name: values for name, values in state.items() if name not in SUMS})
         times.append(step * scene.time_step)
@@ -135,6 +139,13 @@ def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) 
     """Put a state to the place on the ground where another one is."""
     for k in root_type(rollout.scene.character).on_ground:
         state["coordinates"][k] = start["coordinates"][k]
+
+
+def _lower(state: dict[str, Rows], rise: float, rollout: Rollout) -> None:
+    """Put a state down by what the ground rises below it, as each episode raises it over its own ground."""
+    if not rollout.terrain_starts.applies or "root.y" not in rollout.coordinate_names:
+        return
+    state["coordinates"].view(np.float32)[rollout.coordinate_names.index("root.y")] -= np.float32(rise)
 
 
 def _rows(stepper: Stepper, count: int = 1) -> list[dict[str, Rows]]:

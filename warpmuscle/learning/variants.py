@@ -77,13 +77,19 @@ def drawn(variation: Variation, rollout: Rollout, count: int) -> tuple[Floats, F
 
 
 def drawn_commands(variation: Variation, scene: Scene, count: int) -> dict[str, Floats]:
-    """Commands of the scene (count,) by name: of half of the variants drawn, of the others as the scene has them."""
+    """Commands of the scene (count,) by name: of half of the variants drawn, of the others as the scene has them.
+
+    Variants that are graded by one of them come in its order, that nearest to its reference first.
+    """
     generator = np.random.default_rng(SEED + 1)
     found = {}
     for name in variation.commands:
         command = scene.commands[name]
         values, changed = generator.uniform(command.min, command.max, count), generator.uniform(size=count) < 0.5
         found[name] = np.where(changed, values, command.asked)
+    if variation.graded:
+        easy = np.argsort(np.abs(found[variation.graded] - scene.commands[variation.graded].reference), kind="stable")
+        found = {name: values[easy] for name, values in found.items()}
     return found
 
 

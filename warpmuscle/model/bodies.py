@@ -16,6 +16,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.contact.hunt_crossley import MARGIN
 from warpmuscle.kernels.memory.scratch import capacity_of, slots_of
 from warpmuscle.model.joints import joint_number, root_number
+from warpmuscle.model.terrain.bank import terrain_struct
 from warpmuscle.scene import Box, ContactMaterial, Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.joints import joint_type
@@ -164,6 +165,7 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
     c.height = to_device(rows([ground.height]), float, device)
     columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
     c.ground = structs_to_device(structs.Ground, columns, device)
+    c.terrain = terrain_struct(ground, device)
     return c, start
 
 

@@ -8,8 +8,10 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
-from warpmuscle.scene import Body, Character
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES
+from warpmuscle.scene import Body, Character, Ground
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
+from warpmuscle.scene.loops import row_count
 from warpmuscle.scene.topology import followed_drivers, followers, topology
 
 
@@ -30,8 +32,9 @@ def by_coordinate(name: str, character: Character) -> bool:
     return joint_number(name, character) >= int(structs.FIRST_COORDINATE_JOINT)
 
 
-def compiled_skeleton(character: Character, law: str = "spring") -> SkeletonKind:
-    """What a step has compiled in for the bodies and joints of a character, and the law of their contacts."""
+def compiled_skeleton(character: Character, ground: Ground | None = None) -> SkeletonKind:
+    """What a step has compiled in for the bodies and joints of a character, and for their contacts with the ground."""
+    ground = ground or Ground()
     motions = {}
     for name, joint in character.joints.items():
         number = joint_number(name, character)
@@ -42,7 +45,15 @@ def compiled_skeleton(character: Character, law: str = "spring") -> SkeletonKind
             motions[number] = getattr(import_module(module), function)
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
     followed = len(followed_drivers(character, topology(character)))
-    return SkeletonKind(joints, any(map(has_turned_axes, character.bodies.values())), LAWS[law], followed)
+    turned = any(map(has_turned_axes, character.bodies.values()))
+    return SkeletonKind(joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground))
+
+
+def compiled_terrain(ground: Ground) -> int:
+    """What a step has compiled in for ground that is not flat."""
+    if ground.terrain is None:
+        return int(FLAT)
+    return int(PATCHED if any(tile.patches for tile in ground.terrain.tiles) else RISES)
 
 
 def has_turned_axes(body: Body) -> bool:

@@ -60,7 +60,7 @@ def structure_of(scene: Scene) -> Structure:
         actuation=actuation,
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
-        skeleton=compiled_skeleton(scene.character, scene.ground.law),
+        skeleton=compiled_skeleton(scene.character, scene.ground),
         objective=objective_kind(scene, not actuation.by_torque_alone, parts),
         controller=compiled_controller(scene, actuation.muscles),
         forces=force_kinds(scene, names),

@@ -17,11 +17,12 @@ from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Piece, foot_bodies, leg, pieces
-from warpmuscle.scene.ground import plane
+from warpmuscle.scene.terrain.surface import surface
 
 _FRAMES = 8
 _SIDE_VIEW = (2, 1)  # world axes to the right and up of the page
 _WINDOW = (0.52, 0.26)  # m, width and height of a close-up
+_GROUND_POINTS = 60  # along the ground, which may not be flat
 _BELOW = 0.045  # m, of ground that is seen
 _ARROW = 0.12  # m, of a force of one body weight
 _FORCE_ARROW = {"arrowstyle": "-|>", "color": "#009E73", "lw": 1.2, "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 7}
@@ -80,8 +81,10 @@ def _row(
 def _close_up(
     axes: Any, recording: Recording, scene: Scene, shown: list[Piece], side: str, frame: int, before: int, middle: float
 ) -> None:
-    across = middle + np.array([-0.5, 0.5]) * _WINDOW[0]
-    ground = plane(scene.ground).height_at(0.0, across)
+    window = middle + np.array([-0.5, 0.5]) * _WINDOW[0]
+    across = np.linspace(window[0], window[1], _GROUND_POINTS)
+    foot = recording.position_of(feet_of(scene)[SIDES.index(side)])
+    ground = surface(scene.ground).height_at(foot[frame, 0], across)
     axes.fill_between(across, ground, ground - 1.0, color="#E4E0D8", lw=0.0, zorder=0)
     axes.plot(across, ground, color=GRAY, lw=0.8, zorder=3)
     outlines = []
@@ -106,4 +109,4 @@ def _close_up(
         if float(np.linalg.norm(force)) > 0.02 * _ARROW:
             tip = (lowest[0] + force[2], lowest[1] + force[1])
             axes.annotate("", tip, lowest, arrowprops=_FORCE_ARROW, zorder=4)
-    axes.set(xlim=across, ylim=(level - _BELOW, level + _WINDOW[1] - _BELOW), aspect="equal", xticks=[], yticks=[])
+    axes.set(xlim=window, ylim=(level - _BELOW, level + _WINDOW[1] - _BELOW), aspect="equal", xticks=[], yticks=[])

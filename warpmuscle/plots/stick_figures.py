@@ -19,13 +19,14 @@ from warpmuscle.plots.subject import Subject
 from warpmuscle.results.recording import QUANTITIES, Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Piece, pieces
-from warpmuscle.scene.ground import Plane, plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.terrain.surface import Surface, surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _TINTS = {"left": "#B8D8EA", "right": "#F6D5BF", "middle": "#FFFFFF"}  # of outlines
+_GROUND_POINTS = 80  # of ground that is not flat, below a figure
 _COM_COLOR, _GROUND_COLOR = "#009E73", "#909090"
 _LAYERS = ("left", "middle", "right")  # seen from the character's right
 _SIDE, _FRONT = (2, 1), (0, 1)  # world axes to the right and up of the page
@@ -74,7 +75,7 @@ def _figure(
     frames, offsets = _spread(recording, drawn)
     middle = int(frames[len(frames) // 2])
     side, front = _extent(recording, drawn, frames, offsets, _SIDE), _extent(recording, drawn, [middle], 0.0, _FRONT)
-    ground = plane(scene.ground)
+    ground = surface(scene.ground)
     grounds = [_ground_below(recording, ground, drawn, int(k), float(offsets[k]), _SIDE) for k in frames]
     low, high = min(side[0, 1], np.min(grounds, axis=(0, 1))[1]) - _MARGIN, side[1, 1] + _MARGIN
     side_width = side[1, 0] - side[0, 0]
@@ -170,11 +171,14 @@ def _extent(
 
 
 def _ground_below(
-    recording: Recording, ground: Plane, drawn: list[Piece], frame: int, offset: float, view: tuple[int, int]
+    recording: Recording, ground: Surface, drawn: list[Piece], frame: int, offset: float, view: tuple[int, int]
 ) -> Floats:
-    """Ends (2, 2) on the page, m, of the ground below a figure: as it is where the figure really stands."""
+    """Points (n, 2) on the page, m, of the ground below a figure: as it is where the figure really stands."""
     across = _extent(recording, drawn, [frame], offset, view)[:, 0] + np.array([-0.5, 0.5]) * _GAP
-    place = {axis: np.full(2, recording.com[frame, axis], dtype=float) for axis in (0, 2)} | {view[0]: across - offset}
+    if ground.lie is not None:
+        across = np.linspace(across[0], across[1], _GROUND_POINTS)
+    place = {axis: np.full(len(across), recording.com[frame, axis], dtype=float) for axis in (0, 2)}
+    place |= {view[0]: across - offset}
     return np.stack([across, ground.height_at(place[0], place[2])], axis=1)
 
 

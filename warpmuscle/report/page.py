@@ -61,7 +61,7 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     Raises:
         Error: jinja2 or matplotlib are not installed, or a reference holds no walk.
     """
-    template = page_template("report.html")
+    page = template("report.html")
     tell = tell or (lambda what: None)
     result, others = subject.result, references or []
     drawn = {kind: _figure(subject, kind, tell) for kind in (*_SEARCH_FIGURES, *_MOTION_FIGURES)}
@@ -71,7 +71,7 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     rows = _rows(subject, others)
     tell("replay")
     return whole(
-        template.render(
+        page.render(
             result=result,
             scene=subject.scene,
             source=subject.source,
@@ -105,8 +105,11 @@ def with_code(text: str) -> str:
     return "".join(f"<code>{part}</code>" if k % 2 else part for k, part in enumerate(parts))
 
 
-def page_template(name: str) -> Any:
-    """A page's template, which takes what `style` is by itself; raises Error without jinja2."""
+def template(name: str) -> Any:
+    """A template of this package by its name, which escapes what it is given and has the pages' `style`.
+
+    Raises Error if jinja2 is missing.
+    """
     try:
         import jinja2
         import markupsafe

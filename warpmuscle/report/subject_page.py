@@ -21,7 +21,7 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.trial import Loads
 from warpmuscle.report.gait_cycles import RecordedTrial, cycles_of, side_of
-from warpmuscle.report.page import Figure, data_uri, page_template
+from warpmuscle.report.page import Figure, data_uri, template
 from warpmuscle.report.subject_figures import (
     Panel,
     activation_panels,
@@ -78,7 +78,7 @@ def subject_html(
     Raises:
         Error: jinja2 or matplotlib are not installed.
     """
-    template = page_template("subject.html")
+    page = template("subject.html")
     signals = list(emg) if emg is not None else [None] * len(trials)
     whole = _body(body, trials[0])
     recorded = [_recorded(body, *one) for one in zip(trials, loads, signals, strict=True)]
@@ -97,7 +97,7 @@ def subject_html(
             tell(title.lower())
             sections.append(Figure(title, data_uri(draw_panels(title, panels, recorded))))
     return str(
-        template.render(
+        page.render(
             name=body.scene.name, headline=_headline(recorded, whole), checks=checks, sections=sections,
             notes=_notes(recorded), about=[*about, ("muscles", str(len(body.muscles)))],
         )

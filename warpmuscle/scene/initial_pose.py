@@ -11,6 +11,7 @@ from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.scene import JointState, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.number import Number
+from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.topology import topology
 
 Poses = dict[str, tuple[Floats, Floats]]  # position, m, and orientation by body
@@ -61,7 +62,11 @@ def _root(scene: Scene) -> tuple[Floats, Floats]:
         turn = multiply(turned_to_heading(turn, plain_number(state.heading)), turn)
     root, still = root_type(scene.character), np.zeros((1, 3))
     motion = root.motion(root.coordinates_of(position[None], turn[None], still, still)[0])
-    return motion.place[0], motion.orientation[0]
+    place = motion.place[0]
+    if scene.ground.terrain is not None and root.moving:
+        rise = surface(scene.ground).highest_rise(place[0], place[2], scene.ground.terrain.clearing)
+        place = place + np.array([0.0, rise, 0.0])
+    return place, motion.orientation[0]
 
 
 def plain_vector(numbers: Sequence[Number]) -> Floats:

@@ -48,6 +48,7 @@ from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
 from warpmuscle.simulation.rollout_results import RolloutResults
 from warpmuscle.simulation.stepper import Stepper
+from warpmuscle.simulation.terrain_starts import TerrainStarts
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
@@ -144,6 +145,7 @@ class Rollout(RolloutResults):
         self._free = free_numbers(scene)
         self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
         self._commands: dict[str, Floats] = {}  # that are not those of the scene
+        self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
         self.reset()
@@ -276,6 +278,7 @@ class Rollout(RolloutResults):
             self._recorder.clear()
         else:
             self._batch.restart_some(mask, initial)
+        self.terrain_starts.put(self.model, self.state, mask)
 
     def run(self, duration: float | None = None, progress: Callable[[Rollout], None] | None = None) -> None:
         end, chunk = end_step(self, duration), chunk_steps(self.scene)

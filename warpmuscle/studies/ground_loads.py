@@ -8,13 +8,12 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.number_rows import first_number, rows
-from warpmuscle.core.pose import normalized
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.scene.trusted_code import without_code
 from warpmuscle.simulation.stages import Stages
 from warpmuscle.studies.inverse_dynamics import body_accelerations, body_points
@@ -59,13 +58,13 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
         force, moment = _given_way(scene, motion, stages, accelerations)
     else:
         force, moment = (part.astype(np.float64) for part in stages.contact_forces())
-    normal = normalized(rows(list(scene.ground.normal)))[0]
-    height = first_number(scene.ground.height)
+    ground = surface(scene.ground)
+    normal = ground.plane.normal
     touched = np.flatnonzero(np.abs(force).max(axis=(0, 2)) > LEAST)
     loads = {}
     for body in touched:
         name = stages.names.bodies[body]
-        loads[name] = _load(name, force[:, body], moment[:, body], motion.position_of(name), normal, height)
+        loads[name] = _load(name, force[:, body], moment[:, body], motion.position_of(name), ground)
     if accelerations is not None:
         return list(loads.values())
     for foot, recorded in zip(scene.feet or (), (motion.foot_force_left, motion.foot_force_right), strict=False):
@@ -108,17 +107,30 @@ def _given_way(scene: Scene, motion: Recording, stages: Stages, accelerations: F
     return force, moment
 
 
-def _load(body: str, force: Floats, moment: Floats, center: Floats, normal: Floats, height: float) -> GroundLoad:
-    """A body's load from force and moment about its centre of mass."""
-    pushed = force @ normal
+def _load(body: str, force: Floats, moment: Floats, center: Floats, ground: Surface) -> GroundLoad:
+    """A body's load from force and moment about its centre of mass.
+
+    It acts in the plane that touches the ground below the point: of ground that is not flat, below the centre of mass
+    first, and then below the point that follows from that.
+    """
+    point, torque = _on_plane(force, moment, center, ground, center)
+    if ground.lie is not None:
+        point, torque = _on_plane(force, moment, center, ground, point)
+    return GroundLoad(body, force, point, torque)
+
+
+def _on_plane(force: Floats, moment: Floats, center: Floats, ground: Surface, near: Floats) -> tuple[Floats, Floats]:
+    """Where a force and a moment about a centre act in the plane that touches the ground below `near`; the torque."""
+    normal = ground.normal_at(near[:, 0], near[:, 2])
+    pushed = np.sum(force * normal, axis=1)
     loaded = (pushed > LEAST)[:, None]
-    depth = height - center @ normal
+    depth = np.sum((near - center) * normal, axis=1) - ground.above(near)
     about = moment - depth[:, None] * np.cross(normal, force)
     arm = depth[:, None] * normal + np.cross(normal, about) / np.maximum(pushed, LEAST)[:, None]
     arm = np.where(loaded, arm, 0.0)
     left = moment - np.cross(arm, force)
-    torque = np.where(loaded, normal * (left @ normal)[:, None], left)
-    return GroundLoad(body, force, center + arm, torque)
+    torque = np.where(loaded, normal * np.sum(left * normal, axis=1, keepdims=True), left)
+    return center + arm, torque
 
 
 def _shared(loads: list[GroundLoad], recorded: Floats, normal: Floats) -> dict[str, GroundLoad]:

@@ -13,10 +13,11 @@ from warpmuscle.core.pose import twist_angle
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, InitialState, JointState, Scene
-from warpmuscle.scene.ground import plane
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import distances_of_commands, leaves, rebuilt
+from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.simulation.rollout import Rollout
 
 DIGITS = 6
@@ -42,9 +43,18 @@ def steady_state(scene: Scene, after: float) -> Scene:
     frame = _first_step(motion, after, scene.simbicon.start_state, int(scene.simbicon.start_stance == "right"))
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
-    normal, _ = plane(rollout.numeric.ground)
-    found = state_at(motion, frame, normal, rollout.numeric.character)
+    ground = surface(rollout.numeric.ground)
+    found = state_at(motion, frame, ground.plane.normal, rollout.numeric.character)
+    if rollout.numeric.ground.terrain is not None:
+        found = _lowered(found, ground, motion.root_position[frame], rollout.numeric.ground.terrain.clearing)
     return msgspec.structs.replace(scene, initial_state=_following(scene, found))
+
+
+def _lowered(found: InitialState, ground: Surface, place: Floats, clearing: float) -> InitialState:
+    """A state as over the plane, since a start is raised by what the ground rises below it."""
+    x, y, z = (plain_number(number) for number in found.root_position)
+    rise = ground.highest_rise(float(place[0]), float(place[2]), clearing)
+    return msgspec.structs.replace(found, root_position=(x, round(y - rise, DIGITS), z))
 
 
 def _following(scene: Scene, found: InitialState) -> InitialState:

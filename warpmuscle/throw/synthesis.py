@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.scene.joints import root_type
 from warpmuscle.throw.arm import hand_position, joint_positions, past_limits, states
 from warpmuscle.throw.follow import Follower, Replay
@@ -121,6 +121,8 @@ class Thrower:
         self.recorded = tuple(part[0] for part in states(arm, motions))
         self._coordinates, self._speeds, _ = self.recorded
         plain = arm.plain
+        if plain.ground.terrain is not None:
+            raise SceneError("a throw lands on level ground; leave it out", "ground.terrain")
         self.gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
         self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])

@@ -16,8 +16,8 @@ from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.ground import Plane, plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.video.camera import Camera, camera_on
 from warpmuscle.video.solids import Boxes, Capsules, capsules_and_boxes, in_world
 from warpmuscle.view.track import Track, track_of
@@ -63,7 +63,7 @@ class Film:
     camera: Camera
     bounds: Floats  # (2, 3) m, lowest and highest coordinates of all that is seen, from what is followed
     tile: float  # m
-    ground: Plane
+    ground: Surface
     capsules: Capsules
     capsule_ends: Floats  # (F, C, 2, 3)
     boxes: Boxes
@@ -160,7 +160,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     ends = in_world(recording, capsules.body, capsules.ends)
     corners = in_world(recording, boxes.body, boxes.corners)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces
-    ground = plane(scene.ground)
+    ground = surface(scene.ground)
     followed, tile = _followed(recording, ground, span if look.strides else None)
     everything = np.concatenate([part.reshape(len(time), -1, 3) for part in (ends, corners, track.muscle_points())], 1)
     shown = (time >= span[0]) & (time <= span[1])
@@ -196,7 +196,7 @@ def _camera(bounds: Floats, look: Look) -> Camera:
     return camera_on(corners, np.radians(look.azimuth), np.radians(look.elevation), look.width / look.height)
 
 
-def _followed(recording: Recording, ground: Plane, repeated: tuple[float, float] | None) -> tuple[Floats, float]:
+def _followed(recording: Recording, ground: Surface, repeated: tuple[float, float] | None) -> tuple[Floats, float]:
     """What the camera follows (F, 3), m, on the ground, and the length of a tile, m.
 
     In a film that is repeated it moves evenly, and a whole number of tiles from its begin to its end.

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import matplotlib
 from warpmuscle.scene.anatomy import convex_hull
+from warpmuscle.scene.terrain.mesh import in_world, mesh_of
+from warpmuscle.scene.terrain.surface import Lie
 from warpmuscle.video.film import Film
 from warpmuscle.video.solids import faces, outlines
 
@@ -25,6 +27,9 @@ _MUSCLE_RADIUS = (0.005, 0.018)  # m, without force and with the greatest
 _IN_FRONT = 0.11  # m that muscles count as nearer than they are, so that their own limb does not hide them
 _FAR = 22  # tiles of ground to each side of what is followed
 _FADE = (3.0, 10.0)  # m from the middle over which the ground fades into the sky
+_LINES = 120  # of the mesh of ground that is not flat, along each axis
+_SUN = np.array([-0.39, 0.87, 0.3])  # from where light comes on these faces: from the right, above and the front
+_SLOPE_SHADE = 0.9  # how much darker faces are that are inclined
 _LEAST_FORCE = 0.03  # m, shorter arrows are not drawn
 _TEXT = "#3A4650"
 _NARROW = 1.3  # width over height
@@ -95,6 +100,8 @@ class Painter:
     def _tiles(self, number: int) -> tuple[Floats, Floats]:
         """Every other square of the ground about what is followed, in colours that fade into the sky."""
         film = self._film
+        if film.ground.lie is not None:
+            return self._terrain(film.ground.lie, number)
         x, _, z = film.followed[number]
         column, row = np.meshgrid(np.arange(-_FAR, _FAR), np.arange(-_FAR, _FAR), indexing="ij")
         column, row = column.ravel() + round(x / film.tile), row.ravel() + round(z / film.tile)
@@ -109,6 +116,26 @@ class Painter:
         colors = (1.0 - fade) * np.array(_TILE) + fade * np.array(SKY)
         seen = (depth.min(axis=1) > 0.1) & (fade[:, 0] < 1.0)
         return flat[seen], colors[seen]
+
+    def _terrain(self, lie: Lie, number: int) -> tuple[Floats, Floats]:
+        """Faces of ground that is not flat, from the farthest on, darker where they are turned from the light."""
+        film = self._film
+        middle = film.followed[number][[0, 2]]
+        mesh = mesh_of(lie, middle - _FADE[1], middle + _FADE[1], _LINES, film.tile)
+        points = in_world(lie, mesh, film.ground)
+        faces = np.stack([points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]], axis=2).reshape(-1, 4, 3)
+        normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+        normal *= np.sign(normal[:, 1:2]) / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        shade = np.clip(1.0 + _SLOPE_SHADE * (normal @ _SUN - _SUN[1]), 0.5, 1.08)[:, None]
+        place = faces.mean(axis=1)
+        dark = (np.floor(place[:, 0] / film.tile) + np.floor(place[:, 2] / film.tile)) % 2 == 0
+        tone = np.where(dark[:, None], np.array(_TILE), 0.5 * (np.array(_TILE) + np.array(SKY)))
+        fade = np.clip((np.linalg.norm(place[:, [0, 2]] - middle, axis=1) - _FADE[0]) / (_FADE[1] - _FADE[0]), 0.0, 1.0)
+        colors = np.minimum((1.0 - fade)[:, None] * tone * shade + fade[:, None] * np.array(SKY), 1.0)
+        flat, depth = self._project(faces, number)
+        seen = np.flatnonzero((depth.min(axis=1) > 0.1) & (fade < 1.0))
+        order = seen[np.argsort(-depth[seen].mean(axis=1), kind="stable")]
+        return flat[order], colors[order]
 
     def _shadows(self, number: int) -> list[Floats]:
         """Outlines of the solids' shadows."""

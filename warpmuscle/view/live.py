@@ -67,6 +67,7 @@ class Live(Viewer):
         self._epoch, self._told_until = 0, -1.0
         self._asked: list[Edit] = []  # what pages want to have of the scene as it is
         self._refreshed = self._ended = 0.0
+        self._ground = ground_content(run.numeric.ground)  # that pages know
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
         self._fate = ""  # how the motion before this one ended
         self._waiting: list[Used | Edit] = []  # what pages have sent since the last step
@@ -308,8 +309,10 @@ class Live(Viewer):
         now = time.monotonic()
         if now - self._refreshed > REFRESH:
             self._refreshed = now
-            ground = {"ground": ground_content(self.run.numeric.ground)} if self.commands else {}
-            self._tell({"status": self._words(track), **ground})
+            ground = ground_content(self.run.numeric.ground) if self.commands else self._ground
+            news = {"ground": ground} if ground != self._ground else {}
+            self._ground = ground
+            self._tell({"status": self._words(track), **news})
 
     def _rows(self, track: Track) -> Floats:
         """All numbers of frames (F, N), in the order that the page knows."""

@@ -16,9 +16,9 @@ from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.ground import plane
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
@@ -211,7 +211,7 @@ def foot_centers(recording: Recording, scene: Scene) -> Floats:
     A foot that does not touch the ground has its lowest point instead.
     """
     feet = scene.feet or ()
-    normal, height = plane(scene.ground)
+    ground = surface(scene.ground)
     centers = np.zeros((recording.frames, 2, 3))
     for side, foot in enumerate(feet):
         points = foot_points(recording, scene, foot)
@@ -223,5 +223,5 @@ def foot_centers(recording: Recording, scene: Scene) -> Floats:
         lowest = depth >= depth.max(axis=1, keepdims=True)
         share = np.where(share.sum(axis=1, keepdims=True) > 0.0, share, lowest)
         center = np.sum(share[..., None] * place, axis=1) / share.sum(axis=1, keepdims=True)
-        centers[:, side] = center + (height - center @ normal)[:, None] * normal
+        centers[:, side] = center - ground.above(center)[:, None] * ground.normal_at(center[:, 0], center[:, 2])
     return centers

@@ -9,6 +9,7 @@ from warpmuscle.kernels.algebra.spatial import symmetric, symmetric_outer, symme
 from warpmuscle.kernels.body.limits import limit_stage
 from warpmuscle.kernels.contact.contact import contact_stage_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, TOUCHING, body_contacts_of
+from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
@@ -71,16 +72,17 @@ def push_now(instance: int, state: StateRef) -> wp.vec3:
 
 
 @cache
-def inertia_stage_of(turned: bool = False, contact: int = SPRING) -> Any:
+def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int = FLAT) -> Any:
     """The Warp function of inertia, gravity, velocity products, limits, contacts and pushes of every body.
 
     It ends with a barrier.
 
     Args:
-        turned: see `body_inertia_of`. contact: law of the ground's contacts.
+        turned: see `body_inertia_of`. contact: law of the ground's contacts. terrain: see
+            `contact.point_contacts_of`.
     """
     body_inertia = body_inertia_of(turned)
-    contact_stage = contact_stage_of(body_contacts_of(contact), TOUCHING[contact])
+    contact_stage = contact_stage_of(body_contacts_of(contact, terrain), TOUCHING[contact])
 
     @wp.func
     def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):

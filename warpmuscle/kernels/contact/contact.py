@@ -11,15 +11,11 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
+from warpmuscle.kernels.contact.ground_plane import above_ground as above_ground
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, footing_below, patch_below, top_of
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
-
-
-@func
-def above_ground(instance: int, point: wp.vec3, model: ModelRef) -> float:
-    """Distance of a point from the plane of the ground, m: on a slope, a walk loses or gains no height."""
-    return wp.dot(at(model.contacts.normal, instance, 0), point) - at(model.contacts.height, instance, 0)
 
 
 @func
@@ -69,12 +65,14 @@ class ContactSum:
 
 
 @cache
-def point_contacts_of(soft: bool) -> Any:
+def point_contacts_of(soft: bool, terrain: int = FLAT) -> Any:
     """The Warp function of the contacts of one body with the ground at points; zero if it is clear of it.
 
     Args:
         soft: whether points are soft constraints, see `soft_constraint.py`, or spring-dampers.
+        terrain: whether the ground is FLAT, RISES, or is PATCHED besides, see `terrain.py`.
     """
+    rises, patched = terrain != FLAT, terrain == PATCHED
 
     @wp.func
     def point_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -83,7 +81,10 @@ def point_contacts_of(soft: bool) -> Any:
         total = ContactSum()
         normal = at(contacts.normal, instance, 0)
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
-        if height > at(contacts.reach, instance, body):
+        if wp.static(rises):
+            if height > at(contacts.reach, instance, body) + top_of(instance, model):
+                return total
+        elif height > at(contacts.reach, instance, body):
             return total
         ground = at(contacts.ground, instance, 0)
         stiffness = ground.stiffness
@@ -94,11 +95,22 @@ def point_contacts_of(soft: bool) -> Any:
         plan = model.skeleton.plan[body]
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
+            if wp.static(rises):
+                below = footing_below(instance, body, point.place, model, work)
+                normal = below.normal
+                height = below.height
+                up = wp.transpose(work.rotation[body]) * normal
             depth = point.radius - height - wp.dot(up, point.place)
             if depth > 0.0:
                 r = work.rotation[body] * point.place - point.radius * normal
                 velocity = middle + wp.cross(spin, r)
                 speed = wp.dot(normal, velocity)
+                friction = point.friction
+                if wp.static(patched):
+                    patch = patch_below(instance, work.position[body] + r, model)
+                    stiffness = ground.stiffness * patch.stiffness
+                    damping = ground.damping * patch.damping
+                    friction = wp.min(friction, patch.friction)
                 if wp.static(soft):
                     constraint = at(contacts.soft, instance, 0)
                     along = constraint_force(depth, speed, constraint, h)
@@ -108,7 +120,7 @@ def point_contacts_of(soft: bool) -> Any:
                     gives = h * (damping + h * stiffness)
                 if along > 0.0:
                     slip = velocity - normal * speed
-                    across = friction_damping(along, wp.length(slip), ground.tangential_damping, point.friction)
+                    across = friction_damping(along, wp.length(slip), ground.tangential_damping, friction)
                     force = normal * along - slip * across
                     c = contact_tensor(normal, gives, h * across)
                     b = cross_rows(r, c)

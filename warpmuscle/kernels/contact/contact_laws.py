@@ -4,6 +4,7 @@ from typing import Any
 
 from warpmuscle.kernels.contact.contact import point_contacts_of
 from warpmuscle.kernels.contact.hunt_crossley import hunt_crossley_contacts_of
+from warpmuscle.kernels.contact.terrain import FLAT
 
 SPRING, HUNT_CROSSLEY, SMOOTH_HUNT_CROSSLEY, SOFT_CONSTRAINT = 0, 1, 2, 3
 LAWS = {
@@ -14,8 +15,8 @@ LAWS = {
 TOUCHING = (0.0, 0.0, 1.0, 0.0)  # N, by law: smooth contacts push a little before they touch
 
 
-def body_contacts_of(law: int) -> Any:
-    """The Warp function of all contacts of a body by a law."""
+def body_contacts_of(law: int, terrain: int = FLAT) -> Any:
+    """The Warp function of all contacts of a body by a law, on ground that is FLAT, RISES or is PATCHED."""
     if law in (SPRING, SOFT_CONSTRAINT):
-        return point_contacts_of(law == SOFT_CONSTRAINT)
-    return hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY)
+        return point_contacts_of(law == SOFT_CONSTRAINT, terrain)
+    return hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY, terrain)

@@ -18,6 +18,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, footing_below, patch_below, top_of
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -73,8 +74,9 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 
 
 @cache
-def hunt_crossley_contacts_of(smooth: bool) -> Any:
+def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
+    rises, patched = terrain != FLAT, terrain == PATCHED
 
     @wp.func
     def body_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -83,7 +85,10 @@ def hunt_crossley_contacts_of(smooth: bool) -> Any:
         total = ContactSum()
         normal = at(contacts.normal, instance, 0)
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
-        if height > at(contacts.reach, instance, body):
+        if wp.static(rises):
+            if height > at(contacts.reach, instance, body) + top_of(instance, model):
+                return total
+        elif height > at(contacts.reach, instance, body):
             return total
         middle = work.velocity[body] - work.lag_velocity[body]  # as in `contact.point_contacts_of`
         spin = work.angular_velocity[body] - work.lag_angular[body]
@@ -91,9 +96,20 @@ def hunt_crossley_contacts_of(smooth: bool) -> Any:
         plan = model.skeleton.plan[body]
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
+            if wp.static(rises):
+                below = footing_below(instance, body, point.place, model, work)
+                normal = below.normal
+                height = below.height
+                up = wp.transpose(work.rotation[body]) * normal
             depth = point.radius - height - wp.dot(up, point.place)
             material = at(contacts.material, instance, k)
             if depth > -material.margin:
+                if wp.static(patched):
+                    patch = patch_below(instance, work.position[body] + work.rotation[body] * point.place, model)
+                    material.hertz *= patch.stiffness
+                    material.dissipation *= patch.damping
+                    material.static_friction = wp.min(material.static_friction, patch.friction)
+                    material.dynamic_friction = wp.min(material.dynamic_friction, patch.friction)
                 r = work.rotation[body] * point.place - (point.radius - 0.5 * depth) * normal
                 velocity = middle + wp.cross(spin, r)
                 rate = -wp.dot(normal, velocity)

@@ -1,11 +1,14 @@
 """SIMBICON's PD control of joints of one coordinate, which follow a coordinate and no orientation."""
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric_outer
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
-from warpmuscle.kernels.contact.contact import above_ground
+from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.control.simbicon_equations import strength_by_height
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
@@ -44,11 +47,20 @@ def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, 
     work.stiffness[body] = symmetric_outer(axis, inertia * factor)
 
 
-@func
-def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-    """Torques of joints of one coordinate in place of what `simbicon.torques_stage` gave. Ends with a barrier."""
-    factor = strength_by_height(above_ground(instance, work.position[0], model))
-    for body in range(1 + lane, model.body_count, lanes):
-        if has_motion(model.skeleton.plan[body].joint_type):
-            coordinate_torque(instance, body, wp.min(factor, 1.0), model, work)
-    synchronize()
+@cache
+def coordinate_control_stage_of(above: Any) -> Any:
+    """The Warp function of this stage; above: see `simbicon.simbicon_stages_of`."""
+
+    @wp.func
+    def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+        """Torques of joints of one coordinate in place of what `simbicon.torques_stage` gave. Ends with a barrier."""
+        factor = strength_by_height(above(instance, work.position[0], model))
+        for body in range(1 + lane, model.body_count, lanes):
+            if has_motion(model.skeleton.plan[body].joint_type):
+                coordinate_torque(instance, body, wp.min(factor, 1.0), model, work)
+        synchronize()
+
+    return coordinate_control_stage
+
+
+coordinate_control_stage = coordinate_control_stage_of(above_ground)

@@ -4,13 +4,16 @@ Yin, Loken, van de Panne 2007, as programmed in the Controller Editor Framework 
 2009). A joint torque acts positively on the parent and negatively on the child.
 """
 
+from functools import cache
+from typing import Any, NamedTuple
+
 import warp as wp
 
 from warpmuscle.kernels.algebra.angles import pd_error
 from warpmuscle.kernels.algebra.spatial import heading, symmetric, symmetric_rotated
 from warpmuscle.kernels.algebra.spline import curve_value
 from warpmuscle.kernels.body.joint import hinge_rotation
-from warpmuscle.kernels.contact.contact import above_ground
+from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.control.simbicon_equations import (
     clamp_torque,
     component_rotation,
@@ -202,55 +205,74 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
     synchronize()
 
 
-@func
-def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Torque of every joint from the targets. Ends with a barrier."""
-    simbicon = model.simbicon
-    frame = heading(work.orientation[0])
-    swing_hip = simbicon.right_hip
-    if state.simbicon.stance[instance] == RIGHT:
-        swing_hip = simbicon.left_hip
-    if lane == 0:
-        work.torque[0] = wp.vec3(0.0, 0.0, 0.0)
-    for i in range(1 + lane, model.body_count, lanes):
-        in_character_frame = work.frame[i] == 1 or i == swing_hip
-        joint_torque(instance, i, in_character_frame, frame, model, work)
-    synchronize()
-    hips_stage(instance, lane, frame, model, state, work)
-    factor = strength_by_height(above_ground(instance, work.position[0], model))
-    if factor < 1.0:
+class SimbiconStages(NamedTuple):
+    """Warp functions of the controller."""
+
+    torques: Any  # from the targets
+    control: Any  # targets and torques
+    held: Any  # the same, where targets are not renewed in every step
+
+
+@cache
+def simbicon_stages_of(above: Any) -> SimbiconStages:
+    """The stages of the controller.
+
+    Args:
+        above: how far a point is above the ground, m: `above_ground`, or `above_terrain` where it is not flat.
+    """
+
+    @wp.func
+    def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        """Torque of every joint from the targets. Ends with a barrier."""
+        simbicon = model.simbicon
+        frame = heading(work.orientation[0])
+        swing_hip = simbicon.right_hip
+        if state.simbicon.stance[instance] == RIGHT:
+            swing_hip = simbicon.left_hip
+        if lane == 0:
+            work.torque[0] = wp.vec3(0.0, 0.0, 0.0)
         for i in range(1 + lane, model.body_count, lanes):
-            work.torque[i] = work.torque[i] * factor
-            work.stiffness[i] = work.stiffness[i] * factor
-    synchronize()
+            in_character_frame = work.frame[i] == 1 or i == swing_hip
+            joint_torque(instance, i, in_character_frame, frame, model, work)
+        synchronize()
+        hips_stage(instance, lane, frame, model, state, work)
+        factor = strength_by_height(above(instance, work.position[0], model))
+        if factor < 1.0:
+            for i in range(1 + lane, model.body_count, lanes):
+                work.torque[i] = work.torque[i] * factor
+                work.stiffness[i] = work.stiffness[i] * factor
+        synchronize()
 
-
-@func
-def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Targets and torques. Ends with a barrier."""
-    targets_stage(instance, lane, lanes, model, state, work)
-    torques_stage(instance, lane, lanes, model, state, work)
-
-
-@func
-def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
-    held = state.simbicon
-    renewed = state.step[instance] % model.simbicon.every == 0
-    if renewed:
+    @wp.func
+    def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        """Targets and torques. Ends with a barrier."""
         targets_stage(instance, lane, lanes, model, state, work)
-    for i in range(lane, model.body_count, lanes):
-        rolled()
+        torques_stage(instance, lane, lanes, model, state, work)
+
+    @wp.func
+    def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
+        held = state.simbicon
+        renewed = state.step[instance] % model.simbicon.every == 0
         if renewed:
-            held.target[instance, i] = work.target[i]
-            held.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))
-        else:
-            plan = held.target_plan[instance, i]
-            work.target[i] = held.target[instance, i]
-            work.strength[i] = plan[0]
-            work.frame[i] = int(plan[1])
-    synchronize()
-    torques_stage(instance, lane, lanes, model, state, work)
+            targets_stage(instance, lane, lanes, model, state, work)
+        for i in range(lane, model.body_count, lanes):
+            rolled()
+            if renewed:
+                held.target[instance, i] = work.target[i]
+                held.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))
+            else:
+                plan = held.target_plan[instance, i]
+                work.target[i] = held.target[instance, i]
+                work.strength[i] = plan[0]
+                work.frame[i] = int(plan[1])
+        synchronize()
+        torques_stage(instance, lane, lanes, model, state, work)
+
+    return SimbiconStages(torques_stage, control_stage, held_control_stage)
+
+
+torques_stage, control_stage, held_control_stage = simbicon_stages_of(above_ground)
 
 
 @func

@@ -164,6 +164,22 @@ def draw_starts(
 
 
 @wp.kernel
+def grade_variants(
+    # in
+    rules: EpisodeRules, difficulty: wp.array[float],
+    # in and out
+    episodes: Episodes,
+):  # fmt: skip
+    """Draw variants anew, from the first ones as far as episodes are difficult, 0 to 1. Launch with dim = instances."""
+    i = wp.tid()
+    if not episodes.mask[i]:
+        return
+    generator = random_of(episodes.seed[0], i, episodes.number[i], VARIANT)
+    count = wp.clamp(int(difficulty[i] * float(rules.variants)), 1, rules.variants)
+    episodes.variant[i] = wp.min(int(wp.randf(generator) * float(count)), count - 1)
+
+
+@wp.kernel
 def restore_rows(
     # in
     mask: wp.array[bool], row: wp.array[int], arrays: wp.array[RestoredArray], rows: int, lanes: int,

@@ -5,8 +5,20 @@ import warp as wp
 from warpmuscle.kernels.algebra.random_numbers import NOISE, random_of
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
+from warpmuscle.kernels.contact.terrain import tile_rise
 from warpmuscle.kernels.learning.episodes import Episodes, root_orientation, root_place
-from warpmuscle.kernels.structs import BALL, FIXED, ROOT_FREE, ROOT_PLANAR, UNIVERSAL, Skeleton, State, StateRef, at
+from warpmuscle.kernels.structs import (
+    BALL,
+    FIXED,
+    ROOT_FREE,
+    ROOT_PLANAR,
+    UNIVERSAL,
+    Skeleton,
+    State,
+    StateRef,
+    Terrain,
+    at,
+)
 
 wp.set_module_options({"enable_backward": False})
 
@@ -16,8 +28,10 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY, CLOCK, OWN, GOAL, GOAL_POINT,
-) = range(24)  # fmt: skip
+    HEAD_ANGULAR_VELOCITY, CLOCK, OWN, GOAL, GOAL_POINT, GROUND,
+) = range(25)  # fmt: skip
+GROUND_ACROSS, GROUND_ALONG = 3, 6  # places at which the ground is seen, from right to left and forwards
+GROUND_STEP = 0.2  # m, between them
 
 
 @wp.struct
@@ -40,6 +54,7 @@ class Surroundings:
     skeleton: Skeleton
     normal: wp.array2d[wp.vec3]  # (1 or instances, 1) of the ground
     ground: wp.array2d[float]  # (1 or instances, 1) m, from the origin along the normal
+    terrain: Terrain  # over it; nothing where the ground is flat
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
@@ -128,12 +143,37 @@ def seen_goal(first: int, axis: int, instance: int, state: State, around: Surrou
 
 
 @wp.func
+def ground_at(x: float, z: float, instance: int, around: Surroundings) -> float:
+    """Height y of the ground at a place of the world, m."""
+    n = at(around.normal, instance, 0)
+    level = (at(around.ground, instance, 0) - n[0] * x - n[2] * z) / n[1]
+    if around.terrain.tile.shape[0] > 0:
+        level += tile_rise(x, z, at(around.terrain.place, instance, 0), around.terrain)[0]
+    return level
+
+
+@wp.func
+def ground_ahead(k: int, instance: int, state: State, around: Surroundings) -> float:
+    """How much higher the ground is at one of the places ahead of the root, as that faces, than below it, m."""
+    place = root_place(around.root, instance, state)
+    across = wp.static(GROUND_STEP) * (float(k % wp.static(GROUND_ACROSS)) - wp.static(0.5 * (GROUND_ACROSS - 1)))
+    along = wp.static(GROUND_STEP) * float(k // wp.static(GROUND_ACROSS) + 1)
+    way = wp.quat_rotate(heading(root_orientation(around.root, instance, state)), wp.vec3(across, 0.0, along))
+    here = ground_at(place[0], place[2], instance, around)
+    return ground_at(place[0] + way[0], place[2] + way[2], instance, around) - here
+
+
+@wp.func
 def of_root(kind: int, k: int, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
     """What is felt of the root: its height, turn and speeds, forces at the feet as it faces, and its course."""
     q = root_orientation(around.root, instance, state)
     if kind == HEIGHT:
         place = root_place(around.root, instance, state)
-        return wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
+        height = wp.dot(at(around.normal, instance, 0), place) - at(around.ground, instance, 0)
+        if around.terrain.tile.shape[0] > 0:
+            rise = tile_rise(place[0], place[2], at(around.terrain.place, instance, 0), around.terrain)
+            height -= at(around.normal, instance, 0)[1] * rise[0]
+        return height
     if kind == UP:
         return up_in_trunk(q)[k]
     if kind == VELOCITY:
@@ -189,6 +229,8 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
         value = around.goal[instance, k]
     elif kind == GOAL_POINT:
         value = seen_goal(k // 3, k % 3, instance, state, around)
+    elif kind == GROUND:
+        value = ground_ahead(k, instance, state, around)
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
     else:

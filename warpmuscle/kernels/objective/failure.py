@@ -1,9 +1,12 @@
 """When an instance has failed."""
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
-from warpmuscle.kernels.contact.contact import above_ground
+from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import (
     CROSSED,
@@ -69,36 +72,59 @@ def feet_apart(model: ModelRef, work: ScratchRef) -> float:
     return wp.quat_rotate_inv(heading(work.orientation[0]), between)[0]
 
 
-@func
-def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Nothing has diverged yet; in the first step, remember how the instance starts. One lane calls it."""
-    work.flags[1] = 0
-    if step == 0:
-        state.start_height[instance] = above_ground(instance, work.center[0], model)
-        state.start_heading[instance] = heading_angle(work.orientation[0])
+@cache
+def begin_step_of(above: Any) -> Any:
+    """The Warp function that begins a step, see `begin_step`.
+
+    Args:
+        above: how far a point is above the ground, m: `above_ground`, or `above_terrain` where it is not flat.
+    """
+
+    @wp.func
+    def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        """Nothing has diverged yet; in the first step, remember how the instance starts. One lane calls it."""
+        work.flags[1] = 0
+        if step == 0:
+            state.start_height[instance] = above(instance, work.center[0], model)
+            state.start_heading[instance] = heading_angle(work.orientation[0])
+
+    return begin_step
 
 
-@func
-def posture_status(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
-    """Status by the pose and speed at the start of a step: RUNNING, DIVERGED, FELL, TURNED or CROSSED."""
-    limits = at(model.failure, instance, 0)
-    place, velocity = work.center[0], work.center[1]
-    if not (is_somewhere(place) and wp.dot(velocity, velocity) <= model.fastest * model.fastest):
-        return DIVERGED
-    if limits.com_height > 0.0:  # noqa: SIM102, `and` would compute both
-        if has_fallen(above_ground(instance, place, model), state.start_height[instance], limits.com_height):
-            return FELL
-    wanted = at(model.heading, instance, 0)
-    if model.turns_from_start == 1:
-        wanted = state.start_heading[instance]
-    angle = heading_angle(work.orientation[0])
-    if not (wp.abs(angle - wanted) <= limits.heading):  # the rest is for the few who seem to have turned
-        start = state.start_heading[instance]
-        if has_turned(angle, nearest_on_the_way(angle, start, wanted), limits.heading):
-            return TURNED
-    if limits.leg_crossing > 0.0 and has_crossed(feet_apart(model, work), limits.leg_crossing):
-        return CROSSED
-    return RUNNING
+@cache
+def posture_status_of(above: Any) -> Any:
+    """The Warp function of a posture, see `posture_status`.
+
+    Args:
+        above: how far a point is above the ground, m: `above_ground`, or `above_terrain` where it is not flat.
+    """
+
+    @wp.func
+    def posture_status(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
+        """Status by the pose and speed at the start of a step: RUNNING, DIVERGED, FELL, TURNED or CROSSED."""
+        limits = at(model.failure, instance, 0)
+        place, velocity = work.center[0], work.center[1]
+        if not (is_somewhere(place) and wp.dot(velocity, velocity) <= model.fastest * model.fastest):
+            return DIVERGED
+        if limits.com_height > 0.0:  # noqa: SIM102, `and` would compute both
+            if has_fallen(above(instance, place, model), state.start_height[instance], limits.com_height):
+                return FELL
+        wanted = at(model.heading, instance, 0)
+        if model.turns_from_start == 1:
+            wanted = state.start_heading[instance]
+        angle = heading_angle(work.orientation[0])
+        if not (wp.abs(angle - wanted) <= limits.heading):  # the rest is for the few who seem to have turned
+            start = state.start_heading[instance]
+            if has_turned(angle, nearest_on_the_way(angle, start, wanted), limits.heading):
+                return TURNED
+        if limits.leg_crossing > 0.0 and has_crossed(feet_apart(model, work), limits.leg_crossing):
+            return CROSSED
+        return RUNNING
+
+    return posture_status
+
+
+begin_step, posture_status = begin_step_of(above_ground), posture_status_of(above_ground)
 
 
 @func

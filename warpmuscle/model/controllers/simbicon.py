@@ -10,9 +10,16 @@ import warp as wp
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.contact.terrain import above_terrain
 from warpmuscle.kernels.control.control import ControllerKind
-from warpmuscle.kernels.control.coordinate_control import coordinate_control_stage
-from warpmuscle.kernels.control.simbicon import advance_machine, control_stage, held_control_stage, record_machine
+from warpmuscle.kernels.control.coordinate_control import coordinate_control_stage, coordinate_control_stage_of
+from warpmuscle.kernels.control.simbicon import (
+    advance_machine,
+    control_stage,
+    held_control_stage,
+    record_machine,
+    simbicon_stages_of,
+)
 from warpmuscle.model.joints import by_coordinate
 from warpmuscle.scene import PD, Balance, Component, Curve, Feedback, MachineState, Scene
 from warpmuscle.scene.simbicon.checks import trajectory_joints
@@ -65,7 +72,12 @@ def control_steps(scene: Scene) -> int:
 
 def compiled(scene: Scene) -> ControllerKind:
     """What a step has compiled in of the controller of a scene."""
-    return HELD if control_steps(scene) > 1 else SIMBICON
+    held = control_steps(scene) > 1
+    if scene.ground.terrain is None:
+        return HELD if held else SIMBICON
+    stages, by_coordinate_stage = simbicon_stages_of(above_terrain), coordinate_control_stage_of(above_terrain)
+    kind = (HELD if held else SIMBICON)._replace(coordinates=by_coordinate_stage)
+    return kind._replace(torques=stages.held if held else stages.control)
 
 
 def model_fields(scene: Scene, names: Topology, device: Any) -> dict[str, Any]:

@@ -99,6 +99,8 @@ class Variation(Part):
     slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
     commands: list[str] = []  # of the scene, such as a load, each drawn evenly over its range in half of the variants,
     # and as the scene has it in the others
+    graded: str = ""  # one of these commands: an episode of difficulty d, 0 to 1, of the task's curriculum has one of
+    # the share d of all variants that are nearest to the command's reference, and so at first that one alone
     push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s"] = 0.1

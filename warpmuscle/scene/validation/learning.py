@@ -135,6 +135,11 @@ def _starts(check: Checks, variation: Variation) -> None:
         _interval(f"{key}.pose.{name}", interval)
         if not math.isfinite(interval[0]) or not math.isfinite(interval[1]):
             raise SceneError("must have finite ends", key=f"{key}.pose.{name}")
+    if variation.graded:
+        known(variation.graded, variation.commands, "command of learning.variation.commands", f"{key}.graded")
+        task = check.checked.learning
+        if task is None or not task.curriculum:
+            raise SceneError("variants are graded by the difficulty that learning.curriculum makes", f"{key}.graded")
     if variation.start_file and variation.start_states:
         raise SceneError("give either a file of states or start_states, those of the gait", key=f"{key}.start_file")
 

@@ -9,11 +9,11 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Scene
 from warpmuscle.scene.geometry import contact_points
-from warpmuscle.scene.ground import plane
 from warpmuscle.scene.initial_pose import Poses, plain_number, plain_vector, world_poses
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import center_of_mass
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.validation.muscles import muscle_warnings
 
 DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; beyond it the ground throws it up
@@ -63,8 +63,7 @@ def _below_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:
     if plain_number(scene.failure.com_height) <= 0.0:
         return []
     com = center_of_mass(scene.character, {name: position for name, (position, _) in poses.items()})
-    ground = plane(scene.ground)
-    depth = ground.height - float(ground.normal @ com)
+    depth = -float(surface(scene.ground).above(com))
     if depth < 0.0:
         return []
     message = (
@@ -95,12 +94,12 @@ def start_depths(scene: Scene) -> dict[str, float]:
 
 def _depths(scene: Scene, poses: Poses) -> dict[str, float]:
     """See `start_depths`; poses: of the bodies in the world."""
-    normal, height = plane(scene.ground)
+    ground = surface(scene.ground)
     found = {}
     for name, body in scene.character.bodies.items():
         position, orientation = poses[name]
         depths = [
-            height + plain_number(radius) - normal @ (position + rotate(orientation, point))
+            plain_number(radius) - float(ground.above(position + rotate(orientation, point)))
             for shape in body.shapes
             for point, radius in ((plain_vector(point), radius) for point, radius in contact_points(shape))
         ]

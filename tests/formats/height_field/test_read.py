@@ -1,0 +1,189 @@
+"""Height fields from files: pictures, tables of numbers, MuJoCo models; and what is wrong with damaged ones."""
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import toml
+from warpmuscle.formats.height_field.grey_png import SIGNATURE, grey_values
+from warpmuscle.formats.height_field.read import read_heights
+from warpmuscle.scene import Scene
+from warpmuscle.scene.terrain.surface import surface
+
+RNG = np.random.default_rng(0)
+SCENE = """
+name = "ball"
+
+[character]
+root = "ball"
+
+[character.bodies.ball]
+mass = 1.0
+inertia = [0.01, 0.01, 0.01]
+shapes = [{ type = "sphere", center = [0, 0, 0], radius = 0.1 }]
+
+[initial_state]
+root_position = [0, 0.1, 0]
+
+[failure]
+com_height = 0.0
+
+[[ground.terrain.tiles]]
+type = "height_field"
+file = "NAME"
+size = [2.0, 4.0]
+height = 0.5
+"""
+
+
+def chunk(kind: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def filtered(raw: np.ndarray, width: int, kinds: list[int]) -> bytes:
+    """Lines of bytes after the five filters of PNG, written down from the standard one byte at a time."""
+    lines, before = [], [0] * raw.shape[1]
+    for row, line in enumerate(raw.tolist()):
+        kind, out = kinds[row % len(kinds)], []
+        for k, value in enumerate(line):
+            a = line[k - width] if k >= width else 0
+            b, c = before[k], before[k - width] if k >= width else 0
+            p = a + b - c
+            near = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            out.append((value - (0, a, b, (a + b) // 2, near)[kind]) % 256)
+        lines.append(bytes([kind, *out]))
+        before = line
+    return b"".join(lines)
+
+
+def png(values: np.ndarray, bits: int = 8, colour: int = 0, kinds=(0, 1, 2, 3, 4)) -> bytes:
+    """A picture of integers (rows, columns, channels)."""
+    rows, columns, channels = values.shape
+    raw = values.astype(">u2" if bits == 16 else np.uint8).reshape(rows, -1).view(np.uint8)
+    header = struct.pack(">IIBBBBB", columns, rows, bits, colour, 0, 0, 0)
+    data = zlib.compress(filtered(raw, channels * bits // 8, list(kinds)))
+    return SIGNATURE + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize(("bits", "colour", "channels"), [(8, 0, 1), (16, 0, 1), (8, 4, 2), (8, 2, 3), (16, 6, 4)])
+def test_pictures_of_all_filters_are_read_to_the_last_bit(bits: int, colour: int, channels: int):
+    values = RNG.integers(0, 2**bits, (11, 7, channels))
+    found = grey_values(png(values, bits, colour), 1000)
+    expected = values[..., : 3 if colour & 2 else 1].mean(axis=2) / (2**bits - 1)
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+def test_a_picture_of_another_program_is_read(tmp_path: Path):
+    image = pytest.importorskip("PIL.Image")
+    values = RNG.integers(0, 65536, (20, 30)).astype(np.uint16)
+    image.fromarray(values).save(tmp_path / "a.png")
+    np.testing.assert_allclose(grey_values((tmp_path / "a.png").read_bytes(), 1000), values / 65535.0)
+
+
+def written(folder: Path, name: str, data: bytes | str) -> Path:
+    path = folder / name
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+    return path
+
+
+def scene(folder: Path, name: str, text: str = SCENE) -> Scene:
+    return toml.read(written(folder, "ball.toml", text.replace("NAME", name)))
+
+
+def test_the_top_of_a_picture_is_forward_and_its_left_side_to_the_left(tmp_path: Path):
+    values = np.zeros((3, 3, 1), dtype=int)
+    values[0, 0] = 255  # top left
+    written(tmp_path, "hill.png", png(values))
+    ground = surface(scene(tmp_path, "hill.png").ground)
+    assert ground.height_at(1.0, 2.0) == pytest.approx(0.5)
+    assert ground.height_at(-1.0, -2.0) == ground.height_at(-1.0, 2.0) == 0.0
+
+
+def test_numbers_of_tables_are_metres_times_the_height(tmp_path: Path):
+    table = np.round(RNG.normal(size=(4, 5)), 3)
+    np.save(tmp_path / "a.npy", table)
+    written(tmp_path, "a.csv", "# m\n" + "\n".join(", ".join(map(str, row)) for row in table))
+    for name in ("a.npy", "a.csv"):
+        lie = surface(scene(tmp_path, name).ground).lie
+        assert lie is not None
+        np.testing.assert_allclose(lie.grid.heights, 0.5 * table, atol=1e-6)
+
+
+def test_a_scene_keeps_its_heights_without_the_file(tmp_path: Path):
+    np.save(tmp_path / "a.npy", np.eye(4))
+    found = scene(tmp_path, "a.npy")
+    (tmp_path / "a.npy").unlink()
+    again = toml.loads(toml.dumps(found))
+    assert again.ground == found.ground
+    assert surface(again.ground).height_at(0.0, 0.0) == surface(found.ground).height_at(0.0, 0.0) > 0.0
+
+
+HFIELD = """<mujoco><asset><hfield name="h" nrow="3" ncol="4" size="2 1.5 0.6 0.1" elevation="{}"/></asset>
+<worldbody><geom type="hfield" hfield="h"/></worldbody></mujoco>"""
+
+
+def test_a_height_field_of_mujoco_lies_as_mujoco_has_it(tmp_path: Path):
+    mujoco = pytest.importorskip("mujoco")
+    text = HFIELD.format(" ".join(map(str, RNG.uniform(1.0, 5.0, 12).round(3))))
+    written(tmp_path, "h.xml", text)
+    ground = surface(scene(tmp_path, "h.xml", SCENE.replace("size = [2.0, 4.0]\nheight = 0.5\n", "")).ground)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = model.hfield_data.reshape(3, 4)
+    for row in range(3):
+        for column in range(4):
+            forward, left = -2.0 + 4.0 * column / 3.0, -1.5 + 3.0 * row / 2.0
+            assert ground.height_at(left, forward) == pytest.approx(0.6 * data[row, column], abs=1e-6)
+
+
+GOOD = png(RNG.integers(0, 255, (4, 4, 1)))
+BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("a.png", b"", "no PNG"),
+        ("a.png", GOOD[:-30], "damaged"),
+        ("a.png", GOOD[:45] + b"x" + GOOD[46:], "damaged"),
+        ("a.png", SIGNATURE + chunk(b"IHDR", BAD_HEADER) + chunk(b"IDAT", b"x"), "60000 x 60000 points"),
+        ("a.png", GOOD.replace(b"IEND", b"IEND")[:8] + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 3, 0, 0, 0))
+         + chunk(b"IDAT", b"x"), "without a palette"),
+        ("a.png", SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 0, 0, 0, 0))
+         + chunk(b"IDAT", zlib.compress(b"\0" * 10**6)), "more or fewer points"),
+        ("a.npy", b"\x93NUMPY\x01\x00", "no table of numbers"),
+        ("a.npy", b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f8',\n", "no table of numbers"),
+        ("a.csv", "1, 2\n3", "line 2 has 1 number"),
+        ("a.csv", "1, 2\n3, x", "line 2 is not of numbers"),
+        ("a.csv", "1, 2\n3, nan", "row 2, column 2 is no finite number"),
+        ("a.csv", "1, 2", "2 rows and 2 columns"),
+        ("a.xml", "<mujoco>", "not valid XML"),
+        ("a.xml", "<mujoco/>", "no hfield"),
+        ("a.xml", HFIELD.format("1 2 3"), "3 elevations for 3 x 4"),
+        ("a.xml", '<!DOCTYPE m [<!ENTITY a "b">]><mujoco/>', "entities"),
+        ("a.jpg", b"x", "heights are read from .png"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_file_is_said_in_one_line_with_its_place(tmp_path: Path, name: str, data, words: str):
+    written(tmp_path, name, data)
+    with pytest.raises(SceneError, match=words) as error:
+        scene(tmp_path, name)
+    assert "ball.toml:20: ground.terrain.tiles.0.file: " in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path):
+    with pytest.raises(SceneError, match=r"none\.png"):
+        scene(tmp_path, "none.png")
+
+
+@pytest.mark.parametrize("kind", ["object", "huge"])
+def test_numpy_files_run_nothing_and_are_bounded(tmp_path: Path, kind: str):
+    np.save(tmp_path / "a.npy", np.array([[print, 1]], dtype=object) if kind == "object" else np.zeros((1100, 1100)))
+    with pytest.raises(SceneError, match=r"no table|the limit `heights`"):
+        scene(tmp_path, "a.npy")
+    with pytest.raises(ValueError, match=r"no table|the limit"):
+        read_heights(tmp_path / "a.npy")

@@ -1,0 +1,119 @@
+"""Learning on ground that is not flat: starts over it, heights above it, and variants from easy to hard."""
+
+import msgspec
+import numpy as np
+import pytest
+import warp as wp
+from scipy.spatial.transform import Rotation
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import load
+from warpmuscle.kernels.learning import episodes as kernels
+from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
+from warpmuscle.learning.variants import drawn_commands
+from warpmuscle.scene import Command, Ground, Scene, Terrain
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.terrain.surface import surface
+from warpmuscle.scene.terrain.tiles import Profile, Rough
+from warpmuscle.scene.validation.scene import check_scene
+
+HIGH = 0.5
+PLATEAU = Terrain([Profile([(-1.0, HIGH), (1.0, HIGH)])])
+
+
+def on(terrain: Terrain | None, **commands: Command) -> Scene:
+    scene = msgspec.structs.replace(load("reflex_planar"), duration=0.8, commands=commands)
+    return msgspec.structs.replace(scene, ground=msgspec.structs.replace(scene.ground, terrain=terrain))
+
+
+def test_on_a_plateau_episodes_start_higher_and_observe_the_same():
+    """Starts of the gait included: they are recorded on the plateau, and put back over it."""
+    variation = Variation(velocity_noise=0.0, start_states=3, start_after=0.5)
+    task = Task(variation=variation, episode_time=0.02)
+    plain, high = (EpisodeBatch(on(terrain), 12, "cpu", task, threads=1) for terrain in (None, PLATEAU))
+    rows = plain.episodes.start_row.numpy()
+    assert set(rows) == {0, 1, 2}
+    np.testing.assert_array_equal(rows, high.episodes.start_row.numpy())
+    below, above = (one.rollout.state.coordinates.numpy() for one in (plain, high))
+    np.testing.assert_allclose(above[:, 0] - below[:, 0], HIGH, atol=1e-3)
+    np.testing.assert_allclose(above[:, 1:], below[:, 1:], atol=5e-3)  # half a second of walking in single precision
+    observed = [one.senses.observation.numpy() for one in (plain, high)]
+    assert np.abs(observed[0] - observed[1]).max() < 0.05
+
+
+def test_each_episode_starts_over_the_ground_of_its_variant():
+    bumps = Command(0.0, 0.0, 0.1, unit="m")
+    scene = on(Terrain([Rough(height=1.0, seed=2)], scale=Free(0.0, per={"bumps": 1.0})), bumps=bumps)
+    variation = Variation(velocity_noise=0.0, commands=["bumps"], variants=40)
+    batch = EpisodeBatch(scene, 16, "cpu", Task(variation=variation, episode_time=0.05), threads=1)
+    scale = drawn_commands(variation, scene, 40)["bumps"][batch.episodes.variant.numpy()]
+    assert scale.max() > 0.05 > scale.min()
+    plain = EpisodeBatch(on(None), 1, "cpu", Task(variation=Variation(velocity_noise=0.0)), threads=1)
+    height, z = plain.rollout.state.coordinates.numpy()[0, :2]
+    whole = surface(on(Terrain([Rough(height=1.0, seed=2)])).ground).highest_rise(0.0, float(z), 0.25)
+    raised = batch.rollout.state.coordinates.numpy()[:, 0] - height
+    np.testing.assert_allclose(raised, scale * whole, atol=1e-5)
+
+
+def test_variants_that_are_graded_come_from_easy_to_hard():
+    commands = {"bumps": Command(0.02, 0.0, 0.1), "place": Command(0.0, 0.0, 8.0)}
+    variation = Variation(commands=["bumps", "place"], graded="bumps")
+    found = drawn_commands(variation, on(None, **commands), 200)
+    away = np.abs(found["bumps"] - 0.02)
+    assert (np.diff(away) >= 0.0).all()
+    plain = drawn_commands(msgspec.structs.replace(variation, graded=""), on(None, **commands), 200)
+    pairs, sorted_pairs = (set(zip(one["bumps"], one["place"], strict=True)) for one in (plain, found))
+    assert pairs == sorted_pairs
+
+
+def test_an_episode_has_one_of_the_share_of_variants_that_it_is_difficult():
+    n, variants = 4000, 50
+    rules, episodes = kernels.EpisodeRules(), kernels.Episodes()
+    rules.variants = variants
+    difficulty = np.repeat([0.0, 0.1, 0.5, 1.0], n // 4).astype(np.float32)
+    mask = np.arange(n) % 5 > 0
+    episodes.seed = wp.array([3], dtype=int, device="cpu")
+    episodes.number = wp.full(n, 7, dtype=int, device="cpu")
+    episodes.variant = wp.full(n, -1, dtype=int, device="cpu")
+    episodes.mask = wp.array(mask, dtype=bool, device="cpu")
+    wp.launch(kernels.grade_variants, n, [rules, wp.array(difficulty, device="cpu"), episodes], device="cpu")
+    variant = episodes.variant.numpy()
+    assert (variant[~mask] == -1).all()
+    for share, count in ((0.0, 1), (0.1, 5), (0.5, 25), (1.0, 50)):
+        drawn = variant[mask & (difficulty == np.float32(share))]
+        assert set(drawn) == set(range(count))
+
+
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [
+        (Task(curriculum="a:b", variation=Variation(graded="bumps")), "no command of learning.variation.commands"),
+        (Task(variation=Variation(commands=["bumps"], graded="bumps")), "learning.curriculum makes"),
+    ],
+)
+def test_grades_need_a_command_that_is_drawn_and_a_curriculum(task: Task, words: str):
+    scene = msgspec.structs.replace(on(None, bumps=Command(0.0, 0.0, 0.1)), learning=task)
+    with pytest.raises(SceneError, match=words) as error:
+        check_scene(scene)
+    assert error.value.key == "learning.variation.graded"
+
+
+def test_a_policy_sees_the_ground_ahead_as_it_faces():
+    steps = Terrain([Rough(height=0.2, spacing=0.3, seed=4)], x=0.3)
+    scene = msgspec.structs.replace(load("fwalk"), ground=Ground(normal=(0.1, 1.0, -0.1), terrain=steps))
+    task = Task(observations={"ground": Sense()}, actions="torques", variation=Variation(velocity_noise=0.0))
+    batch = EpisodeBatch(scene, 1, "cpu", task, threads=1)
+    q = batch.rollout.state.coordinates.numpy().copy()
+    q[0, :7] = [0.7, 1.0, -0.4, *Rotation.from_euler("YX", [0.8, 0.2]).as_quat()]
+    batch.rollout.state.coordinates.assign(q)
+    batch.senses.sample_first(batch.rollout.state, batch.episodes)
+    batch.observe_again()
+    seen = dict(zip(batch.senses.names, batch.senses.observation.numpy()[0], strict=True))
+    assert len(seen) == 18
+    ground = surface(scene.ground)
+    here = ground.height_at(0.7, -0.4)
+    for row in range(6):
+        for side, across in (("right", -0.2), ("middle", 0.0), ("left", 0.2)):
+            way = Rotation.from_euler("Y", 0.8).apply([across, 0.0, 0.2 * (row + 1)])
+            expected = 10.0 * (ground.height_at(0.7 + way[0], -0.4 + way[2]) - here)
+            assert seen[f"ground.{side}.{row + 1}"] == pytest.approx(expected, abs=2e-4)

@@ -1,0 +1,178 @@
+"""Heights on a grid from a file: grey PNG, numbers in `.npy` or `.csv`, or the first hfield of a MuJoCo model."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tokenize import TokenError
+from typing import NamedTuple
+from xml.parsers import expat
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.limits import LIMITS
+from warpmuscle.formats.height_field.grey_png import grey_values
+from warpmuscle.scene import Scene
+from warpmuscle.scene.terrain.packing import packed
+from warpmuscle.scene.terrain.tiles import HeightField
+
+# What NumPy raises of damaged files.
+NOT_NUMPY = ValueError, TypeError, EOFError, MemoryError, AttributeError, OverflowError, SyntaxError, TokenError
+READ = (".png", ".npy", ".csv", ".xml")
+
+
+class Heights(NamedTuple):
+    """What a file says."""
+
+    heights: Floats  # (points along z, points along x), both increasing, in m or for a factor
+    size: tuple[float, float] | None = None  # m, along x and z, where the file says it
+
+
+def with_height_fields(scene: Scene, folders: Sequence[Path]) -> Scene:
+    """The scene with the heights of the files that its tiles name.
+
+    Args:
+        folders: where they may lie, the first one first.
+
+    Raises:
+        SceneError: with file and key.
+    """
+    terrain = scene.ground.terrain
+    if terrain is None:
+        return scene
+    tiles = list(terrain.tiles)
+    for index, tile in enumerate(tiles):
+        if isinstance(tile, HeightField) and tile.file and not tile.packed:
+            tiles[index] = _with_file(tile, folders, f"ground.terrain.tiles.{index}")
+    terrain = msgspec.structs.replace(terrain, tiles=tiles)
+    return msgspec.structs.replace(scene, ground=msgspec.structs.replace(scene.ground, terrain=terrain))
+
+
+def _with_file(tile: HeightField, folders: Sequence[Path], key: str) -> HeightField:
+    if "\0" in tile.file:
+        raise SceneError(f"no file can be called {tile.file!r}", f"{key}.file")
+    places = [folder / tile.file for folder in folders]
+    path = next((place for place in places if place.exists()), places[0])
+    try:
+        found = read_heights(path)
+    except (OSError, ValueError) as error:
+        text = unreadable(error) if isinstance(error, OSError) else str(error)
+        raise SceneError(f"{path}: {text}", f"{key}.file") from None
+    points, text = packed(found.heights * tile.height)
+    size = tile.size if any(tile.size) or found.size is None else found.size
+    return msgspec.structs.replace(tile, points=points, packed=text, size=size)
+
+
+def read_heights(path: Path) -> Heights:
+    """The heights of a file.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is damaged, too large, or of another kind.
+    """
+    kinds: dict[str, Callable[[Path], Heights]] = {".png": _png, ".npy": _npy, ".csv": _csv, ".xml": _hfield}
+    if path.suffix.lower() not in kinds:
+        raise ValueError(f"heights are read from {', '.join(READ)}")
+    found = kinds[path.suffix.lower()](path)
+    _check(found.heights)
+    return found
+
+
+def _check(heights: Floats) -> None:
+    most = LIMITS["heights"].most
+    if heights.ndim != 2 or min(heights.shape) < 2:
+        raise ValueError("heights are a table of at least 2 rows and 2 columns")
+    if heights.size > most:
+        raise ValueError(f"{heights.shape[1]} x {heights.shape[0]} points are more than {most}, the limit `heights`")
+    if not np.isfinite(heights).all():
+        row, column = np.argwhere(~np.isfinite(heights))[0]
+        raise ValueError(f"row {row + 1}, column {column + 1} is no finite number")
+
+
+def _png(path: Path) -> Heights:
+    picture = grey_values(read_file(path, "model"), LIMITS["heights"].most)
+    return Heights(picture[::-1, ::-1])  # from the last row, forward; from right to left, as x goes
+
+
+def _npy(path: Path) -> Heights:
+    try:
+        table = np.load(io.BytesIO(read_file(path, "model")), allow_pickle=False)
+        return Heights(np.asarray(table, dtype=np.float64))
+    except NOT_NUMPY:
+        raise ValueError("this is no table of numbers of NumPy") from None
+
+
+def _csv(path: Path) -> Heights:
+    lines = read_file(path, "model").decode("utf-8-sig", errors="replace").splitlines()
+    table: list[list[float]] = []
+    for number, line in enumerate(lines, 1):
+        words = [word for word in line.replace(",", " ").replace(";", " ").split() if word]
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            table.append([float(word) for word in words])
+        except ValueError:
+            raise ValueError(f"line {number} is not of numbers alone") from None
+        if len(table[-1]) != len(table[0]):
+            raise ValueError(f"line {number} has {len(table[-1])} numbers, and others have {len(table[0])}")
+    return Heights(np.array(table, dtype=np.float64))
+
+
+def _hfield(path: Path) -> Heights:
+    """The first height field of a MuJoCo model, whose x is forward, y to the left and z up."""
+    found = _attributes(read_file(path, "model"))
+    try:
+        radius_x, radius_y, elevation, _ = (float(word) for word in found.get("size", "").split())
+    except ValueError:
+        raise ValueError("the hfield has no size of four numbers") from None
+    if "file" in found:
+        picture = path.parent / found["file"]
+        if picture.suffix.lower() != ".png":
+            raise ValueError("of hfields in files, only those in PNG pictures are read")
+        table = grey_values(read_file(picture, "model"), LIMITS["heights"].most)[::-1]
+    else:
+        table = _elevation(found)
+    span = float(np.ptp(table))
+    table = (table - table.min()) / (span or 1.0) * elevation  # as MuJoCo normalises it
+    return Heights(table.T, (2.0 * radius_y, 2.0 * radius_x))
+
+
+def _elevation(found: dict[str, str]) -> Floats:
+    """Numbers of an hfield (rows, columns) along y and x; the first row is the one at the back of the picture."""
+    try:
+        rows, columns = int(found["nrow"]), int(found["ncol"])
+        numbers = np.array([float(word) for word in found.get("elevation", "").split()])
+    except (KeyError, ValueError):
+        raise ValueError("the hfield has no nrow, ncol and elevation of numbers") from None
+    if rows < 2 or columns < 2 or len(numbers) != rows * columns:
+        raise ValueError(f"the hfield has {len(numbers)} elevations for {rows} x {columns} points")
+    if not np.isfinite(numbers).all():
+        raise ValueError("an elevation of the hfield is no finite number")
+    return numbers.reshape(rows, columns)[::-1]
+
+
+def _attributes(data: bytes) -> dict[str, str]:
+    """Attributes of the first hfield of a model."""
+    found: list[dict[str, str]] = []
+    parser = expat.ParserCreate()
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        if name == "hfield":
+            found.append(attributes)
+
+    def refuse(*_: object) -> None:
+        raise ValueError("models with entities are not read")
+
+    parser.StartElementHandler, parser.EntityDeclHandler = start, refuse
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise ValueError(f"not valid XML in line {error.lineno}") from None
+    if not found:
+        raise ValueError("this model has no hfield")
+    return found[0]

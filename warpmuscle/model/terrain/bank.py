@@ -1,0 +1,86 @@
+"""Ground that is not flat as a kernel wants it: the grids of all tiles in a row, and where instances have theirs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpmuscle.core.arrays import rows, starts, structs_to_device, to_device
+from warpmuscle.kernels import structs
+from warpmuscle.scene import Ground, Terrain
+from warpmuscle.scene.terrain.grid import Axis, Grid
+from warpmuscle.scene.terrain.surface import as_text, grid_at
+from warpmuscle.scene.terrain.tiles import Patch
+
+_banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array]] = {}  # the last one of each device
+ENDLESS_TOP = 1.0e30  # m
+
+
+def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
+    """The device structure of the ground of a scene whose numbers are floats or (n,) arrays; empty where it is flat."""
+    s = structs.Terrain()
+    terrain = ground.terrain
+    if terrain is None:
+        return s
+    grids = [grid_at(tile) for tile in terrain.tiles]
+    s.tile, s.height, s.patch = _bank(terrain, grids, device)
+    tile = np.clip(np.rint(rows([terrain.tile])), 0, len(grids) - 1).astype(np.int32)
+    yaw, scale = rows([terrain.yaw]), rows([terrain.scale])
+    tops = np.minimum([grid.top for grid in grids], ENDLESS_TOP)
+    columns = {
+        "tile": tile, "x": rows([terrain.x]), "z": rows([terrain.z]), "cosine": np.cos(yaw), "sine": np.sin(yaw),
+        "scale": scale, "top": np.where(scale == 0.0, 0.0, np.minimum(scale * tops[tile], ENDLESS_TOP)),
+    }  # fmt: skip
+    s.place = structs_to_device(structs.TilePlace, columns, device)
+    return s
+
+
+def _bank(terrain: Terrain, grids: list[Grid], device: Any) -> tuple[wp.array, wp.array, wp.array]:
+    """Tiles, heights and patches on a device, which keeps them as long as it is asked for no others."""
+    key = as_text(terrain.tiles), str(device)
+    if key not in _banks:
+        for other in [kept for kept in _banks if kept[1] == key[1]]:
+            del _banks[other]
+        patches = [patch for tile in terrain.tiles for patch in tile.patches]
+        heights = np.concatenate([grid.heights.ravel() for grid in grids])
+        _banks[key] = _tiles(terrain, grids, device), to_device(heights, float, device), _patches(patches, device)
+    return _banks[key]
+
+
+def _tiles(terrain: Terrain, grids: list[Grid], device: Any) -> wp.array:
+    """`kernels.structs.Tile` of all tiles."""
+    sizes = np.array([grid.heights.shape for grid in grids])
+    patches = starts(len(tile.patches) for tile in terrain.tiles)
+    columns: dict[str, Any] = {
+        "first": starts(grid.heights.size for grid in grids)[:-1], "rows": sizes[:, 0], "columns": sizes[:, 1],
+        "first_patch": patches[:-1], "end_patch": patches[1:],
+    }  # fmt: skip
+    for name, axes, points in (("x", [g.x for g in grids], sizes[:, 1]), ("z", [g.z for g in grids], sizes[:, 0])):
+        columns |= _axis(name, axes, points)
+    return structs_to_device(structs.Tile, columns, device)
+
+
+def _axis(name: str, axes: list[Axis], points: Any) -> dict[str, Any]:
+    """What of these columns is of one axis, called x or z."""
+    low, high = zip(*(axis.ends(int(count)) for axis, count in zip(axes, points, strict=True)), strict=True)
+    return {
+        name: [axis.first for axis in axes],
+        f"per_{name}": [1.0 / axis.spacing for axis in axes],
+        f"period_{name}": [(count - 1.0) * axis.repeats for axis, count in zip(axes, points, strict=True)],
+        f"low_{name}": low,
+        f"high_{name}": high,
+    }
+
+
+def _patches(patches: list[Patch], device: Any) -> wp.array:
+    """`kernels.structs.Patch` of all patches; one of no size where there are none."""
+    found = patches or [Patch(x=(0.0, 0.0), z=(0.0, 0.0))]
+    columns = {
+        "low_x": [one.x[0] for one in found], "high_x": [one.x[1] for one in found],
+        "low_z": [one.z[0] for one in found], "high_z": [one.z[1] for one in found],
+        "friction": [one.friction for one in found], "stiffness": [one.stiffness for one in found],
+        "damping": [one.damping for one in found],
+    }  # fmt: skip
+    return structs_to_device(structs.Patch, columns, device)
