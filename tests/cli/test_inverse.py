@@ -93,6 +93,28 @@ def test_steps_that_are_not_asked_for_are_not_there(folder, tmp_path):
         assert "activation" not in file["trials/walk"]
 
 
+def test_a_motion_is_followed_and_a_page_is_written(folder, tmp_path):
+    pytest.importorskip("matplotlib")
+    done = run(
+        folder, "small.osim", "walk.sto", "--loads", "walk_loads.xml", "--steps", "id,track", "--reserve", "5",
+        "--end", "0.15", "-o", tmp_path / "out.h5", "--sto", tmp_path, "--report", tmp_path / "page.html",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "walk: followed over 10 windows to" in done.stdout
+    assert "forces at the root: up to" in done.stdout
+    with h5py.File(tmp_path / "out.h5") as file:
+        group = file["trials/walk"]
+        assert group["excitation"].shape == (10, 10)
+        assert group["tracked_value"].shape == (11, 11)
+        assert [dimension[0].name.rpartition("/")[2] for dimension in group["excitation"].dims] == [
+            "window_time", "muscle",
+        ]  # fmt: skip
+    _, names, rows = table(tmp_path / "walk_CMC_Actuation_force.sto")
+    assert {"gastrocnemius", "pelvis_ty_residual", "knee_angle_reserve"} <= set(names)
+    assert len(rows) == 10
+    assert "Hicks et al. 2015" in (tmp_path / "page.html").read_text()
+
+
 def test_reserves_that_are_too_great_are_told(folder):
     done = run(folder, "small.osim", "walk.sto", "--loads", "walk_loads.xml")
     assert done.returncode == 0, done.stderr
@@ -112,6 +134,8 @@ def test_reserves_that_are_too_great_are_told(folder):
         (("small.osim", "walk.sto", "--begin", "7"), "no frame lies between"),
         (("small.osim", "walk.sto", "--filter", "70"), "cut-off"),
         (("small.osim", "walk.sto", "--sto", "nowhere"), "no folder"),
+        (("small.osim", "walk.sto", "--report", "page.txt"), "a report is written as .html"),
+        (("small.osim", "walk.sto", "--steps", "track", "--window", "2"), "window is a number from"),
         (("small.osim", "walk.sto", "--weight", "mass"), "--weight is none or volume"),
         (("small.osim", "walk.sto", "--emg", "walk.sto"), "name of a muscle"),
         (("small.osim", "walk.sto", "walk.sto", "-o", "two.h5"), "two trials are called 'walk'"),

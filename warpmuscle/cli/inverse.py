@@ -63,7 +63,7 @@ def inverse(
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
-    window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.01,
+    window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.015,
     no_reserves: Annotated[
         bool, typer.Option("--no-reserves", help="Muscles alone follow the motion; reserves are only told.")
     ] = False,
@@ -72,6 +72,9 @@ def inverse(
     ] = False,
     sto: Annotated[Path | None, typer.Option("--sto", help="Folder for .sto files with OpenSim's names.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of all trials.")] = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", help=".html page: curves beside people's, residuals beside limits.")
+    ] = None,
     device: Device = None,
     trust: Trust = False,
 ) -> None:
@@ -83,6 +86,7 @@ def inverse(
     -o result.h5; warpmuscle inverse model.osim a.sto b.sto --loads a_grf.mot --loads b_grf.mot --filter 6 --sto out
     """
     writable(output)
+    _check_page(report)
     if sto is not None and not sto.is_dir():
         raise Error(f"--sto names {sto}, which is no folder; make it first")
     start_warp()
@@ -115,6 +119,35 @@ def inverse(
     about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
              "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
     _give(found, output, sto, about)
+    if report is not None:
+        _page(report, body, found, forces, signals, about)
+
+
+def _check_page(path: Path | None) -> None:
+    """Say now, rather than after the work, that a page cannot be made."""
+    from warpmuscle.core.extras import need
+
+    if path is None:
+        return
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise Error(f"{path}: a report is written as .html")
+    writable(path)
+    for module in ("jinja2", "matplotlib"):
+        need(module, "a report page needs")
+
+
+def _page(
+    path: Path, body: BodyModel, found: list[Trial], loads: list[Loads | None], emg: list[Emg | None],
+    about: dict[str, str],
+) -> None:  # fmt: skip
+    """Write the page of a subject."""
+    from warpmuscle.core.files import replace_file
+    from warpmuscle.report.subject_page import subject_html
+
+    with _notes(), log.status("drawing") as shown:
+        page = subject_html(body, found, loads, emg, list(about.items()), lambda what: shown.update(f"drawing: {what}"))
+    replace_file(path, page)
+    out.print(f"wrote {path}", markup=False)
 
 
 def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str]) -> None:

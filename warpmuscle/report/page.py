@@ -106,7 +106,10 @@ def with_code(text: str) -> str:
 
 
 def template(name: str) -> Any:
-    """A template of this package by its name, which escapes what it is given; raises Error if jinja2 is missing."""
+    """A template of this package by its name, which escapes what it is given and has the pages' `style`.
+
+    Raises Error if jinja2 is missing.
+    """
     try:
         import jinja2
         import markupsafe
@@ -117,8 +120,9 @@ def template(name: str) -> Any:
     )
     environment.filters["with_code"] = lambda text: markupsafe.Markup(with_code(text))
     environment.filters["number"] = lambda value: "" if value is None else f"{value:.4g}"
-    text = (files("warpmuscle.report") / "templates" / name).read_text(encoding="utf-8")
-    return environment.from_string(text)
+    folder = files("warpmuscle.report") / "templates"
+    environment.globals["style"] = (folder / "report.css").read_text(encoding="utf-8")
+    return environment.from_string((folder / name).read_text(encoding="utf-8"))
 
 
 def _figure(subject: Subject, kind: str, tell: Tell) -> Figure | None:
@@ -128,8 +132,12 @@ def _figure(subject: Subject, kind: str, tell: Tell) -> Figure | None:
         drawn = draw(subject, kind)
     except Absent:
         return None
-    data = base64.b64encode(picture(drawn, ".svg")).decode("ascii")
-    return Figure(KINDS[kind].description, f"data:image/svg+xml;base64,{data}")
+    return Figure(KINDS[kind].description, data_uri(drawn))
+
+
+def data_uri(drawn: Any) -> str:
+    """A figure of matplotlib as the source of an image in a page."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(picture(drawn, '.svg')).decode('ascii')}"
 
 
 def _headline(subject: Subject) -> list[tuple[str, str]]:

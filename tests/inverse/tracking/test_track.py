@@ -44,7 +44,7 @@ def elbow() -> tuple[BodyModel, Coordinates, np.ndarray]:
 
 def test_known_activations_come_back(elbow):
     body, recorded, truth = elbow
-    found = track(body, recorded, reserves=False)
+    found = track(body, recorded, reserves=False, window=WINDOW)
     assert np.degrees(found.rms.max()) < 0.1
     flexor, extensor = (body.muscles.index(name) for name in ("flexor", "extensor"))
     late = slice(10, -2)  # the recording's derivatives are least sure at its ends
@@ -55,7 +55,7 @@ def test_known_activations_come_back(elbow):
 
 def test_excitations_run_the_motion_by_themselves(elbow):
     body, recorded, _ = elbow
-    found = track(body, recorded, reserves=False)
+    found = track(body, recorded, reserves=False, window=WINDOW)
     assert not found.greatest_effort.any()
     rollout = Rollout(body.scene, 1, "cpu")
     rollout.set_initial(found.start[0][None], found.start[1][None], found.activation[:1])
@@ -68,7 +68,7 @@ def test_excitations_run_the_motion_by_themselves(elbow):
 
 def test_a_leg_with_loads_is_followed_in_space(leg):
     recorded = motion(30)
-    found = track(leg, recorded, loads(recorded.times), reserve=5.0, kp=400.0, kv=40.0)
+    found = track(leg, recorded, loads(recorded.times), reserve=5.0, kp=400.0, kv=40.0, window=0.01)
     turns = [k for k, unit in enumerate(found.units) if unit == "rad"]
     shifts = [k for k, unit in enumerate(found.units) if unit == "m"]
     assert np.degrees(found.rms[turns].max()) < 3.0
@@ -118,7 +118,7 @@ def test_a_walk_is_followed_as_by_opensims_cmc(reference_data):
     body = BodyModel(folder / "cmc" / "subject01_metabolics.osim", "cpu")
     recorded = read_coordinates(folder / "cmc" / "walk_subject_Kinematics_q.sto", body.scene)
     forces = read_loads(folder / "subject01_walk_grf.xml")
-    found = track(body, recorded, forces, filter=15.0, begin=0.3, end=1.3)
+    found = track(body, recorded, forces, filter=15.0, begin=0.3, end=1.3, window=0.01)
     turns = [k for k, unit in enumerate(found.units) if unit == "rad"]
     assert np.degrees(found.rms[turns].max()) < 0.5
     _, names, rows = table(folder / "cmc" / "walk_subject_Actuation_force.sto")
@@ -136,7 +136,7 @@ def test_a_walk_is_followed_as_by_opensims_cmc(reference_data):
         ({"window": 1.0}, "window is a number from 0.001 to 0.1"),
         ({"kp": float("nan")}, "kp is a number"),
         ({"gain": 1.0}, "no option 'gain'"),
-        ({"begin": 0.268}, "no window of 0.01 s"),
+        ({"begin": 0.268}, "no window of 0.015 s"),
         ({"begin": [0.0, 0.1]}, "one for each of 1 motion"),
     ],
 )

@@ -49,7 +49,7 @@ class TrackingOptions:
         residuals: whether forces act on the root that nothing makes.
     """
 
-    window: float = 0.01
+    window: float = 0.015
     kp: float = 100.0
     kv: float = 20.0
     reserve: float = 0.1
