@@ -7,7 +7,6 @@ import warp as wp
 
 from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, shaped_curves
-from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.inverse.muscle_moments import fibre_forces
 from warpmuscle.kernels.muscle.activation import activation_rate, activation_relaxed
 from warpmuscle.kernels.muscle.muscle import (
@@ -48,7 +47,7 @@ class Recordings:
     moment_arm: wp.array2d[float]  # (n, levers) m
 
 
-@func
+@wp.func
 def shaped_activation(linear: float, shape: float) -> float:
     """The nonlinear activation (e^(A u) - 1)/(e^A - 1) of a linear one (Buchanan et al. 2004, eq. 6)."""
     return (wp.exp(shape * linear) - 1.0) / (wp.exp(shape) - 1.0)
