@@ -1,4 +1,4 @@
-"""The command `warpmuscle sweep`."""
+"""The commands of sweeps: run one, join parts of one, and run and measure one that is a study."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
     from warpmuscle.sweep.board import SweepProgress
+    from warpmuscle.sweep.plan import Plan
     from warpmuscle.sweep.status import SweepStatus
 
 
@@ -38,6 +39,12 @@ def sweep(
     ] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads; of each task of a cluster.")] = None,
+    part: Annotated[
+        str | None, typer.Option(metavar="K/N", help="Run only part K of N, which `warpmuscle join` puts together.")
+    ] = None,
+    slurm: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Write a script for Slurm, an array of N parts, and end.")
+    ] = None,
     status: Annotated[bool, typer.Option("--status", help="Only print how far the sweep has got.")] = False,
     trust: Trust = False,
 ) -> None:
@@ -58,28 +65,147 @@ def sweep(
 
     with doubts_printed():
         plan = read(file)
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    if slurm is not None:
+        _write_script(plan, output, slurm, device, threads)
+        return
     start_warp()
     from warpmuscle.sweep.run import sweep as run
     from warpmuscle.sweep.status import sweep_status
 
-    output = output if output is not None else Path(f"{file.stem}.h5")
     begin = time.perf_counter()
     try:
         with searches_told(), _Bar() as bar:
             result = run(
-                plan, output, cluster=cluster, device=device, threads=threads, share=share,
+                plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
                 command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
             )  # fmt: skip
     except KeyboardInterrupt:
         log.print("what was evaluated is kept, and the same command goes on")
         raise typer.Exit(INTERRUPTED) from None
-    _print_status(sweep_status(output))
-    out.print(
-        f"wrote {output} with {number_of(result.gathered, 'run')} in {time.perf_counter() - begin:.1f} s", markup=False
-    )
+    _print_status(sweep_status(result.folder.path))
+    took = f"{time.perf_counter() - begin:.1f} s"
+    if part is not None:
+        again = _join_command(file, output)
+        out.print(f"part {part} is in {result.folder.path} after {took}; once all are: {again}", markup=False)
+    else:
+        out.print(f"wrote {output} with {number_of(result.gathered, 'run')} in {took}", markup=False)
     if result.failed:
         name, why = next(iter(result.failed.items()))
         raise Error(f"{len(result.failed)} of {number_of(len(result.manifest.runs), 'run')} failed; {name}: {why}")
+
+
+def join(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="TOML file of the sweep.")],
+    parts: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[PART]...", help="Folders of parts, by default beside the output."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="HDF5 file for all results; by default the name and .h5.")
+    ] = None,
+    incomplete: Annotated[
+        bool, typer.Option("--incomplete", help="Join the runs that have ended; by default all must have.")
+    ] = False,
+    trust: Trust = False,
+) -> None:
+    """Put parts of a sweep together, as if one process had run all of it.
+
+    Example: warpmuscle sweep weakness.toml --part 1/2; warpmuscle sweep weakness.toml --part 2/2;
+    warpmuscle join weakness.toml
+    """
+    from warpmuscle.sweep.plan import read
+
+    with doubts_printed():
+        plan = read(file)
+    from warpmuscle.sweep.join import join as joined
+
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    begin = time.perf_counter()
+    with _Bar() as bar:
+        result = joined(
+            plan, output, parts or [], incomplete=incomplete, command=f"warpmuscle sweep {shlex.quote(file.name)}",
+            progress=bar.update,
+        )  # fmt: skip
+    left = len(result.manifest.runs) - result.gathered
+    rest = f"; {number_of(left, 'run')} had not ended" if left else ""
+    out.print(
+        f"wrote {output} with {number_of(result.gathered, 'run')} in {time.perf_counter() - begin:.1f} s{rest}",
+        markup=False,
+    )
+
+
+def study(
+    file: Annotated[Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table [study].")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
+    ] = None,
+    device: Device = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
+    trust: Trust = False,
+) -> None:
+    """Run a sweep, measure its gaits, compare conditions over seeds, and put them beside what is expected.
+
+    Writes a page and a table of runs (.html, .csv) beside the results. Given again, the command goes on where it was;
+    what is measured and expected may have changed. Example: warpmuscle study weak_calves.toml
+    """
+    from warpmuscle.core.files import check_output, replace_file
+
+    start_driver(device)
+    from warpmuscle.sweep.plan import read
+
+    with doubts_printed():
+        plan = read(file)
+    if plan.study is None:
+        raise Error(f"{file}: no [study]: `warpmuscle sweep` runs it, and the manual says what a study is")
+    output = output if output is not None else Path(f"{file.stem}.h5")
+    page_file, table_file = output.with_suffix(".html"), output.with_suffix(".csv")
+    for path in (page_file, table_file):
+        check_output(path, "a study", (path.suffix,))
+    start_warp()
+    from warpmuscle.report.tables import aligned, write
+    from warpmuscle.sweep.run import sweep as run
+    from warpmuscle.sweep.study import page as study_page
+    from warpmuscle.sweep.study.measured import measured
+
+    begin, command = time.perf_counter(), f"warpmuscle study {shlex.quote(file.name)}"
+    try:
+        with searches_told(), _Bar() as bar:
+            done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
+    except KeyboardInterrupt:
+        log.print("what was evaluated is kept, and the same command goes on")
+        raise typer.Exit(INTERRUPTED) from None
+    with log.status("measuring"):
+        found = measured(plan, done)
+        page = study_page.page(found, plan, command)
+    rows = study_page.lines(found)
+    for line in [*aligned(rows, texts=rows[0].index("unit") + 1), *study_page.held_lines(found)]:
+        out.print(line, markup=False)
+    write(table_file, study_page.run_table(found), {})
+    replace_file(page_file, page)
+    took = f"{time.perf_counter() - begin:.1f} s"
+    out.print(f"{study_page.counted(found)}; wrote {page_file}, {table_file} and {output} in {took}", markup=False)
+    if done.failed:
+        name, why = next(iter(done.failed.items()))
+        raise Error(f"{len(done.failed)} of {number_of(len(done.manifest.runs), 'run')} failed; {name}: {why}")
+
+
+def _write_script(plan: Plan, output: Path, parts: int, device: str | None, threads: int | None) -> None:
+    from warpmuscle.sweep.slurm import slurm_script, write_slurm_script
+
+    if parts > len(plan.runs):
+        raise Error(f"--slurm {parts}: the sweep has only {number_of(len(plan.runs), 'run')}")
+    more = "" if device is None else f" --device {shlex.quote(device)}"
+    more += "" if threads is None else f" --threads {threads}"
+    script = output.with_suffix(".slurm")
+    write_slurm_script(script, slurm_script(plan.file, output, parts, more))
+    again = _join_command(plan.file, output)
+    out.print(f"wrote {script}: sbatch {script}; once all its jobs have ended: {again}", markup=False)
+
+
+def _join_command(file: Path, output: Path) -> str:
+    usual = output == Path(f"{file.stem}.h5")
+    return shlex.join(["warpmuscle", "join", str(file)] + ([] if usual else ["-o", str(output)]))
 
 
 def _print_status(status: SweepStatus) -> None:

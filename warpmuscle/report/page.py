@@ -61,7 +61,7 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     Raises:
         Error: jinja2 or matplotlib are not installed, or a reference holds no walk.
     """
-    template = _template()
+    page = template("report.html")
     tell = tell or (lambda what: None)
     result, others = subject.result, references or []
     drawn = {kind: _figure(subject, kind, tell) for kind in (*_SEARCH_FIGURES, *_MOTION_FIGURES)}
@@ -71,7 +71,7 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     rows = _rows(subject, others)
     tell("replay")
     return whole(
-        template.render(
+        page.render(
             result=result,
             scene=subject.scene,
             source=subject.source,
@@ -105,7 +105,8 @@ def with_code(text: str) -> str:
     return "".join(f"<code>{part}</code>" if k % 2 else part for k, part in enumerate(parts))
 
 
-def _template() -> Any:
+def template(name: str) -> Any:
+    """A template of this package by its name, which escapes what it is given; raises Error if jinja2 is missing."""
     try:
         import jinja2
         import markupsafe
@@ -116,7 +117,7 @@ def _template() -> Any:
     )
     environment.filters["with_code"] = lambda text: markupsafe.Markup(with_code(text))
     environment.filters["number"] = lambda value: "" if value is None else f"{value:.4g}"
-    text = (files("warpmuscle.report") / "templates" / "report.html").read_text(encoding="utf-8")
+    text = (files("warpmuscle.report") / "templates" / name).read_text(encoding="utf-8")
     return environment.from_string(text)
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -26,11 +27,18 @@ _PARAMETERS = ("min", "max", "step", "value")
 _HISTORY = ("generation", "search", "best", "median", "spread", "sigma", "asks_crc32", "stage")
 
 
+class _Blank(NamedTuple):
+    """A file without numbers."""
+
+    content: bytes
+    places: dict[str, int]  # of datasets whose numbers lie in the file as they are: the byte of their first
+
+
 class Stamps:
     """Makes result files, and keeps what those of one kind have in common."""
 
     def __init__(self) -> None:
-        self._blanks: OrderedDict[Any, bytes] = OrderedDict()
+        self._blanks: OrderedDict[Any, _Blank] = OrderedDict()
 
     def image(self, result: Result) -> bytes:
         """The bytes of a result file; raises ResultError as `result.write`."""
@@ -42,29 +50,51 @@ class Stamps:
         key = (_texts(result), tuple((path, array.shape, array.dtype.str) for path, array in numbers.items()))
         blank = self._blanks.pop(key, None)
         if blank is None:
-            blank = image(_without_numbers(result))
+            blank = _blank(image(_without_numbers(result)), numbers)
         self._blanks[key] = blank  # the last ones used come last
         while len(self._blanks) > KEPT:
             self._blanks.popitem(last=False)
         return _stamped(blank, result, numbers)
 
 
-def _stamped(content: bytes, result: Result, numbers: dict[str, NDArray[Any]]) -> bytes:
-    """A file without numbers with those of a result."""
-    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
-    access.set_fapl_core(backing_store=False)
-    access.set_file_image(content)
-    file = h5py.h5f.open(b"image", h5py.h5f.ACC_RDWR, access)
-    try:
-        whole = h5py.h5s.ALL
+def _blank(content: bytes, numbers: dict[str, NDArray[Any]]) -> _Blank:
+    with _opened(content) as file:
+        places = {}
         for path, array in numbers.items():
-            if array.size:
+            dataset = h5py.h5d.open(file, path.encode())
+            plain = dataset.get_create_plist().get_layout() == h5py.h5d.CONTIGUOUS
+            if plain and array.size and dataset.dtype == array.dtype:
+                places[path] = dataset.get_offset()
+    return _Blank(content, places)
+
+
+def _stamped(blank: _Blank, result: Result, numbers: dict[str, NDArray[Any]]) -> bytes:
+    """A file without numbers with those of a result."""
+    whole = h5py.h5s.ALL
+    with _opened(blank.content) as file:
+        for path, array in numbers.items():
+            if array.size and path not in blank.places:
                 h5py.h5d.open(file, path.encode()).write(whole, whole, np.ascontiguousarray(array))
         text = np.array(result.scene, dtype=h5py.string_dtype())
         h5py.h5d.open(file, b"scene").write(whole, whole, text, mtype=h5py.h5t.py_create(text.dtype))
         h5py.h5a.open(h5py.h5g.open(file, b"/"), b"seed").write(np.array(result.seed, dtype=np.int64))
         h5py.h5f.flush(file)
-        return bytes(file.get_file_image())
+        content = bytearray(file.get_file_image())
+    for path, place in blank.places.items():
+        raw = numbers[path].tobytes()
+        content[place : place + len(raw)] = raw
+    return bytes(content)
+
+
+@contextmanager
+def _opened(content: bytes) -> Iterator[Any]:
+    """A file in memory that begins as a copy of these bytes."""
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_fapl_core(backing_store=False)
+    access.set_file_image(content)
+    file = h5py.h5f.open(b"image", h5py.h5f.ACC_RDWR, access)
+    try:
+        yield file
     finally:
         file.close()
 

@@ -2,6 +2,6 @@
 
 `plan.py` says what a sweep file holds; `run.py` runs one.
 
-May import: learning and all below.
+May import: report and all below.
 To add: a key of sweep files to `plan`; a place where runs go on beside `local` and `cluster`.
 """

@@ -12,7 +12,7 @@ import os
 import secrets
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -156,20 +156,16 @@ class Folder:
         finally:
             os.close(handle)
 
-    def begin(self, plan: Plan, device: str) -> Manifest:
+    def begin(self, plan: Plan, device: str, began: Mapping[str, str] | None = None) -> Manifest:
         """Put down what the sweep consists of, or find that it goes on with an earlier one, perhaps with further runs.
 
         Args:
-            device: kind, cpu or cuda.
+            device: kind, cpu or cuda. began: when, where and by which commit, by default now and here.
 
         Raises:
             ResultError: it is another sweep, or on another kind of device, or nothing can be written.
         """
-        texts: dict[int, str] = {}  # of scenes, of which many runs may have the same one
-        entries = tuple(
-            RunEntry(run.name, digest(run, texts), run.candidates, run.seed, dict(run.axes), dict(run.units))
-            for run in plan.runs
-        )
+        entries = entries_of(plan)
         if (self.path / MANIFEST).exists():
             earlier = self.manifest()
             self._compare(earlier, entries, plan.file)
@@ -182,7 +178,8 @@ class Folder:
                 return earlier
             manifest = msgspec.structs.replace(earlier, text=plan.text, runs=entries)
         else:
-            manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries, plan.trains, origin())
+            begun = origin() if began is None else dict(began)
+            manifest = Manifest(plan.name, plan.text, secrets.token_hex(8), device, entries, plan.trains, begun)
         try:
             replace_file(self.path / MANIFEST, msgspec.json.format(msgspec.json.encode(manifest)))
         except SceneError as error:
@@ -285,6 +282,15 @@ class Folder:
         best = float(cost[stage == stage.max()].min()) if len(cost) else np.inf
         over = ended not in GOES_ON and not journal_path(path).exists()
         return RunState(entry.name, True, ended if over else "", len(cost), entry.candidates, best)
+
+
+def entries_of(plan: Plan) -> tuple[RunEntry, ...]:
+    """The runs of a plan as a manifest has them."""
+    texts: dict[int, str] = {}  # of scenes, of which many runs may have the same one
+    return tuple(
+        RunEntry(run.name, digest(run, texts), run.candidates, run.seed, dict(run.axes), dict(run.units))
+        for run in plan.runs
+    )
 
 
 def _in_rounds(entry: RunEntry, known: Known | None) -> RunState:

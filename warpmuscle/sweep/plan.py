@@ -64,6 +64,7 @@ from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
 from warpmuscle.sweep.samples import Sample, sampled
+from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
 OWN = ("seed", "scene")  # keys of a run that are none of its scene
@@ -94,6 +95,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     grid: dict[str, Any] | list[dict[str, Any]] = {}
     run: list[dict[str, Any]] = []
     sample: Sample | None = None
+    study: StudyTable | None = None
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ class Plan:
     name: str
     text: str  # of the file
     runs: tuple[SweepRun, ...]
+    study: Study | None = None  # that the runs are to show something in
 
     @property
     def trains(self) -> bool:
@@ -178,7 +181,11 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     normal = {axis[0].axis: 1.0 for axes in grids for axis in axes if axis[0].factor}
     if normal:
         runs = [replace(run, axes=normal | dict(run.axes)) for run in runs]
-    return Plan(path, file.name or path.stem, source.text, tuple(runs))
+    name = file.name or path.stem
+    if file.study is not None and file.training is not None:
+        raise SceneError("a study measures the best motions of searches; trainings have none", key="study")
+    study = None if file.study is None else study_of(file.study, name, [run.axes for run in runs])
+    return Plan(path, name, source.text, tuple(runs), study)
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

@@ -18,6 +18,7 @@ from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
 from warpmuscle.sweep.local import run_here
 from warpmuscle.sweep.named_code import named_by
+from warpmuscle.sweep.part import part_of
 from warpmuscle.sweep.plan import Plan, read
 from warpmuscle.sweep.rounds import remove_known
 from warpmuscle.sweep.task import Task
@@ -42,6 +43,7 @@ def sweep(
     device: str | None = None,
     threads: int | None = None,
     share: int | None = None,
+    part: str | None = None,
     command: str = "",
     progress: Tell | None = None,
     trust: bool = False,
@@ -60,6 +62,7 @@ def sweep(
         threads: CPU threads, of each task of a cluster 1 by default.
         share: how many runs share the batches of a task of a cluster; by default one on CPUs, and as many as there are
             for each GPU.
+        part: such as 3/40: only these runs, in a folder of their own, see `part.py`; nothing is gathered.
         command: put into the results as what made them.
         progress: called several times a second of work.
         trust: let code run that the scenes name, here and on a cluster.
@@ -77,10 +80,16 @@ def sweep(
     check_writable(output)
     check_same_study(output, plan.name)
     folder = Folder.of(output)
+    target: Path | None = output
+    if part is not None:
+        if cluster is not None:
+            raise Error("a part runs on one machine; leave the cluster out")
+        chosen = part_of(part)
+        plan, folder, target = chosen.of(plan), chosen.folder(output), None
     if plan.trains:
         if cluster is not None:
             raise Error("trainings run on one machine, one after the other; leave the cluster out")
-        return _train(plan, folder, output, device, threads, command, progress)
+        return _train(plan, folder, target, device, threads, command, progress)
     tasks = [Task(run.name, run.scene, run.seed, run.options, command) for run in plan.runs]
     if cluster is not None:
         from warpmuscle.sweep.cluster import Cluster
@@ -89,7 +98,7 @@ def sweep(
             manifest = folder.begin(plan, on.device_kind)
             board = Board(folder, manifest, progress)
             failed = on.run(board.left(tasks), folder, manifest, share, board.look, code)
-            gathered = _finish(folder, manifest, board, output, command)
+            gathered = _finish(folder, manifest, board, target, command)
     else:
         found = find_devices(device)[0]
         with folder.at_work():
@@ -98,13 +107,14 @@ def sweep(
             failed = run_here(
                 board.left(tasks), folder.path, devices_name(device), threads, board.report, board.finished
             )
-            gathered = _finish(folder, manifest, board, output, command)
+            gathered = _finish(folder, manifest, board, target, command)
     return SweepResult(manifest, folder, gathered, failed)
 
 
 def _train(
-    plan: Plan, folder: Folder, output: Path, device: str | None, threads: int | None, command: str, tell: Tell | None
-) -> SweepResult:
+    plan: Plan, folder: Folder, output: Path | None, device: str | None, threads: int | None, command: str,
+    tell: Tell | None,
+) -> SweepResult:  # fmt: skip
     """Run all trainings; see `sweep`."""
 
     def report(name: str, progress: TrainingProgress) -> None:
@@ -118,15 +128,25 @@ def _train(
         try:
             failed = run_trainings(plan, folder, device, threads, command, report)
         finally:
-            gathered = gather_trainings(folder, manifest, output, command)
-        remove_leftovers(output)
+            gathered = 0 if output is None else gather_trainings(folder, manifest, output, command)
+        if output is not None:
+            remove_leftovers(output)
     return SweepResult(manifest, folder, gathered, failed)
 
 
-def _finish(folder: Folder, manifest: Manifest, board: Board, output: Path, command: str) -> int:
-    """Gather all that the runs have come to, unless the file has it."""
+def gather_all(folder: Folder, manifest: Manifest, output: Path, command: str, tell: Tell | None) -> int:
+    """Gather what is in the folder of a sweep; how many runs the file has. Raises ResultError as `gather`."""
+    if manifest.trains:
+        return gather_trainings(folder, manifest, output, command)
+    return _finish(folder, manifest, Board(folder, manifest, tell), output, command)
+
+
+def _finish(folder: Folder, manifest: Manifest, board: Board, output: Path | None, command: str) -> int:
+    """Gather all that the runs have come to, unless the file has it, or there is to be none."""
     board.look()
     remove_known(folder.path, [state.name for state in board.states if not state.ended])
+    if output is None:
+        return 0
     if folder.is_gathered(manifest, board.states, output, command):
         return len(board.states)
     gathered = gather(folder, manifest, board.states, output, command, board.gathering)

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.sweep.folder import RunState, folder_of
+from warpmuscle.core.errors import Error
+from warpmuscle.sweep.folder import Folder, Manifest, RunState, folder_of
+from warpmuscle.sweep.part import part_folders
 from warpmuscle.sweep.trainings import training_state
 
 
@@ -48,13 +50,28 @@ class SweepStatus:
 def sweep_status(file: str | Path) -> SweepStatus:
     """What a sweep has come to, by its sweep file, its output or its folder; disturbs nobody who works on it.
 
+    Where parts of it have begun beside it, and nothing else has, it is what they have come to.
+
     Raises:
         Error: no sweep of that file has begun.
     """
-    folder = folder_of(Path(file))
-    manifest = folder.manifest()
+    try:
+        folders = [folder_of(Path(file))]
+    except Error:
+        parts = part_folders(Path(file))
+        folders = list((parts or part_folders(Path(Path(file).name))).values())
+        if not folders:
+            raise
+    manifests = [folder.manifest() for folder in folders]
+    states = [
+        state for folder, manifest in zip(folders, manifests, strict=True) for state in states_of(folder, manifest)
+    ]
+    busy = any(folder.busy() for folder in folders)
+    return SweepStatus(manifests[0].name, busy, tuple(states), manifests[0].trains)
+
+
+def states_of(folder: Folder, manifest: Manifest) -> list[RunState]:
+    """What the runs of a folder have come to."""
     if manifest.trains:
-        states = [training_state(folder.result(entry.name), entry) for entry in manifest.runs]
-    else:
-        states = folder.states(manifest)
-    return SweepStatus(manifest.name, folder.busy(), tuple(states), manifest.trains)
+        return [training_state(folder.result(entry.name), entry) for entry in manifest.runs]
+    return folder.states(manifest)

@@ -1,0 +1,109 @@
+"""A study from its file to its page: measures are those of its runs' motions, and nothing in it can run."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import command_line
+from warpmuscle.core.errors import Error
+from warpmuscle.gait.quality import gait_measures
+from warpmuscle.optimization.best_scene import recorded_scene
+from warpmuscle.results.result import read as read_result
+from warpmuscle.sweep.plan import read
+from warpmuscle.sweep.run import sweep
+from warpmuscle.sweep.study import page as study_page
+from warpmuscle.sweep.study.measured import StudyResult, measured
+
+TEXT = """
+scene = "fwalk"
+[set]
+duration = 4
+[search]
+strategy = "random"
+candidates = 2
+sigma = 0.01
+[grid]
+seed = [1, 2]
+load = { keys = ["character.bodies.torso.mass"], factors = [1, 1.2] }
+[study]
+title = "Loads <script>alert(1)</script>"
+measures = ["cost", "speed", "step*"]
+[[study.expected]]
+measure = "speed"
+change = "falls"
+source = "nobody"
+[[study.expected]]
+measure = "cadence"
+value = 3.5
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "loads.toml").write_text(TEXT)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> StudyResult:
+    plan = read(folder / "loads.toml")
+    return measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
+
+
+def test_measures_are_those_of_the_best_motions(found: StudyResult, folder: Path):
+    assert found.measures == ["cost", "speed", "step length", "step width", "cadence"]
+    assert len(found.runs) == 4
+    for run in found.runs:
+        result = read_result(folder / "loads.h5", run.run.name)
+        alone = gait_measures(result.replays[0], recorded_scene(result))
+        assert result.best is not None
+        assert run.measures == {"cost": result.best.cost} | alone
+    row = next(row for row in found.rows if row.measure == "speed")
+    for cell, condition in zip(row.cells, (1.0, 1.2), strict=True):
+        speeds = [run.measures["speed"] for run in found.runs if run.condition == condition]
+        assert cell.spread.median == pytest.approx(np.median(speeds))
+
+
+def test_what_is_expected_stays_open_with_two_seeds(found: StudyResult):
+    assert [(held.expected.measure, held.cell.condition, held.verdict) for held in found.held] == [
+        ("speed", 1.2, "open"), ("cadence", 1.2, "open"),
+    ]  # fmt: skip
+
+
+def test_a_measure_that_no_run_gives_is_named(folder: Path, tmp_path: Path):
+    file = tmp_path / "loads.toml"
+    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    plan = read(file)
+    with pytest.raises(Error, match="the study asks for 'step lenght'; did you mean 'step length'"):
+        measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
+
+
+def test_the_page_has_every_number_and_nothing_that_runs(found: StudyResult, folder: Path):
+    page = study_page.page(found, read(folder / "loads.toml"), "warpmuscle study loads.toml")
+    assert "<script" not in page
+    assert "Loads &lt;script&gt;" in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    assert "4 runs, 2 conditions, 2 seeds; 4 walked to the end; of what was expected 2 open" in page
+    for row in found.rows:
+        for cell in row.cells:
+            assert f'<td class="n">{study_page.number(row.unit, cell.spread.median)}<small>' in page
+
+
+def test_the_command_writes_page_and_table_and_refuses_what_is_no_study(folder: Path, tmp_path: Path):
+    (tmp_path / "loads.toml").write_text(TEXT)
+    done = command_line.run("study", "loads.toml", "--device", "cpu", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "open: speed falls at 1.2; found" in done.stdout
+    rows = list(csv.DictReader((tmp_path / "loads.csv").read_text().splitlines()))
+    assert [(row["seed"], row["load"], row["walked"]) for row in rows] == [
+        ("1", "1", "yes"), ("1", "1.2", "yes"), ("2", "1", "yes"), ("2", "1.2", "yes"),
+    ]  # fmt: skip
+    assert all(0.1 < float(row["speed (m/s)"]) < 2.0 for row in rows)
+    assert (tmp_path / "loads.html").exists()
+    (tmp_path / "plain.toml").write_text(TEXT[: TEXT.index("[study]")])
+    refused = command_line.run("study", "plain.toml", folder=tmp_path)
+    assert refused.returncode == 2
+    assert "plain.toml: no [study]" in refused.stderr

@@ -1,0 +1,80 @@
+"""What a sweep file says of its study is understood, or refused with its place."""
+
+from pathlib import Path
+
+import pytest
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.sweep.plan import Plan, read
+from warpmuscle.sweep.study.table import label
+
+HEAD = """
+scene = "fwalk"
+[search]
+candidates = 4
+[grid]
+seed = [1, 2]
+strength = { keys = ["character.bodies.torso.mass"], factors = [1, 0.5] }
+"""
+
+
+def planned(folder: Path, text: str) -> Plan:
+    file = folder / "study.toml"
+    file.write_text(text)
+    return read(file)
+
+
+def test_the_only_axis_is_the_condition_and_its_first_value_the_reference(tmp_path: Path):
+    study = planned(tmp_path, HEAD + "[study]\n").study
+    assert study is not None
+    assert (study.title, study.condition, study.reference, study.usual) == ("study", "strength", 1.0, True)
+    assert planned(tmp_path, HEAD).study is None
+
+
+def test_one_of_several_axes_is_the_condition_and_the_others_make_series(tmp_path: Path):
+    text = HEAD + '"objective.torque" = [1, 2]\n[study]\ncondition = "torque"\nreference = 2\n'
+    plan = planned(tmp_path, text)
+    study = plan.study
+    assert study is not None
+    assert study.reference == 2.0
+    assert {study.condition_of(run.axes) for run in plan.runs} == {1.0, 2.0}
+    assert {study.series_of(run.axes) for run in plan.runs} == {"normal", "strength 0.5"}
+
+
+def test_without_a_condition_all_axes_are_it(tmp_path: Path):
+    plan = planned(tmp_path, HEAD + '"objective.torque" = [2, 3]\n[study]\nreference = "torque 2"\n')
+    study = plan.study
+    assert study is not None
+    found = {study.condition_of(run.axes) for run in plan.runs}
+    assert found == {"torque 2", "torque 3", "strength 0.5, torque 2", "strength 0.5, torque 3"}
+    assert {study.series_of(run.axes) for run in plan.runs} == {""}
+    assert label({"run": "brace", "seed": 3.0}) == "brace"
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ('[study]\ncondition = "strenght"\n', "no axis 'strenght'; did you mean 'strength'"),
+        ("[study]\nreference = 0.7\n", "no run has the condition 0.7; they are: 1, 0.5"),
+        ('[study]\n[[study.expected]]\nmeasure = "speed"\n', "says neither a change"),
+        (
+            '[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "sinks"\n',
+            "'sinks' is none of '', 'falls', 'rises'",
+        ),
+        ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nat = 3\n', "no run has the condition 3"),
+        ("[study]\nmeasure = []\n", "measure"),
+        ("study = 3\n", "study"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_with_its_place(tmp_path: Path, table: str, words: str):
+    with pytest.raises(SceneError, match=words) as caught:
+        planned(tmp_path, (table + HEAD) if table.startswith("study =") else HEAD + table)
+    assert "study.toml" in str(caught.value)
+
+
+def test_trainings_are_no_study(tmp_path: Path):
+    text = HEAD.replace("[search]\ncandidates = 4", "[training]\niterations = 2").replace('"fwalk"', '"reflex_planar"')
+    text = text[: text.index("strength")]
+    assert planned(tmp_path, text).trains
+    with pytest.raises(SceneError, match="trainings have none"):
+        planned(tmp_path, text + "[study]\n")

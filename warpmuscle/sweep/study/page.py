@@ -1,0 +1,216 @@
+"""What a study has come to, as lines of text, as a table of runs, and as one HTML page."""
+
+from __future__ import annotations
+
+import base64
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from warpmuscle.core.files import shown
+from warpmuscle.core.plain_text import number_of
+from warpmuscle.gait.table import DECIMALS
+from warpmuscle.plots.conditions import Lines, Panel, draw_conditions
+from warpmuscle.plots.style import picture, style
+from warpmuscle.report.page import template
+from warpmuscle.results.records import installed_versions
+from warpmuscle.studies.conditions import CLEAR, Condition
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
+
+VERDICTS = (
+    "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
+    "expected, or has the expected value. Contradicts: it lies on the other side, or does not have it. Open: so few "
+    "seeds cannot tell; it takes six or more."
+)
+
+
+def text_of(condition: Condition) -> str:
+    """A condition in words."""
+    return condition if isinstance(condition, str) else shown(condition)
+
+
+def number(unit: str, value: float) -> str:
+    """A value with as many decimals as its unit is worth; empty if there is none."""
+    if not np.isfinite(value):
+        return ""
+    return f"{value:.{DECIMALS[unit]}f}" if unit in DECIMALS else f"{value:.4g}"
+
+
+def lines(found: StudyResult) -> list[tuple[str, ...]]:
+    """The study as it is printed: a row a measure and series, with the median of each condition."""
+    conditions = _conditions(found)
+    several = len({row.series for row in found.rows}) > 1
+    head = (*(("series",) if several else ()), "measure", "unit", *map(text_of, conditions), "trend")
+    rows = [head]
+    for row in found.rows:
+        cells = {cell.condition: number(row.unit, cell.spread.median) for cell in row.cells}
+        series = (row.series,) if several else ()
+        rows.append((*series, row.measure, row.unit, *(cells.get(c, "") for c in conditions), _trend(row)))
+    return rows
+
+
+def held_lines(found: StudyResult) -> list[str]:
+    """What was expected, a line each."""
+    return [
+        f"{held.verdict}: {held.expected.measure} {_expected(held, found)} at {_where(held)}; "
+        f"found {_found(held, found)}" + (f" ({held.expected.source})" if held.expected.source else "")
+        for held in found.held
+    ]
+
+
+def run_table(found: StudyResult) -> list[tuple[str, ...]]:
+    """A row a run: name, seed, what sets it apart, whether it walked to the end, and all its measures."""
+    axes = list(dict.fromkeys(axis for run in found.runs for axis in run.run.axes if axis != "seed"))
+    units = {row.measure: row.unit for row in found.rows}
+    head = ("run", "seed", *axes, "walked", *(f"{name} ({unit})" if unit else name for name, unit in units.items()))
+    rows = [head]
+    for run in found.runs:
+        values = (run.measures.get(name) for name in units)
+        texts = ("" if value is None else repr(float(value)) for value in values)
+        own = (text_of(run.run.axes[axis]) if axis in run.run.axes else "" for axis in axes)
+        rows.append((run.run.name, str(run.run.seed), *own, "yes" if run.walked else "no", *texts))
+    return rows
+
+
+def page(found: StudyResult, plan: Plan, command: str) -> str:
+    """The page; raises Error if jinja2 or matplotlib are missing."""
+    series = list(dict.fromkeys(row.series for row in found.rows))
+    tables = [_table(found, one, len(series) > 1) for one in series]
+    with style():
+        figure = base64.b64encode(picture(_figure(found), ".svg")).decode("ascii")
+    versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
+    return str(
+        template("study.html").render(
+            title=found.study.title,
+            text=found.study.text,
+            counted=counted(found),
+            held=[_held(held, found) for held in found.held],
+            reference=text_of(found.study.reference),
+            verdicts=VERDICTS,
+            figure=f"data:image/svg+xml;base64,{figure}",
+            diamonds=any(held.expected.value is not None for held in found.held),
+            tables=tables,
+            left_out=[(run.run.name, run.why or "fell") for run in found.runs if run.why or not run.walked],
+            sweep=plan.text,
+            made=f"{command}; {versions}",
+        )
+    )
+
+
+def counted(found: StudyResult) -> str:
+    """How many runs there are, of how many conditions, and how many walked."""
+    conditions, seeds = _conditions(found), {run.run.seed for run in found.runs}
+    walked = sum(run.walked for run in found.runs)
+    verdicts = Counter(held.verdict for held in found.held)
+    text = (
+        f"{number_of(len(found.runs), 'run')}, {number_of(len(conditions), 'condition')}, "
+        f"{number_of(len(seeds), 'seed')}; {walked} walked to the end"
+    )
+    if found.held:
+        text += "; of what was expected " + ", ".join(f"{count} {word}" for word, count in sorted(verdicts.items()))
+    return text
+
+
+def _conditions(found: StudyResult) -> list[Condition]:
+    return list(dict.fromkeys(run.condition for run in found.runs))
+
+
+def _trend(row: Row) -> str:
+    if row.trend is None:
+        return ""
+    word = "" if row.trend.chance < CLEAR else " (unclear)"
+    return f"{row.trend.tau:+.2f}{word}"
+
+
+def _table(found: StudyResult, series: str, several: bool) -> dict[str, Any]:
+    rows = [row for row in found.rows if row.series == series]
+    cells = rows[0].cells if rows else ()
+    heads = [
+        text_of(cell.condition) + ("" if cell.walked == cell.runs else f" ({cell.walked} of {cell.runs} walked)")
+        for cell in cells
+    ]
+    return {
+        "title": series if several else (found.study.condition or "Conditions"),
+        "heads": heads,
+        "rows": [
+            {
+                "measure": row.measure,
+                "unit": row.unit,
+                "cells": [{"median": number(row.unit, c.spread.median), "band": _band(row.unit, c)} for c in row.cells],
+                "trend": "" if row.trend is None else f"{row.trend.tau:+.2f}, p {row.trend.chance:.2g}",
+            }
+            for row in rows
+        ],
+    }
+
+
+def _band(unit: str, cell: Any) -> str:
+    spread = cell.spread
+    return f"{number(unit, spread.low)} to {number(unit, spread.high)}" if spread.count > 1 else ""
+
+
+def _expected(held: Held, found: StudyResult) -> str:
+    """What was expected, in words."""
+    words: list[str] = [held.expected.change] if held.expected.change else []
+    if held.expected.value is not None:
+        words.append(f"by {number(_unit(held, found), held.expected.value)} {_unit(held, found)}".rstrip())
+    return " ".join(words)
+
+
+def _where(held: Held) -> str:
+    return text_of(held.cell.condition) + (f", {held.series}" if held.series else "")
+
+
+def _found(held: Held, found: StudyResult) -> str:
+    unit, change, (low, high) = _unit(held, found), held.cell.change, held.cell.interval
+    interval = f" ({number(unit, low)} to {number(unit, high)})" if np.isfinite(low) else ""
+    if not change.count:
+        return "no pairs of runs with the same seed"
+    return f"{number(unit, change.median)} {unit}".rstrip() + f"{interval}, {number_of(change.count, 'pair')}"
+
+
+def _unit(held: Held, found: StudyResult) -> str:
+    return next(row.unit for row in found.rows if row.measure == held.expected.measure)
+
+
+def _held(held: Held, found: StudyResult) -> dict[str, str]:
+    return {
+        "measure": held.expected.measure,
+        "condition": _where(held),
+        "expected": _expected(held, found),
+        "found": _found(held, found),
+        "verdict": held.verdict,
+        "source": held.expected.source,
+    }
+
+
+def _figure(found: StudyResult) -> Any:
+    conditions = _conditions(found)
+    place = {condition: number for number, condition in enumerate(conditions)}
+    panels = []
+    for measure in found.measures:
+        rows = [row for row in found.rows if row.measure == measure]
+        several = len(rows) > 1
+        panels.append(Panel(measure, rows[0].unit, tuple(_line(found, row, place, several) for row in rows)))
+    return draw_conditions(found.study.condition or "condition", conditions, panels)
+
+
+def _line(found: StudyResult, row: Row, place: dict[Condition, int], several: bool) -> Lines:
+    runs = [run for run in found.runs if run.series == row.series]
+    spreads = {cell.condition: cell.spread for cell in row.cells}
+
+    def column(name: str) -> Any:
+        return np.array([getattr(spreads[c], name) if c in spreads else np.nan for c in place])
+
+    base = spreads[found.study.reference].median if found.study.reference in spreads else np.nan
+    expected = [
+        (place[held.cell.condition], base + held.expected.value)
+        for held in found.held
+        if held.series == row.series and held.expected.measure == row.measure and held.expected.value is not None
+    ]
+    return Lines(
+        row.series if several else "", column("median"), column("low"), column("high"),
+        tuple(place[run.condition] for run in runs), values_of(runs, row.measure), tuple(expected),
+    )  # fmt: skip
