@@ -12,9 +12,11 @@ machine is as busy for both.
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +24,14 @@ import msgspec
 import numpy as np
 
 from warpmuscle.formats import load
+from warpmuscle.view.crowd import Facts
 from warpmuscle.view.live import PICTURES, Live
 from warpmuscle.view.live_run import LiveRun
 from warpmuscle.view.sources import of_scene, page_of_sights
 
 SETTLED = 0.2  # of the time, after which memory is compared
 ROUNDS = 3
+CORES = 2
 SPARING = "const soon = requestAnimationFrame; requestAnimationFrame = (f) => setTimeout(() => soon(f), %f)"
 WINDOW = {"width": 1280, "height": 800}  # px
 
@@ -131,23 +135,43 @@ def count_pictures(browser: Any, given: argparse.Namespace) -> None:
     sight = of_scene(msgspec.structs.replace(load(given.scene), duration=3.0), "cpu")[0]
     with tempfile.TemporaryDirectory() as folder:
         own = Path(folder) / "many.html"
-        page_of_sights([sight] * given.bipeds).save(own)
+        crowd = [replace(sight, facts=Facts(cost=float(k))) for k in range(given.bipeds)]
+        page_of_sights(crowd).save(own)
         pages = [own] + ([given.against.resolve()] if given.against else [])
-        found: dict[Path, list[tuple[float, float]]] = {page: [] for page in pages}
+        found: dict[Path, list[tuple[float, float, float]]] = {page: [] for page in pages}
         for _ in range(ROUNDS):
             for path in pages:
                 found[path].append(rate_of(browser, path, given.seconds))
         for path, rows in found.items():
-            rates, scripts = np.transpose(rows)
+            rates, scripts, spent = np.transpose(rows)
             print(f"{path.name}: {np.median(rates):.1f} pictures/s ({', '.join(f'{rate:.1f}' for rate in rates)}), "
-                  f"{np.median(scripts):.1f} ms of JavaScript a picture")  # fmt: skip
+                  f"{np.median(scripts):.1f} ms of JavaScript and {np.median(spent):.0f} ms of processors a picture, "
+                  f"so {CORES * 1000.0 / np.median(spent):.0f} pictures/s at most on {CORES} free ones")  # fmt: skip
         if given.against:
-            ratios = np.divide([rate for rate, _ in found[pages[0]]], [rate for rate, _ in found[pages[1]]])
+            ratios = np.divide([row[0] for row in found[pages[0]]], [row[0] for row in found[pages[1]]])
             print(f"ours over the other: {np.median(ratios):.2f} ({', '.join(f'{ratio:.2f}' for ratio in ratios)})")
 
 
-def rate_of(browser: Any, path: Path, seconds: float) -> tuple[float, float]:
-    """Pictures a second that a page draws once it has found its resolution, and ms of JavaScript each."""
+def processor_time() -> float:
+    """Seconds of processors that all processes have taken that this one has started, and that they have started."""
+    parents, spent = {}, {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended
+            continue
+        parents[int(folder.name)], spent[int(folder.name)] = int(fields[1]), int(fields[11]) + int(fields[12])
+
+    def ours(one: int) -> bool:
+        while one in parents and one != os.getpid():
+            one = parents[one]
+        return one == os.getpid()
+
+    return sum(ticks for one, ticks in spent.items() if ours(one)) / os.sysconf("SC_CLK_TCK")
+
+
+def rate_of(browser: Any, path: Path, seconds: float) -> tuple[float, float, float]:
+    """Pictures a second that a page draws once it has found its resolution, and ms of JavaScript and of all each."""
     page = browser.new_page(viewport=WINDOW)
     page.set_default_timeout(120_000)
     page.goto(path.as_uri())
@@ -161,11 +185,14 @@ def rate_of(browser: Any, path: Path, seconds: float) -> tuple[float, float]:
         metrics = {each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]}
         return now, pictures, 1000.0 * metrics["ScriptDuration"]
 
-    before = counted()
+    before, began = counted(), processor_time()
     page.wait_for_timeout(1000.0 * seconds)
     passed, pictures, script = np.subtract(counted(), before)
+    spent = 1000.0 * (processor_time() - began)
     page.close()
-    return float(1000.0 * pictures / passed), float(script / max(pictures, 1.0))
+    return tuple(
+        float(one) for one in (1000.0 * pictures / passed, script / max(pictures, 1.0), spent / max(pictures, 1.0))
+    )
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.kinematics import inverse_kinematics
     from warpmuscle.inverse.scaling import scale
     from warpmuscle.inverse.static_optimization import static_optimization
+    from warpmuscle.inverse.tracking.track import track
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.optimization.evaluator import Evaluator
     from warpmuscle.optimization.optimize import optimize
@@ -53,7 +54,7 @@ __all__ = [
     "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
     "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout",
     "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate",
-    "static_optimization", "trust", "write",
+    "static_optimization", "track", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -67,7 +68,8 @@ _HOMES = {
     "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
-    "Sweep": "results.sweeps", "trust": "scene.trusted_code", "write": "results.result",
+    "Sweep": "results.sweeps", "track": "inverse.tracking.track", "trust": "scene.trusted_code",
+    "write": "results.result",
 }  # fmt: skip
 
 

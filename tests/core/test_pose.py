@@ -113,3 +113,12 @@ def test_coordinates_of_the_biped_are_those_of_mujoco(mujoco_oracle):
             angle, rate = joint_type(joint).nearest(joint, *motion)
             np.testing.assert_allclose(angle[0], [qpos[model.joint(label).qposadr[0]] for label in labels], atol=1e-9)
             np.testing.assert_allclose(rate[0], [qvel[model.joint(label).dofadr[0]] for label in labels], atol=1e-9)
+
+
+def test_rotation_vectors_are_undone():
+    v = np.random.default_rng(3).normal(size=(N, 3))
+    v *= np.random.default_rng(4).uniform(1e-9, 3.1, (N, 1)) / np.linalg.norm(v, axis=1, keepdims=True)
+    q = pose.from_rotation_vector(v)
+    np.testing.assert_allclose(pose.rotation_vector(q), v, atol=1e-12)
+    np.testing.assert_allclose(pose.rotation_vector(-q), v, atol=1e-12)
+    np.testing.assert_array_equal(pose.rotation_vector([0.0, 0.0, 0.0, 1.0]), np.zeros(3))

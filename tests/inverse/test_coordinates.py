@@ -76,3 +76,14 @@ def test_a_scene_of_its_own_has_names_of_joints():
     joints = scene.character.joints
     ball = next(name for name, joint in joints.items() if joint.type == "ball")
     assert {f"{ball}_{axis}" for axis in "xyz"} <= set(found.names)
+
+
+@pytest.mark.parametrize("ball_joints", [False, True])
+def test_values_of_states_are_those_that_they_were_made_of(tmp_path, ball_joints):
+    found = leg_map(tmp_path, ball_joints)
+    values = np.random.default_rng(6).uniform(-0.5, 0.5, (20, len(found.names)))
+    states = found.states(values, np.zeros_like(values), np.zeros_like(values))
+    assert found.values(states.coordinates) == pytest.approx(values, abs=1e-9)
+    arm = CoordinateMap(substitute(muscle_arm.leg(), start_values(muscle_arm.leg())))
+    values = np.random.default_rng(7).uniform(-0.5, 0.5, (20, len(arm.names)))
+    assert arm.values(arm.states(values, 0.0 * values, 0.0 * values).coordinates) == pytest.approx(values, abs=1e-9)

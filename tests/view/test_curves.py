@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from warpmuscle.core.pose import from_rotation_vector, multiply
+from warpmuscle.core.pose import from_rotation_vector, multiply, rotate
 from warpmuscle.formats import load
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.curves import panels_of
@@ -22,8 +22,8 @@ def titles(name: str, group: str) -> list[str]:
 def test_legs_come_first_from_the_hip_to_the_toes_then_the_trunk_arms_and_the_head(group: str):
     found = list(dict.fromkeys(title.rstrip("xyz ") for title in titles("walk56", group)))
     assert found == [
-        "hip flexion", "hip rotation", "hip abduction", "knee flexion", "ankle dorsiflexion", "Ankle b", "ToeJoint",
-        "pelvis torso", "Shoulder", "Elbow", "torso head",
+        "hip flexion", "hip rotation", "hip abduction", "knee flexion", "ankle dorsiflexion", "ankle b", "toe joint",
+        "trunk flexion", "trunk rotation to the left", "trunk bending to the right", "shoulder", "elbow", "torso head",
     ]  # fmt: skip
 
 
@@ -53,3 +53,43 @@ def test_hips_abduct_and_rotate_inwards_with_a_positive_sign():
         (panel,) = (one for one in panels_of(moved, plain) if (one.group, one.title) == ("angles", "hip abduction"))
         turned[joint] = next(line.values[0] for line in panel.lines if line.name.startswith(joint))
     assert turned == pytest.approx({"lHip": np.degrees(0.3), "rHip": np.degrees(0.3)}, abs=1e-4)
+
+
+def test_a_trunk_that_leans_ahead_flexes_and_turns_to_the_left_with_a_positive_sign():
+    scene = load("walk56")
+    plain = substitute(scene, start_values(scene))
+    pose = first_pose(plain)
+    parent, child = (pose.body_names.index(name) for name in ("pelvis", "torso"))
+    for axis, title in enumerate(("trunk flexion", "trunk rotation to the left", "trunk bending to the right")):
+        turn = from_rotation_vector(0.3 * np.eye(3)[axis])
+        body = np.array(pose.body_orientation)
+        body[:, child] = multiply(body[:, parent], turn)
+        joint = np.array(pose.joint_orientation)
+        joint[:, pose.joint_names.index("pelvis_torso")] = turn
+        moved = dataclasses.replace(pose, joint_orientation=joint, body_orientation=body)
+        (panel,) = (one for one in panels_of(moved, plain) if (one.group, one.title) == ("angles", title))
+        assert panel.lines[0].values[0] == pytest.approx(np.degrees(0.3), abs=1e-4)
+        top = rotate(turn, np.array([0.0, 1.0, 0.0]))  # x to the left, z ahead
+        ahead = rotate(turn, np.array([0.0, 0.0, 1.0]))
+        assert (top[2] > 0.2, ahead[0] > 0.2, top[0] < -0.2)[axis]
+
+
+def test_an_elbow_that_bends_past_180_degrees_goes_on():
+    scene = load("throw")
+    plain = substitute(scene, start_values(scene))
+    pose = first_pose(plain)
+    angle = np.linspace(2.8, 3.6, 9)
+    frames = len(angle)
+    again = {f.name: np.repeat(np.asarray(v), frames, axis=0) for f in dataclasses.fields(pose)
+             if isinstance(v := getattr(pose, f.name), np.ndarray) and v.ndim and len(v) == 1}  # fmt: skip
+    moved = dataclasses.replace(pose, **again | {"time": 0.01 * np.arange(frames)})
+    elbow = pose.joint_names.index("elbow")
+    axis = np.asarray(plain.character.joints["elbow"].axes[0], dtype=float)
+    joint, body = np.array(moved.joint_orientation), np.array(moved.body_orientation)
+    child = pose.body_names.index(plain.character.joints["elbow"].child)
+    parent = pose.body_names.index(plain.character.joints["elbow"].parent)
+    joint[:, elbow] = [from_rotation_vector(one * axis) for one in angle]
+    body[:, child] = multiply(body[:, parent], joint[:, elbow])
+    moved = dataclasses.replace(moved, joint_orientation=joint, body_orientation=body)
+    (panel,) = (one for one in panels_of(moved, plain) if (one.group, one.title) == ("angles", "elbow"))
+    assert np.diff(panel.lines[0].values) == pytest.approx(np.degrees(0.1), abs=0.01)

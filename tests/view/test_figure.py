@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from warpmuscle.formats import load
-from warpmuscle.scene import Box, Character
+from warpmuscle.scene import Body, Box, Character, Joint
 from warpmuscle.scene.anatomy import joint_place
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.parameters import start_values, substitute
@@ -99,3 +99,17 @@ def test_a_trunk_without_a_head_of_its_own_is_drawn_with_one():
     _, flesh = figure("gait2392_walk")
     kinds = [type(piece).__name__ for piece in flesh["torso"]]
     assert sorted(kinds) == ["Hull", "Limb", "Limb"]  # trunk, skull and neck
+
+
+def test_the_forearm_of_a_lone_arm_is_no_trunk_with_a_head():
+    humerus = Body(1.9, (0.01, 0.003, 0.01))
+    forearm = Body(1.5, (0.01, 0.002, 0.01))
+    joints = {
+        "shoulder": Joint("hinge", "ground", "humerus", (-0.17, 0.8, 0.0), (0.0, 0.18, 0.0), [(1.0, 0.0, 0.0)]),
+        "elbow": Joint("hinge", "humerus", "forearm", (0.0, -0.11, 0.0), (0.0, 0.18, 0.0), [(1.0, 0.0, 0.0)]),
+    }
+    bodies = {"ground": Body(0.0, (0.0, 0.0, 0.0)), "humerus": humerus, "forearm": forearm}
+    arm = Character(root="ground", bodies=bodies, joints=joints)
+    bones = [piece for piece in figure_of(arm, (), list(bodies)) if piece.layer in ("bone", "hollow")]
+    assert bones
+    assert not any(piece.layer == "hollow" for piece in bones)  # of eyes

@@ -42,7 +42,7 @@ def inverse(
     emg: Annotated[
         list[Path] | None, typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles. One a motion.")
     ] = None,
-    steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr.")] = "id,so,jr",
+    steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr, track.")] = "id,so,jr",
     setup: Annotated[
         Path | None, typer.Option(help="Set-up file of OpenSim's InverseKinematicsTool, for markers.")
     ] = None,
@@ -63,6 +63,13 @@ def inverse(
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
+    window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.01,
+    no_reserves: Annotated[
+        bool, typer.Option("--no-reserves", help="Muscles alone follow the motion; reserves are only told.")
+    ] = False,
+    no_residuals: Annotated[
+        bool, typer.Option("--no-residuals", help="Nothing holds the root of what follows the motion.")
+    ] = False,
     sto: Annotated[Path | None, typer.Option("--sto", help="Folder for .sto files with OpenSim's names.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of all trials.")] = None,
     device: Device = None,
@@ -71,7 +78,8 @@ def inverse(
     """Find moments, muscle forces and joint reactions of recorded motions, of many trials at once.
 
     Steps: ik coordinates from markers; id generalised forces; so activations and forces of muscles by static
-    optimisation; jr forces and moments in joints. Examples: warpmuscle inverse model.osim walk.mot --loads loads.xml
+    optimisation; jr forces and moments in joints; track excitations with which a simulation follows the motion, as by
+    computed muscle control. Examples: warpmuscle inverse model.osim walk.mot --loads loads.xml
     -o result.h5; warpmuscle inverse model.osim a.sto b.sto --loads a_grf.mot --loads b_grf.mot --filter 6 --sto out
     """
     writable(output)
@@ -80,8 +88,8 @@ def inverse(
     start_warp()
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
-    from warpmuscle.inverse.output import write_result, write_storages
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
+    from warpmuscle.inverse.tracking.track import TrackingOptions
 
     wanted = steps_of(steps)
     if weight not in ("none", "volume"):
@@ -90,6 +98,8 @@ def inverse(
         power=power, weight=weight.replace("none", ""), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
+    strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
+    tracking = TrackingOptions(window, reserve=strength, reserves=not no_reserves, residuals=not no_residuals)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         names = [path.stem for path in motions]
@@ -100,12 +110,20 @@ def inverse(
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
             body, wanted, names, trials, forces, filter=filter, times=times, emg=signals, options=options, on=on,
-            frame=frame,
+            frame=frame, tracking=tracking,
         )  # fmt: skip
-    for trial in found:
-        _tell(trial)
     about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
              "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
+    _give(found, output, sto, about)
+
+
+def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str]) -> None:
+    """Tell what was found, and write it."""
+    from warpmuscle.inverse.output import write_result, write_storages
+
+    for trial in found:
+        _tell(trial)
+        _tell_tracked(trial)
     if output is not None:
         write_result(output, found, about)
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)
@@ -219,6 +237,32 @@ def _tell(trial: Trial) -> None:
             f"{trial.activations.times[worst_frame[0]]:.3g} s",
             markup=False,
         )
+
+
+def _tell_tracked(trial: Trial) -> None:
+    """A few lines about a simulation that follows a trial: how far it is from it, and what acted beside muscles."""
+    import numpy as np
+
+    one = trial.tracked
+    if one is None:
+        return
+    parts = []
+    for unit, factor, word in (("rad", 180.0 / math.pi, "degrees"), ("m", 1000.0, "mm")):
+        own = [k for k, other in enumerate(one.units) if other == unit]
+        if own:
+            worst = max(own, key=lambda k: float(one.rms[k]))
+            parts.append(f"{factor * one.rms[worst]:.3g} {word} RMS ({one.names[worst]})")
+    windows = number_of(len(one.excitation), "window")
+    out.print(f"{trial.name}: followed over {windows} to {' and '.join(parts)} at most", markup=False)
+    pushed = [k for k in np.argsort(-one.greatest_effort) if one.greatest_effort[k] > 0.0]
+    for what, some in (("at the root", [k for k in pushed if k < one.residuals]),
+                       ("beside muscles", [k for k in pushed if k >= one.residuals])):  # fmt: skip
+        if some:
+            units = ["N m" if one.units[k] == "rad" else "N" for k in some]
+            most = [
+                f"{one.greatest_effort[k]:.3g} {unit} ({one.names[k]})" for k, unit in zip(some, units, strict=True)
+            ]
+            out.print(f"  forces {what}: up to {', '.join(most[:SHOWN])}", markup=False)
 
 
 def _listed(frames: list[int]) -> str:

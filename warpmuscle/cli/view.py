@@ -16,6 +16,7 @@ from warpmuscle.cli.common import (
     Settings,
     Trust,
     changed,
+    doubts_printed,
     load_scene,
     scene_names_like,
     start_warp,
@@ -49,6 +50,12 @@ def view(
         typer.Option(min=1, max=64, help="Run so many of the best candidates of a file again, side by side."),
     ] = None,
     replay: Annotated[int | None, typer.Option(min=0, help="Which motion of a file; by default all.")] = None,
+    meshes: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder with the .vtp, .stl or .obj files that a model is drawn with; by default the model's."
+        ),
+    ] = None,
     run: Run = None,
     policy: Policy = None,
     duration: Duration = None,
@@ -75,7 +82,14 @@ def view(
         raise Error("view takes either result files or one scene, not both")
     if live:
         _refuse(
-            {"--export": export, "--candidates": candidates, "--replay": replay, "--run": run, "--duration": duration},
+            {
+                "--export": export,
+                "--candidates": candidates,
+                "--replay": replay,
+                "--run": run,
+                "--duration": duration,
+                "--meshes": meshes,
+            },
             "--live",
         )
         if any(files):
@@ -93,15 +107,19 @@ def view(
         scene = changed(load_scene(sources, settings=settings), duration, None, None)
         if export is None:
             with _at_once(scene, host, port, no_open) as server:
-                _serve(_replay_viewer(_sights_of(scene, device), server))
+                _serve(_replay_viewer(_sights_of(scene, device), server, meshes, _folder_of(sources)))
             return
         sights = _sights_of(scene, device)
     from warpmuscle.view.sources import page_of_sights
 
-    page = page_of_sights(sights)
+    with doubts_printed():
+        page = page_of_sights(sights, meshes=meshes, beside=_folder_of(sources))
     if export is not None:
         page.save(export)
-        out.print(f"wrote {export}")
+        size = len(page.text.encode()) / 1e6
+        out.print(
+            f"wrote {export}" + (f" ({size:.1f} MB: fewer motions or seconds make it smaller)" if size > 1.0 else "")
+        )
         return
     from warpmuscle.view.viewer import replay_viewer
 
@@ -178,11 +196,19 @@ def _live_viewer(scene: Scene, device: str | None, policy: Path | None, server: 
         return Live(run, server=server)
 
 
-def _replay_viewer(sights: list[Sight], server: PageServer) -> Viewer:
+def _folder_of(sources: list[str]) -> Path | None:
+    """The folder of a scene's file, where meshes may be; None of a scene by name."""
+    path = Path(sources[0])
+    return path.absolute().parent if len(sources) == 1 and path.suffix and path.is_file() else None
+
+
+def _replay_viewer(sights: list[Sight], server: PageServer, meshes: Path | None, beside: Path | None) -> Viewer:
     from warpmuscle.view.sources import page_of_sights
     from warpmuscle.view.viewer import replay_viewer
 
-    return replay_viewer(page_of_sights(sights).text, server=server)
+    with doubts_printed():
+        page = page_of_sights(sights, meshes=meshes, beside=beside)
+    return replay_viewer(page.text, server=server)
 
 
 def _open(server: PageServer, no_open: bool) -> None:

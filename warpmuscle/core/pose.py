@@ -61,6 +61,15 @@ def from_rotation_vector(vector: ArrayLike) -> Array:
     return np.concatenate([v * 0.5 * np.sinc(half / np.pi), np.cos(half)], axis=-1)
 
 
+def rotation_vector(q: ArrayLike) -> Array:
+    """Vectors (..., 3) along the axes of rotations (..., 4), as long as their angles, rad, of half a turn at most."""
+    turn = np.asarray(q, dtype=np.float64)
+    turn = np.where(turn[..., 3:] < 0.0, -turn, turn)
+    sine = np.linalg.norm(turn[..., :3], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, turn[..., 3:])
+    return np.asarray(turn[..., :3] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0))
+
+
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
     """Angle of a rotation about a unit axis, rad, within -pi..pi: the twist of its swing-twist decomposition."""
     a = np.asarray(q, dtype=np.float64)

@@ -61,6 +61,10 @@ def scaled_model(
     found.muscles = [_muscle(model, muscle, of) for muscle in model.muscles]
     found.contacts = {name: _contact(one, of(one.frame)) for name, one in model.contacts.items()}
     found.markers = [replace(one, location=_times(one.location, of(one.frame))) for one in model.markers]
+    found.meshes = [
+        replace(one, translation=_times(one.translation, of(one.frame)), scale=_times(one.scale, of(one.frame)))
+        for one in model.meshes
+    ]
     return found
 
 
@@ -93,7 +97,7 @@ def _inertia(body: Body, s: Floats) -> Floats:
 
 
 def _joint(joint: Joint, s: Floats) -> Joint:
-    """Shifts that are functions of a coordinate change along their axes; a coordinate itself does not."""
+    """Shifts that are functions of a coordinate change along their axes; a coordinate itself does not. Radii do."""
 
     def shifted(axis: Axis) -> Axis:
         if axis.coordinates and axis.function.line is not None and axis.function.line[1] != 0.0:
@@ -101,7 +105,10 @@ def _joint(joint: Joint, s: Floats) -> Joint:
         along = np.asarray(axis.direction) / np.linalg.norm(axis.direction)
         return replace(axis, function=axis.function.scaled(float(np.abs(along) @ s)))
 
-    return replace(joint, translations=tuple(map(shifted, joint.translations)))
+    ellipsoid = joint.ellipsoid
+    if ellipsoid is not None:
+        ellipsoid = replace(ellipsoid, radii=_times(ellipsoid.radii, s))
+    return replace(joint, translations=tuple(map(shifted, joint.translations)), ellipsoid=ellipsoid)
 
 
 def _surface(one: Surface, s: Floats) -> Surface:

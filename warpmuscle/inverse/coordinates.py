@@ -13,7 +13,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, rows
-from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
+from warpmuscle.core.pose import about, conjugate, euler_xyz, multiply, normalized, rotate
 from warpmuscle.model.build import start_of
 from warpmuscle.scene import OpenSim, Scene
 from warpmuscle.scene.joints import joint_type, root_type
@@ -169,6 +169,25 @@ class CoordinateMap:
             ],
             axis=1,
         )
+
+    def values(self, q: Floats) -> Floats:
+        """Coordinates (n, K), rad and m, of states (n, C)."""
+        found = np.zeros((len(q), len(self.names)))
+        if self.roots:
+            root = root_type(self.scene.character).motion(q[:, : self.topology.coordinate_start[1]])
+            found[:, : self.roots] = root_values(self.opensim, root.place, root.orientation)
+        for name, (first, axes) in self._balls.items():
+            joint = self.scene.character.joints[name]
+            turn = normalized(q[:, self.topology.coordinates_of(self.topology.body_of_joint(name))])
+            if name in self.opensim.balls:
+                angles = joint_type(joint).angles_of(joint, turn)
+                sign = -1.0 if self.opensim.balls[name].turned_round else 1.0
+                found[:, first : first + 3] = angles * [1.0, sign, 1.0]
+            else:
+                found[:, first : first + len(axes)] = euler_xyz(turn)
+        for coordinate, place, _ in self._singles:
+            found[:, coordinate] = q[:, place]
+        return found
 
     def forces(self, effort: Floats, states: States) -> Floats:
         """Generalised forces (n, K) of coordinates from those of speeds (n, S)."""

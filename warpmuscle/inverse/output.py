@@ -11,7 +11,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import h5py
 import numpy as np
@@ -23,9 +23,13 @@ from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.dynamics import Moments
 from warpmuscle.inverse.joint_reactions import JointReactions
+from warpmuscle.inverse.named_array import NamedArray
+from warpmuscle.inverse.tracking.output import tracked_arrays, tracked_storages
+from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.trial import Coordinates
 
 FORMAT = "warpmuscle inverse 1"
+TIMES = {"time": "of the frames", "tracking_time": "between windows of tracking", "window_time": "when these begin"}
 
 
 @dataclass(frozen=True)
@@ -37,16 +41,7 @@ class Trial:
     moments: Moments | None = None
     activations: Activations | None = None
     reactions: JointReactions | None = None
-
-
-class _Array(NamedTuple):
-    """An array over time."""
-
-    name: str
-    axes: tuple[str, ...]  # behind time
-    units: str
-    values: Any
-    description: str
+    tracked: Tracked | None = None
 
 
 def write_result(path: str | Path, trials: Sequence[Trial], about: Mapping[str, str]) -> None:
@@ -78,13 +73,17 @@ def write_result(path: str | Path, trials: Sequence[Trial], about: Mapping[str, 
 
 def _put(group: Any, trial: Trial) -> None:
     """Store a trial, its axes as dimension scales."""
-    store(group, "time", _times(trial), "s", "time", description="of the frames")
-    group["time"].make_scale("time")
     for axis, labels in _labels(trial).items():
         store(group, axis, tuple(labels), axes=axis, description=f"names along the axis {axis}")
         group[axis].make_scale(axis)
-    for one in _arrays(trial):
-        axes = ("time", *one.axes)
+    times = {"time": _times(trial)}
+    if trial.tracked is not None:
+        times |= {"tracking_time": trial.tracked.times, "window_time": trial.tracked.times[:-1]}
+    for name, values in times.items():
+        store(group, name, values, "s", name, description=TIMES[name])
+        group[name].make_scale(name)
+    for one in [*_arrays(trial), *(tracked_arrays(trial.tracked) if trial.tracked is not None else [])]:
+        axes = (one.over, *one.axes)
         store(group, one.name, one.values, one.units, ",".join(axes), description=one.description)
         for place, axis in enumerate(axes):
             group[one.name].dims[place].attach_scale(group[axis])
@@ -101,6 +100,8 @@ def _labels(trial: Trial) -> dict[str, tuple[str, ...]]:
     moments = trial.moments or (trial.activations.moments if trial.activations is not None else None)
     if moments is not None:
         found["coordinate"] = moments.names
+    if trial.tracked is not None:
+        found |= {"coordinate": trial.tracked.names, "muscle": trial.tracked.muscles}
     if trial.activations is not None:
         found["muscle"] = trial.activations.muscles
     if trial.reactions is not None:
@@ -108,7 +109,7 @@ def _labels(trial: Trial) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def _arrays(trial: Trial) -> list[_Array]:
+def _arrays(trial: Trial) -> list[NamedArray]:
     """All arrays of a trial; units of generalised forces are `N m` of turns and `N` of shifts."""
     found, generalised = [], "N m or N"
     moments = trial.moments or (trial.activations.moments if trial.activations is not None else None)
@@ -121,19 +122,21 @@ def _arrays(trial: Trial) -> list[_Array]:
             ],
             axis=1,
         )
-        found.append(_Array("coordinate_value", ("coordinate",), "rad or m", values, "as recorded, not filtered"))
-        found.append(_Array("moment", ("coordinate",), generalised, moments.values, "generalised force needed"))
+        found.append(NamedArray("coordinate_value", ("coordinate",), "rad or m", values, "as recorded, not filtered"))
+        found.append(NamedArray("moment", ("coordinate",), generalised, moments.values, "generalised force needed"))
     one = trial.activations
     if one is not None:
         found += [
-            _Array("activation", ("muscle",), "1", one.activation, "of static optimisation"),
-            _Array("muscle_force", ("muscle",), "N", one.force, "along the tendon"),
-            _Array("fibre_length", ("muscle",), "m", one.fibre_length, "of fibres"),
-            _Array("fibre_velocity", ("muscle",), "m/s", one.fibre_velocity, "of fibres, positive when lengthening"),
-            _Array("muscle_power", ("muscle",), "W", one.power, "upon the skeleton, positive while shortening"),
-            _Array("muscle_work", ("muscle",), "J", one.work, "since the first frame"),
-            _Array("reserve", ("coordinate",), generalised, one.reserve, "needed beside the muscles"),
-            _Array("iterations", (), "1", one.iterations, "-1 where moments were not balanced"),
+            NamedArray("activation", ("muscle",), "1", one.activation, "of static optimisation"),
+            NamedArray("muscle_force", ("muscle",), "N", one.force, "along the tendon"),
+            NamedArray("fibre_length", ("muscle",), "m", one.fibre_length, "of fibres"),
+            NamedArray(
+                "fibre_velocity", ("muscle",), "m/s", one.fibre_velocity, "of fibres, positive when lengthening"
+            ),
+            NamedArray("muscle_power", ("muscle",), "W", one.power, "upon the skeleton, positive while shortening"),
+            NamedArray("muscle_work", ("muscle",), "J", one.work, "since the first frame"),
+            NamedArray("reserve", ("coordinate",), generalised, one.reserve, "needed beside the muscles"),
+            NamedArray("iterations", (), "1", one.iterations, "-1 where moments were not balanced"),
         ]
     reaction = trial.reactions
     if reaction is not None:
@@ -142,9 +145,9 @@ def _arrays(trial: Trial) -> list[_Array]:
             for joint, body, frame in zip(reaction.joints, reaction.bodies, reaction.frames, strict=True)
         )
         found += [
-            _Array("reaction_force", ("joint", "axis"), "N", reaction.force, where),
-            _Array("reaction_moment", ("joint", "axis"), "N m", reaction.moment, "about the point"),
-            _Array("reaction_point", ("joint", "axis"), "m", reaction.point, "where it acts, in the same axes"),
+            NamedArray("reaction_force", ("joint", "axis"), "N", reaction.force, where),
+            NamedArray("reaction_moment", ("joint", "axis"), "N m", reaction.moment, "about the point"),
+            NamedArray("reaction_point", ("joint", "axis"), "m", reaction.point, "where it acts, in the same axes"),
         ]
     return found
 
@@ -188,4 +191,4 @@ def _storages(trial: Trial) -> dict[str, tuple[str, dict[str, Any]]]:
     if trial.reactions is not None:
         columns = {"time": trial.reactions.times} | trial.reactions.columns()
         found["JointReaction_ReactionLoads"] = "Joint Reaction Loads", columns
-    return found
+    return found | (tracked_storages(trial.tracked) if trial.tracked is not None else {})

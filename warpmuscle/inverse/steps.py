@@ -15,9 +15,11 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.joint_reactions import reactions_of
 from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.static_optimization import activations_of
+from warpmuscle.inverse.tracking.track import TrackingOptions, track_trials
+from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.trial import Coordinates, Loads
 
-STEPS = ("ik", "id", "so", "jr")
+STEPS = ("ik", "id", "so", "jr", "track")
 
 
 def steps_of(words: str) -> tuple[str, ...]:
@@ -42,13 +44,14 @@ def run_steps(
     options: ActivationOptions | None = None,
     on: str = "child",
     frame: str = "child",
+    tracking: TrackingOptions | None = None,
 ) -> list[Trial]:
     """What the steps find of all trials.
 
     Args:
         steps: of `STEPS`; joint reactions count muscles if there is static optimisation. names: of the trials.
         motions, loads, filter, times: see `inverse_dynamics`. emg, options: see `static_optimization`.
-        on, frame: see `joint_reactions`.
+        on, frame: see `joint_reactions`. tracking: see `track`; each trial is followed from its first time on.
 
     Raises:
         ArgumentError: see these.
@@ -68,10 +71,14 @@ def run_steps(
         signals = nothing if emg is None else list(emg)
         activations = activations_of(body, trials, options or ActivationOptions(), signals, effort)
     reactions = reactions_of(body, trials, activations, on, frame, dynamics) if "jr" in steps else nothing
-    found = zip(names, motions, moments, activations or nothing, reactions, strict=True)
+    tracked: Sequence[Tracked | None] = nothing
+    if "track" in steps:
+        begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))
+        tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end)
+    found = zip(names, motions, moments, activations or nothing, reactions, tracked, strict=True)
     return [
-        Trial(name, motion, own if "id" in steps else None, acting, reaction)
-        for name, motion, own, acting, reaction in found
+        Trial(name, motion, own if "id" in steps else None, acting, reaction, followed)
+        for name, motion, own, acting, reaction, followed in found
     ]
 
 

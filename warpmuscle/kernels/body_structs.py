@@ -98,12 +98,44 @@ class Couplings:
     """How coupled joints turn and move their child: six functions of a coordinate each, three of them angles."""
 
     joint: wp.array[Coupling]  # (bodies,)
-    followed: int  # coordinates that stay open to the root
+    followed: int  # coordinates that stay open to the root, and rows of constraints
     function: wp.array2d[CouplingFunction]  # (rows, functions)
     inertia_axes: wp.array2d[
         wp.mat33
     ]  # (rows, bodies) principal axes in the body; only kernels with turned ones read it
     piece: wp.array2d[CubicPiece]  # (rows, pieces)
+
+
+@wp.struct
+class ConstraintPlan:
+    """Between which bodies a constraint is."""
+
+    kind: int  # WELD ... DISTANCE, see `constraints.py`
+    body: int
+    other: int
+    first_row: int
+
+
+@wp.struct
+class ConstraintRow:
+    """The numbers of a constraint; body axes, from the bodies' joints."""
+
+    place: wp.vec3  # m, on the body
+    other_place: wp.vec3  # m, on the other one
+    axes: wp.mat33  # of a weld, on the body
+    other_axes: wp.mat33  # of a weld, on the other one; of a line, it and two axes across
+    distance: float  # m
+
+
+@wp.struct
+class Constraints:
+    """What holds bodies that no joint joins. Only kernels that have constraints read it."""
+
+    first: int  # of their rows, among the unknowns of `followed.py`
+    plan: wp.array[ConstraintPlan]  # (constraints,)
+    row: wp.array2d[ConstraintRow]  # (rows, constraints)
+    body: wp.array[int]  # (rows of all constraints,) on which each pushes ...
+    other: wp.array[int]  # ... and on which backwards
 
 
 @wp.struct

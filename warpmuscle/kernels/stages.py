@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_times
+from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.body.dynamics import leave_for_parent
 from warpmuscle.kernels.body.inertia import body_inertia_of
@@ -246,20 +247,20 @@ def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER)
 
 
 @cache
-def forward_dynamics_of(followed: int = 0) -> Any:
+def forward_dynamics_of(followed: int = 0, constraints: int = 0) -> Any:
     """The kernel of accelerations under joint torques (world, N m, + on the parent), gravity, contacts and limits.
 
     Contacts and limits are linearly implicit in a step of the model's length; without them the result is exact.
 
     Args:
-        followed: coordinates that stay open to the root, see `joint_stages.SkeletonKind`.
+        followed, constraints: coordinates and rows that stay open to the root, see `joint_stages.SkeletonKind`.
 
     The kernel returns
         speed_rate: (instances, speeds) time derivatives of the speeds.
         acceleration: (instances, bodies) of the centres of mass, world, m/s^2.
         angular_acceleration: (instances, bodies) world, rad/s^2.
     """
-    own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed))
+    own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints))
     accelerate, views = own.acceleration, own.work_at
 
     @wp.kernel(module="unique")
@@ -276,6 +277,8 @@ def forward_dynamics_of(followed: int = 0) -> Any:
         for body in range(model.body_count):
             work.torque[body] = torque[i, body]
             work.stiffness[body] = symmetric(0.0)
+        if wp.static(constraints > 0):
+            constraint_stage(i, 0, 1, model, state, work)
         inertia_stage(i, 0, 1, model, state, work)
         accelerate(i, 0, 1, model, work)
         for body in range(model.body_count):

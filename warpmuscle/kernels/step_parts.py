@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.contact.collision import collision_stage_of
@@ -245,12 +246,15 @@ def move_of(kind: StepKind, lap: Any) -> Any:
     record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
     accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
     record_accelerated, seen = own_recorder_of(kind.recorded, True), kind.recorded.accelerated
+    constrained = kind.skeleton.constraints > 0
 
     @wp.func(inline=True)
     def move(
         instance: int, lane: int, lanes: int, step: int, frame: int, model: ModelRef, state: StateRef,
         record: RecordRef, work: ScratchRef, extensions: wp.ref[extensions_struct],
     ):  # fmt: skip
+        if wp.static(constrained):
+            constraint_stage(instance, lane, lanes, model, state, work)
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)

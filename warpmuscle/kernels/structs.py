@@ -14,6 +14,9 @@ from warpmuscle.kernels.algebra.spatial import symmetric
 from warpmuscle.kernels.body_structs import BodyPlan as BodyPlan
 from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions
+from warpmuscle.kernels.body_structs import ConstraintPlan as ConstraintPlan
+from warpmuscle.kernels.body_structs import ConstraintRow as ConstraintRow
+from warpmuscle.kernels.body_structs import Constraints as Constraints
 from warpmuscle.kernels.body_structs import ContactMaterial as ContactMaterial
 from warpmuscle.kernels.body_structs import ContactPoint as ContactPoint
 from warpmuscle.kernels.body_structs import Contacts as Contacts
@@ -217,6 +220,7 @@ class Model:
     reflexes: Reflexes
     couplings: Couplings
     routes: Routes
+    constraints: Constraints
     part_values: wp.array2d[float]  # (rows, values) parameters of parts of the scene's own, see `parts.py`
 
 
@@ -336,6 +340,12 @@ class Scratch:
     followed_bias: wp.array[float]  # what it adds to v
     followed_matrix: wp.array[float]  # D, row by row
     followed_acceleration: wp.array[float]
+    # Of rows of constraints, see `constraints.py`; only kernels that have constraints have them:
+    push_force: wp.array[wp.vec3]  # on the body, backwards on the other
+    push_moment: wp.array[wp.vec3]  # m or 1, of it about the joint of the body
+    push_other_moment: wp.array[wp.vec3]  # and of the other one
+    push_wanted: wp.array[float]  # m/s^2 or rad/s^2
+    push_mobility: wp.array[float]  # 1/kg or 1/(kg m^2)
 
 
 @wp.struct

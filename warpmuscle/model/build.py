@@ -18,6 +18,7 @@ from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
 from warpmuscle.model.collisions import collisions_struct, steps_between_tests
+from warpmuscle.model.constraints import constraints_struct
 from warpmuscle.model.controllers.table import controller_fields, controller_start
 from warpmuscle.model.couplings import couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
@@ -152,7 +153,8 @@ def _bodies(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs
     names = structure.names
     contacts, points = contacts_struct(scene, names, device)
     skeleton = skeleton_struct(scene, names, points, device)
-    return {
+    held = {"constraints": constraints_struct(scene, names, device)} if scene.character.constraints else {}
+    return held | {
         "body_count": len(names.bodies),
         "level_count": len(names.level_start) - 1,
         "level_start": to_device(names.level_start, int, device),

@@ -15,6 +15,7 @@ from warpmuscle.scene import Displacement, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
 from warpmuscle.scene.joints.displacement import TURN, Span, pieces
+from warpmuscle.scene.loops import row_count
 from warpmuscle.scene.topology import Topology, followed_drivers
 
 
@@ -39,7 +40,7 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     rows_of = {driver: k for k, driver in enumerate(followed_drivers(character, names))}
     row = [rows_of.get(driver, -1) for driver in names.driver]
     c.joint = records_to_device(structs.Coupling, device, driver=names.driver, first=first, row=row)
-    c.followed = len(rows_of)
+    c.followed = len(rows_of) + row_count(character)
     columns = {
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
         "first_piece": np.array([piece_start[:-1]]),

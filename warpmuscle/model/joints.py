@@ -11,6 +11,7 @@ from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES
 from warpmuscle.scene import Body, Character, Ground
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
+from warpmuscle.scene.loops import row_count
 from warpmuscle.scene.topology import followed_drivers, followers, topology
 
 
@@ -45,7 +46,7 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
     followed = len(followed_drivers(character, topology(character)))
     turned = any(map(has_turned_axes, character.bodies.values()))
-    return SkeletonKind(joints, turned, LAWS[ground.law], followed, compiled_terrain(ground))
+    return SkeletonKind(joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground))
 
 
 def compiled_terrain(ground: Ground) -> int:

@@ -115,6 +115,10 @@ def _of_body(character: Character, name: str, factor: float) -> dict[str, float]
         for number, point in enumerate(muscle.path):
             if point.body == name:
                 found |= _of_point(point, f"character.muscles.{muscle_name}.path.{number}", factor)
+    for constraint_name, constraint in character.constraints.items():
+        for field, owner in (("position", constraint.body), ("other_position", constraint.other_body)):
+            if owner == name:
+                found |= {f"character.constraints.{constraint_name}.{field}.{axis}": factor for axis in range(3)}
     for surface_name, surface in character.surfaces.items():
         if surface.body == name:
             lengths = {field: getattr(surface, field) for field in SURFACE_LENGTHS if hasattr(surface, field)}

@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from warpmuscle.scene.body_contact.part import BodyContact
+from warpmuscle.scene.constraint import Constraint
 from warpmuscle.scene.controller import SIMBICON, Command, Controller
 from warpmuscle.scene.custom_part import CustomPart
 from warpmuscle.scene.displacement import Coupling, Displacement
@@ -62,6 +63,7 @@ __all__ = [
     "Command",
     "Component",
     "Condition",
+    "Constraint",
     "ContactMaterial",
     "Controller",
     "Coupling",
@@ -71,6 +73,7 @@ __all__ = [
     "CylinderSurface",
     "DeGrooteCurves",
     "Displacement",
+    "DrawnMesh",
     "Drive",
     "EllipsoidSurface",
     "Excitation",
@@ -112,6 +115,7 @@ __all__ = [
     "Trajectory",
     "ViaPoint",
     "Wrap",
+    "drawable",
 ]  # fmt: skip
 
 
@@ -216,6 +220,7 @@ class Character(Part):
     muscles: dict[str, Muscle] = {}
     surfaces: dict[str, Surface] = {}  # that muscles wrap around
     wrapping: Literal["opensim", "shortest", "smooth"] = "opensim"  # how paths run round surfaces, see above
+    constraints: dict[str, Constraint] = {}  # between bodies that joints do not join
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
 
 
@@ -276,6 +281,22 @@ class Marker(Part):
     position: Annotated[Vector, "m"]  # in the body's frame
 
 
+class DrawnMesh(Part):
+    """A file of triangles that a body is drawn with, where a folder has it; nothing is computed with it."""
+
+    body: str
+    file: str  # its name, without a folder: .vtp, .stl or .obj
+    position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)  # of the file's origin, in the body's frame
+    orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)  # of the file's axes, as a rotation vector
+    scale: Annotated[Vector, "1"] = (1.0, 1.0, 1.0)  # along the file's axes
+
+
+def drawable(file: str) -> bool:
+    """Whether this may be the name of a mesh: of a file of a known kind, in no other folder."""
+    plain = bool(file) and len(file) < 256 and not file.startswith(".") and file.isprintable()
+    return plain and not set(file) & set('/\\:*?"<>|') and file.lower().endswith((".vtp", ".stl", ".obj"))
+
+
 class BallCoordinates(Part):
     """Coordinates of a model that are angles of a ball joint here: about its axes swing, swing x twist and twist."""
 
@@ -300,6 +321,7 @@ class OpenSim(Part):
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
     balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name
     ranges: Annotated[dict[str, tuple[float, float]], "rad or m"] = {}  # within which inverse kinematics keeps them
+    meshes: list[DrawnMesh] = []  # that it is drawn with
     sideways: Annotated[float, "m"] = 0.0  # of a planar root: how far to the left of the plane x = 0 the model has it
 
 

@@ -117,13 +117,13 @@ def is_near(character: Character, joint: str) -> bool:
 
 
 def followed_drivers(character: Character, names: Topology) -> tuple[int, ...]:
-    """Bodies of the joints that others follow, if one is no neighbour of its own; else none.
+    """Bodies of the joints that others follow, if one is no neighbour of its own or there are constraints; else none.
 
     Neighbours are eliminated with the joint that they follow (`kernels.body.follower`), all others together at the root
     (`kernels.body.followed`).
     """
     following = [name for name, joint in character.joints.items() if joint.follows]
-    if all(is_near(character, name) for name in following):
+    if not character.constraints and all(is_near(character, name) for name in following):
         return ()
     return tuple(sorted({names.body_of_joint(character.joints[name].follows) for name in following}))
 

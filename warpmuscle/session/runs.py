@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -32,8 +32,8 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.view.notebook import show
 from warpmuscle.view.page import Page
+from warpmuscle.view.sources import of_replays, page_of_sights
 
 if TYPE_CHECKING:
     import pandas
@@ -52,6 +52,7 @@ class Run:
     cause: str  # what ended it before its time, in words; empty where nothing more is known
     terms: Mapping[str, float]  # of the objective; empty where a policy acted
     result: Result  # what `save` writes
+    folder: Path | None = None  # of the scene's file, where meshes of a model may be
 
     @property
     def gait(self) -> Gait | None:
@@ -60,9 +61,16 @@ class Run:
             return None
         return measure(self.recording, *self.scene.feet)
 
-    def show(self) -> Page:
-        """The motion as a page, which notebooks show and `save` writes."""
-        return show(self.result)
+    def show(self, meshes: str | PathLike[str] | None = None) -> Page:
+        """The motion as a page, which notebooks show and `save` writes.
+
+        Args:
+            meshes: folder with the files that a model of OpenSim is drawn with; by default that of the model.
+
+        Raises:
+            Error: the folder has no files of the model.
+        """
+        return page_of_sights(of_replays(self.result), meshes=meshes, beside=self.folder)
 
     def plot(self, what: str = "angles", path: str | PathLike[str] | None = None) -> Figure:
         """A figure of the motion; see `warpmuscle.plot` for what there is, such as "hip flexion" or "sticks".
@@ -150,7 +158,7 @@ def simulate(
     if policy is not None:
         if excitations is not None:
             raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
-        return _by_policy(given, as_path(policy, "policy"), asked, device, record_rate)
+        return replace(_by_policy(given, as_path(policy, "policy"), asked, device, record_rate), folder=_folder(scene))
     given = _commanded(given, asked)
     rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
     if excitations is not None:
@@ -159,7 +167,14 @@ def simulate(
     terms = {name: float(values[0]) for name, values in rollout.terms().items()}
     status = Status(int(rollout.status()[0]))
     ended = _End(status, float(rollout.end_time()[0]), rollout.causes()[0])
-    return _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
+    made = _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
+    return replace(made, folder=_folder(scene))
+
+
+def _folder(scene: SceneLike) -> Path | None:
+    """Where the file of a scene is, None of one without a file of its own."""
+    path = None if isinstance(scene, Scene) else Path(scene)
+    return path.absolute().parent if path is not None and path.suffix and path.is_file() else None
 
 
 def _excitations(given: Mapping[str, float], muscles: tuple[str, ...]) -> Floats:

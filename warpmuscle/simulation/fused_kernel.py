@@ -72,7 +72,8 @@ class KernelConfig(NamedTuple):
         """Numbers of the working set of an instance."""
         muscles, skeleton = self.kind.muscles, self.kind.skeleton
         monomials = 0 if muscles is None else muscles.paths.monomials
-        return int(work_floats(self.capacity, bool(skeleton.joints), monomials, self.slots, skeleton.followed))
+        coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
+        return int(work_floats(self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes))
 
     @property
     def several_warps(self) -> bool:

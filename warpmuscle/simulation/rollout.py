@@ -181,6 +181,11 @@ class Rollout(RolloutResults):
         if "controller" in parts:
             self._extensions.use(numeric)
 
+    def change_forces(self, numeric: Scene) -> None:
+        """Go on with other numbers of the scene's forces, which are all that differs from the present ones."""
+        self.numeric = numeric
+        self._extensions.use(numeric)
+
     def _update(self, part: str) -> None:
         """Let a part of the model have what the batch is told now."""
         update_model(self.model, [part], self.numeric, self.structure, self.device, self._inputs.of_model)

@@ -79,8 +79,9 @@ class Stages(Rollout):
             if joint_type(joint).by_coordinate and joint_number(name, self.scene.character) not in known:
                 raise RolloutError(f"single stages know no {joint.type} joint; run the whole step instead")
         monomials = monomial_room(self.scene.character.muscles.values())
+        skeleton = self.structure.skeleton
         floats = work_floats(
-            capacity_of(len(self.names.bodies)), True, monomials, followed=self.structure.skeleton.followed
+            capacity_of(len(self.names.bodies)), True, monomials, followed=skeleton.open, pushes=skeleton.constraints
         )
         self.workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
@@ -256,7 +257,9 @@ class Stages(Rollout):
         torque[:, 1:] = self._rows(joint_torque, "joint_torque", b - 1, 3)
         torques = wp.array(torque, dtype=wp.vec3, device=self.device)
         outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
-        results = self._run(stages.forward_dynamics_of(self.structure.skeleton.followed), [torques], outputs)
+        skeleton = self.structure.skeleton
+        kernel = stages.forward_dynamics_of(skeleton.followed, skeleton.constraints)
+        results = self._run(kernel, [torques], outputs)
         return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
 
     def mass_matrix(self) -> Floats:

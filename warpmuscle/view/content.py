@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,17 +17,17 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.norms import LEG_ANGLES, Band
-from warpmuscle.view.curves import Line, Panel, panels_of
-from warpmuscle.view.packing import Packer
+from warpmuscle.view.curves import LEG_TITLES, Line, Panel, panels_of
+from warpmuscle.view.packing import Packer, Pool
 from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
 from warpmuscle.view.track import Doll, Track
 
 NORM_PERCENT = np.linspace(0.0, 100.0, 51)  # of the gait cycle, where bands of norms have their samples
-FEWEST_FIBRES = 0.62  # of a muscle's length that is drawn as its belly, at least: pennate fibres lie beside one another
+FEWEST_FIBRES = 0.7  # of a muscle's length that is drawn as its belly, at least: pennate fibres lie beside one another
 TENSION = 5.0e5  # Pa, of muscles that fit beside one another
 BELLY = 8.0 / 15.0  # volume of a drawn belly in that of a cylinder around it: the integral of (1 - x^2)^2 from 0 to 1
 THINNEST, THICKEST = 0.005, 0.04  # m, radii of bellies of a body of 75 kg
-STOUTEST = 0.14  # radius of a belly in the length of its muscle, at most
+STOUTEST = 0.115  # radius of a belly in the length of its muscle, at most
 SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
 SPARED = ("excitations", "fibre lengths", "torques wanted")  # groups of curves that pages of many motions do without
 
@@ -65,6 +66,13 @@ def track_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
     return arrays
 
 
+def crowd_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
+    """The same of one of many, which are small in the picture: how its bodies move, and nothing of its muscles."""
+    all_arrays = track_arrays(track)
+    kept = {name: all_arrays[name] for name in ("time", "root", "slid") if name in all_arrays}
+    return kept | {"orientation": (all_arrays["orientation"][0], 8)}
+
+
 def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, int]]:
     """Curves of panels that are in no array of `track_arrays`, in the order of their columns."""
     loose = [line.values for panel in panels for line in panel.lines if line.stored is None]
@@ -78,13 +86,17 @@ def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, int]]:
 
 
 def track_content(
-    track: Track, scene: Scene, packer: Packer, every_curve: bool = True, live: bool = False
+    track: Track, scene: Scene, packer: Packer | Pool, every_curve: bool = True, live: bool = False
 ) -> dict[str, Any]:
-    """What the page is sent about a track; its arrays go to the packer."""
+    """What the page is sent about a track; its arrays go to the packer, or to a pool of what many have."""
     panels = [p for p in panels_of(track.recording, scene, live) if every_curve or p.group not in SPARED]
-    arrays = track_arrays(track) | curve_arrays(panels)
-    numbers = {name: packer.add(values, bits if every_curve else 8 if name == "curves" else bits)
-               for name, (values, bits) in arrays.items()}  # fmt: skip
+    if isinstance(packer, Pool):
+        panels = [loose(panel) for panel in panels if panel.title in LEG_TITLES and panel.group == "angles"]
+    arrays = crowd_arrays(track) if isinstance(packer, Pool) else track_arrays(track)
+    arrays |= curve_arrays(panels)
+    if not every_curve and "curves" in arrays:
+        arrays["curves"] = (arrays["curves"][0], 8)
+    numbers = packer.add_all(arrays)
     cycles = cycles_of(track.recording, scene)
     return {
         "label": track.label,
@@ -108,6 +120,11 @@ def panel_contents(panels: Sequence[Panel], norms: Sequence[LegNorm]) -> list[di
         }
         for number, panel in enumerate(panels)
     ]
+
+
+def loose(panel: Panel) -> Panel:
+    """A panel whose curves are stored by themselves."""
+    return replace(panel, lines=tuple(replace(line, stored=None) for line in panel.lines))
 
 
 def _line(line: Line, columns: Any) -> dict[str, Any]:

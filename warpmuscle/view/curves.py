@@ -20,6 +20,8 @@ from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
 
 LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
+# Turns of a trunk on the pelvis about x, which points to the left, y upwards and z ahead: all are positive.
+TRUNK_TITLES = {"x": "trunk flexion", "y": "trunk rotation to the left", "z": "trunk bending to the right"}
 FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
 
 
@@ -83,6 +85,8 @@ def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Gr
         number = numbers[name]
         joint = scene.character.joints[name]
         kind, own = joint_type(joint), joint_angles(recording, scene.character, name)
+        if kind.unit(joint) == "rad":
+            own = np.unwrap(own, axis=0)  # an elbow that bends past 180 degrees does not jump to -180
         to_parent, factor = conjugate(orientations[joint.parent]), np.degrees(1.0) if kind.unit(joint) == "rad" else 1.0
         torques = (-recording.joint_torque[:, number], -recording.joint_torque_desired[:, number])
         acting = [kind.components(joint, rotate(to_parent, torque)) for torque in torques]
@@ -119,7 +123,19 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
         if place == 0 and words == ["x", "y", "z"]:
             outwards = 1.0 if side == 0 else -1.0
             found |= {f"{name} y": ("hip rotation", -outwards), f"{name} z": ("hip abduction", outwards)}
-    return found
+    return found | _trunk_curves(scene)
+
+
+def _trunk_curves(scene: Scene) -> dict[str, tuple[str, float]]:
+    """The same of a ball joint between the body that both legs hang on and a trunk above it."""
+    legs = [leg_joints(scene, number) for number in (0, 1)] if scene.feet else []
+    joints = scene.character.joints
+    if not all(legs) or not legs or len({joints[leg[0]].parent for leg in legs}) > 1:
+        return {}
+    pelvis, hips = joints[legs[0][0]].parent, {leg[0] for leg in legs}
+    above = [name for name, joint in joints.items() if joint.parent == pelvis and name not in hips]
+    words = list(joint_type(joints[above[0]]).angles) if len(above) == 1 else []
+    return {f"{above[0]} {word}": (TRUNK_TITLES[word], 1.0) for word in words} if words == ["x", "y", "z"] else {}
 
 
 def _limb_by_limb(character: Character) -> list[str]:
@@ -190,7 +206,7 @@ def _panels(group: str, unit: str, curves: Curves, joints: Mapping[str, str], ti
         other, joint = pairs.get(name), joints.get(name, "")
         if other is None:
             line = Line(name, "middle", values, stored)
-            panels.append(Panel(group, titles.get(name, name.replace("_", " ")), unit, (line,), joint))
+            panels.append(Panel(group, titles.get(name, _plain(name)), unit, (line,), joint))
         else:
             lines = (Line(name, "left", values, stored), Line(other, "right", *curves[other]))
             panels.append(Panel(group, titles.get(name, _without_side(name)), unit, lines, joint))
@@ -207,4 +223,10 @@ def _right_of(name: str) -> str | None:
 
 def _without_side(name: str) -> str:
     bare = name[1:] if name.startswith("l") else re.sub(r"_l(?=$|[ _])", "", name, count=1)
-    return bare.replace("_", " ").strip()
+    return _plain(bare) if re.search("[a-z]", bare) else bare.replace("_", " ").strip()
+
+
+def _plain(name: str) -> str:
+    """A name of a scene in words: ToeJoint is toe joint; what stands in capitals, as SOL of a muscle, stays."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", name.replace("_", " ")).strip().split()
+    return " ".join(word if word.upper() == word else word[0].lower() + word[1:] for word in words)

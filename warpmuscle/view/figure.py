@@ -84,7 +84,7 @@ class _Figure:
             self._blocks(name, shapes)
         elif not ends and len(shapes) == 1 and isinstance(shapes[0], Sphere):
             self._head(name, start, plain_vector(shapes[0].center), plain_number(shapes[0].radius))
-        elif not ends and self.mass[name] > HEAVY * self.total:
+        elif not ends and self.mass[name] > HEAVY * self.total and self._branches_below(name):
             top = far_end(shapes[0], start) if shapes else -start
             reach = top - start
             tall = float(np.linalg.norm(reach)) + (plain_number(getattr(shapes[0], "radius", 0.0)) if shapes else 0.0)
@@ -137,6 +137,15 @@ class _Figure:
         radius = 0.155 * tall
         self._head(name, neck, joint + (tall - radius) * up, radius)
         self._trunk_bones(name, joint, neck, [shoulder + sign * 0.2 * tall * aside for sign in (1.0, -1.0)])
+
+    def _branches_below(self, name: str) -> bool:
+        """Whether a body hangs on one that others hang on, too, as a trunk on a pelvis: a lone arm has no head."""
+        joints = {joint.child: joint.parent for joint in self.character.joints.values()}
+        while name in joints:
+            name = joints[name]
+            if len(self._ends(name)) > 1:
+                return True
+        return False
 
     def _missing_head(self, name: str, joint: Floats | None, ends: Sequence[Floats]) -> None:
         """The head of a heavy trunk on which arms hang, and no other body in the middle."""

@@ -8,7 +8,7 @@ from warpmuscle.core.array_types import Floats
 
 ACROSS = 8  # beside each other at most, unless there are more than 64
 MOST = 64  # bipeds that can be told apart
-BESIDE, BEHIND = 1.3, 2.6  # m, between neighbours
+BESIDE, BEHIND = 1.3, 2.0  # m, between neighbours
 
 
 def lanes(count: int) -> Floats:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,10 @@ class Packer:
         self._bytes += [np.ascontiguousarray(part, dtype=np.uint8).tobytes() for part in parts]
         return len(self._table) - 1
 
+    def add_all(self, arrays: Mapping[str, tuple[Floats, int]]) -> dict[str, int]:
+        """Add arrays with their bits; returns the number of each."""
+        return {name: self.add(values, bits) for name, (values, bits) in arrays.items()}
+
     def table(self) -> list[dict[str, Any]]:
         """What the arrays are, for the page."""
         return self._table
@@ -46,6 +51,40 @@ class Packer:
     def text(self) -> str:
         """The arrays as base64 of a zlib stream."""
         return base64.b64encode(zlib.compress(b"".join(self._bytes), 9)).decode("ascii")
+
+
+class Pool:
+    """Collects arrays that many motions have alike, to be packed as one behind the other: ranges are told once."""
+
+    def __init__(self) -> None:
+        self._parts: list[list[Floats]] = []
+        self._bits: list[int] = []
+        self._places: dict[tuple[str, int], int] = {}
+
+    def add_all(self, arrays: Mapping[str, tuple[Floats, int]]) -> dict[str, int]:
+        """Add the arrays (F, ...) of a motion with their bits; returns the place of each here."""
+        return {name: self._add(name, values, bits) for name, (values, bits) in arrays.items()}
+
+    def _add(self, name: str, values: Floats, bits: int) -> int:
+        flat = np.asarray(values, dtype=np.float64).reshape(len(values), -1)
+        place = self._places.setdefault((name, flat.shape[1]), len(self._parts))
+        if place == len(self._parts):
+            self._parts.append([])
+            self._bits.append(bits)
+        self._parts[place].append(flat)
+        return place
+
+    def pack(self, packer: Packer, motions: Sequence[dict[str, int]]) -> list[dict[str, tuple[int, int]]]:
+        """Pack it all; of each motion, whose places these are, the number of each array and its first row there."""
+        numbers = [packer.add(np.concatenate(parts), bits) for parts, bits in zip(self._parts, self._bits, strict=True)]
+        taken, rows = [0] * len(numbers), [0] * len(numbers)
+        found = []
+        for places in motions:
+            found.append({name: (numbers[place], rows[place]) for name, place in places.items()})
+            for place in places.values():
+                rows[place] += len(self._parts[place][taken[place]])
+                taken[place] += 1
+        return found
 
 
 def _short(numbers: Floats) -> list[float]:

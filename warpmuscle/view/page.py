@@ -7,6 +7,7 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -19,24 +20,28 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Ground, Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
 from warpmuscle.view.content import doll_content, piece_contents, track_content
+from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
-from warpmuscle.view.packing import Packer, packed_json, whole, without_comments
+from warpmuscle.view.packing import Packer, Pool, packed_json, whole, without_comments
 from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "renderer.js", "biped.js",
-    "camera.js", "picking.js", "plots.js", "controls.js", "live.js", "editor.js", "curve_editor.js", "waiting.js",
-    "player.js",
+    "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js",
+    "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
     "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
-    "follow", "split",
+    "strides", "follow", "split",
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
+FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
+CROWD = 16  # tracks beyond which muscles, forces and most curves are left out
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
@@ -76,6 +81,7 @@ def replay_html(
     autoplay: bool = True,
     plots: bool = True,
     split: bool = False,
+    meshes: str | PathLike[str] | None = None,
 ) -> str:
     """The page of one or several motions, side by side.
 
@@ -86,9 +92,10 @@ def replay_html(
         rate: stored frames per second; more than were recorded are not made up.
         autoplay: whether it plays when it is opened. plots: whether curves are shown below.
         split: whether each of a few motions has a picture of its own at first, in which it stays.
+        meshes: folder with the files of triangles that models of OpenSim are drawn with.
 
     Raises:
-        Error: a motion without frames, or of another character than its scene's.
+        Error: a motion without frames, or of another character than its scene's; a folder without such files.
     """
     motions = [recordings] if isinstance(recordings, Recording) else list(recordings)
     motions = [demanding(motion, "this recording") for motion in motions]
@@ -101,37 +108,49 @@ def replay_html(
         track = track_of(motion, numeric[id(scene)], labels[number] if labels else "", rate, dolls.get(key))
         dolls[key] = track.doll
         tracks.append(track)
-    return page_of(tracks, [numeric[id(scene)] for scene in given], title or given[0].name, autoplay, plots, split)
+    plain = [numeric[id(scene)] for scene in given]
+    folder = mesh_folder(meshes, plain[0])
+    return page_of(tracks, plain, title or given[0].name, autoplay, plots, split, meshes=folder)
 
 
 def page_of(
     tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool,
-    split: bool = False, live: Any = None, waiting: Any = None,
+    split: bool = False, live: Any = None, waiting: Any = None, meshes: Path | None = None,
+    facts: Sequence[Facts] = (),
 ) -> str:  # fmt: skip
     """The page of tracks and of their scenes without free parameters.
 
     Args:
         live, waiting: what `assets/live.js` and `assets/waiting.js` receive.
+        meshes: folder with the files that models are drawn with. facts: what is known of each track, if anything.
     """
     packer, title = Packer(), whole(title)
-    dolls = _Dolls(packer, coarse=len(tracks) > FEW)
+    pool = Pool() if len(tracks) > CROWD else None
+    dolls = _Dolls(packer, len(tracks) > FEW, meshes)
     contents: list[dict[str, Any]] = []
     panels: list[Any] = []
     for track, scene, offset in zip(tracks, scenes, lanes(len(tracks)), strict=True):
-        content = track_content(track, scene, packer, every_curve=len(tracks) <= FEW, live=live is not None)
+        content = track_content(track, scene, pool or packer, every_curve=len(tracks) <= FEW, live=live is not None)
         if content["panels"] not in panels:
             panels.append(content["panels"])
-        known = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
-        contents.append({**content, **known, "offset": offset.tolist()})
+        parts = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
+        contents.append({**content, **parts, "offset": offset.tolist()})
     ground = ground_content(scenes[0].ground)
     motions = [track.recording for track in tracks] if live is None else None
     offsets, width = lanes(len(tracks)), BESIDE if len(tracks) > 1 else 0.0
     ground["terrain"] = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
+    if pool is not None:
+        for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
+            content["arrays"] = {name: number for name, (number, _) in places.items()}
+            content["rows"] = {name: row for name, (_, row) in places.items()}
+    known = list(facts) or [Facts()] * len(tracks)
+    contents = [{**content, **more} for content, more in zip(contents, facts_content(known), strict=True)]
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots, ground["visible"], split),
+        "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split),
         "ground": ground,
+        "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
         "tracks": contents,
         "panels": panels,
         "dolls": dolls.contents,
@@ -164,20 +183,25 @@ def ground_content(ground: Ground) -> dict[str, Any]:
     }
 
 
-def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing: bool, split: bool) -> dict[str, bool]:
-    """What can be shown of these tracks, and whether it is at first.
+def _strides(content: dict[str, Any]) -> bool:
+    """Whether a track has several strides of both feet, whose mean and spread say something."""
+    return bool(content["cycles"]) and all(len(one) >= FEWEST_STRIDES for one in content["cycles"].values())
 
-    Args:
-        standing: whether there is a ground; the centre of mass of a lone arm is of little use.
-    """
+
+def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool) -> dict[str, bool]:
+    """What can be shown of these tracks, and whether it is at first."""
+    few = len(tracks) <= CROWD
     there = {
-        "muscles": any(track.doll.muscles.names for track in tracks),
-        "thickness": any(track.doll.muscles.names for track in tracks),
-        "desired": any(track.desired is not None for track in tracks),
+        "muscles": few and any(track.doll.muscles.names for track in tracks),
+        "thickness": few and any(track.doll.muscles.names for track in tracks),
+        "desired": few and any(track.desired is not None for track in tracks),
+        "forces": few,
+        "path": few,
         "surfaces": any(track.doll.wraps for track in tracks),
         "labels": len(tracks) > 1,
         "split": 1 < len(tracks) <= FEW,
         "norms": any("norm" in panel for listed in panels for panel in listed),
+        "strides": striding,
     }
     off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False, "split": split}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
@@ -186,9 +210,9 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, standing
 class _Dolls:
     """Contents of dolls, those that look alike once."""
 
-    def __init__(self, packer: Packer, coarse: bool) -> None:
+    def __init__(self, packer: Packer, coarse: bool, meshes: Path | None) -> None:
         self.contents: list[dict[str, Any]] = []
-        self._packer, self._coarse = packer, coarse
+        self._packer, self._coarse, self._meshes = packer, coarse, meshes
         self._known: dict[int, int] = {}
         self._alike: dict[bytes, int] = {}
 
@@ -196,6 +220,8 @@ class _Dolls:
         """The number of a doll, whose content is made when it is needed."""
         if id(doll) not in self._known:
             look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
+            if self._meshes is not None and not self._coarse and scene.opensim is not None:
+                look = with_meshes(look, scene, doll.names.bodies, self._meshes)
             look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
             key = pickle.dumps((look, doll_content(doll, scene, [])))
             if key not in self._alike:

@@ -4,26 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.status import Status
 from warpmuscle.optimization.best_scene import scene_in
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Failure, Scene
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.bones.model_meshes import mesh_folder
+from warpmuscle.view.crowd import Facts
 from warpmuscle.view.lanes import MOST
-from warpmuscle.view.page import Page, page_of
+from warpmuscle.view.page import CROWD, Page, page_of
 from warpmuscle.view.track import Track, track_of
 
+NOTHING_KNOWN = Facts()
 SUFFIXES = (".h5", ".hdf5")
 RATE = 50.0  # frames a second that are shown
 FEW = 8  # motions; of more of them half the frames are shown
+MOST_FRAMES = 10_000  # of all motions of a crowd together, some 900 kB of a page
 
 
 @dataclass(frozen=True)
@@ -33,6 +41,7 @@ class Sight:
     label: str
     recording: Recording
     scene: Scene  # that made it, without free parameters
+    facts: Facts = NOTHING_KNOWN
 
 
 def is_result(path: str) -> bool:
@@ -96,8 +105,6 @@ def of_replays(
 
 def of_candidates(result: Result, count: int, device: str | None, path: str | Path, name: str = "") -> list[Sight]:
     """So many of the best candidates of an optimisation, run again."""
-    from warpmuscle.simulation.rollout import Rollout
-
     if result.evaluations is None or len(result.evaluations) == 0:
         raise ResultError(f"{path}: holds no candidates to run again")
     scene, evaluations = scene_in(result), result.evaluations
@@ -110,14 +117,38 @@ def of_candidates(result: Result, count: int, device: str | None, path: str | Pa
         if len(rows) == count:
             break
     values = np.asarray(evaluations.params[rows], dtype=np.float64)
-    rollout = Rollout(scene, len(rows), device, record=range(len(rows)), record_rate=RATE)
-    rollout.set_parameters(values)
-    rollout.run()
+    motions, facts = _walked(scene, values, device)
     labels = [f"{name} {row}: {evaluations.cost[row]:.5g}".strip() for row in rows]
     return [
-        Sight(label, rollout.recording(number), substitute(scene, values[number]))
-        for number, label in enumerate(labels)
+        Sight(label, motion, substitute(scene, own), known._replace(cost=float(evaluations.cost[row])))
+        for label, motion, own, known, row in zip(labels, motions, values, facts, rows, strict=True)
     ]
+
+
+def _walked(scene: Scene, values: Floats, device: str | None) -> tuple[list[Recording], list[Facts]]:
+    """Motions of a scene with rows of values, those that fail until they lie on the ground; and which these are."""
+    from warpmuscle.simulation.rollout import Rollout
+
+    def run(one: Scene, rows: Floats) -> Rollout:
+        rollout = Rollout(one, len(rows), device, record=range(len(rows)), record_rate=RATE)
+        rollout.set_parameters(rows)
+        rollout.run()
+        return rollout
+
+    first = run(scene, values)
+    motions = [first.recording(number) for number in range(len(values))]
+    ends, words = first.end_time(), [Status(number) for number in first.status()]
+    failed = [number for number, word in enumerate(words) if word != Status.COMPLETED]
+    facts = [Facts()] * len(values)
+    if failed:
+        on = msgspec.structs.replace(scene, failure=Failure(com_height=0.0, heading=0.0))
+        falls = run(on, values[failed])
+        for place, number in enumerate(failed):
+            motion = falls.recording(place)
+            motions[number] = motion if motion.frames > motions[number].frames else motions[number]
+            end = float(ends[number])
+            facts[number] = Facts(None, f"{words[number].word} at {end:.1f} s", end)
+    return motions, facts
 
 
 def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
@@ -137,6 +168,9 @@ def tracks_of(sights: Sequence[Sight]) -> list[Track]:
             "of a file"
         )
     rate = RATE if len(sights) <= FEW else RATE / 2.0
+    seconds = sum(float(sight.recording.time[-1]) for sight in sights if sight.recording.frames)
+    if len(sights) > CROWD and seconds > 0.0:
+        rate = min(rate, MOST_FRAMES / seconds)
     tracks: list[Track] = []
     for number, sight in enumerate(sights):
         same = next((k for k in range(number) if sights[k].scene is sight.scene), None)
@@ -145,7 +179,32 @@ def tracks_of(sights: Sequence[Sight]) -> list[Track]:
     return tracks
 
 
-def page_of_sights(sights: Sequence[Sight], title: str = "") -> Page:
-    """A page of motions, by default called as the first one's scene."""
+def page_of_sights(
+    sights: Sequence[Sight],
+    title: str = "",
+    meshes: str | PathLike[str] | None = None,
+    beside: Path | None = None,
+) -> Page:
+    """A page of motions, by default called as the first one's scene.
+
+    Args:
+        meshes: folder with the files of triangles that models of OpenSim are drawn with. beside: one that is looked at
+            unasked.
+
+    Raises:
+        Error: there are too many motions; the folder has no such files.
+    """
     scenes = [sight.scene for sight in sights]
-    return Page(page_of(tracks_of(sights), scenes, title or scenes[0].name, autoplay=True, plots=True))
+    folder = mesh_folder(meshes, scenes[0], beside)
+    name = title or scenes[0].name
+    return Page(
+        page_of(
+            tracks_of(sights),
+            scenes,
+            name,
+            autoplay=True,
+            plots=True,
+            meshes=folder,
+            facts=[sight.facts for sight in sights],
+        )
+    )

@@ -14,7 +14,7 @@ from muscle_arm import arm
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats import Ignored, load, save
 from warpmuscle.formats.osim.frames import turned
-from warpmuscle.formats.osim.write import angles_of
+from warpmuscle.formats.osim.write_frames import angles_of
 from warpmuscle.scene import (
     Body,
     Character,

@@ -14,6 +14,7 @@ import warp as wp
 
 from warpmuscle.kernels import stages, step_parts
 from warpmuscle.kernels.body import (
+    constraints,
     coordinate_joint,
     dynamics,
     followed,
@@ -42,7 +43,7 @@ from warpmuscle.kernels.recording import record
 from warpmuscle.kernels.structs import Scratch
 from warpmuscle.model.controllers.simbicon import SIMBICON
 
-BODIES, SLOTS, FOLLOWED = 15, 5, 2
+BODIES, SLOTS, FOLLOWED, PUSHES = 15, 5, 5, 3
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
 TERMS = term_sums.ObjectiveKind(
     tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.WHOLE_TERMS)
@@ -74,7 +75,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),
     "objective": (term_sums.objective_stage_of(TERMS),),
     "record": (record.record_stage,),
-    "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any),
+    "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any, constraints.constraint_stage),
     "inertia": (
         inertia.inertia_stage_of(True), forces.body_forces_stage_of(FORCES),
         touching.touching_stage_of((body_contact_of(True),)),
@@ -83,12 +84,15 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
         dynamics.backward_pass_of(followed_reduction.reduce_followed_of(False)),
+        dynamics.backward_pass_of(followed_reduction.reduce_followed_of(False, True)),
+        followed.equations_of(False, True),
         followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
     ),
     "forward": (
         dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
         dynamics.forward_pass_of(coordinate_joint.accelerate_any),
         follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
+        followed.close_root_of(True), constraints.solve_constrained,
         followed.close_root, followed.solve_followed, followed.move_root, followed.correct_joint_of(False),
         dynamics.forward_pass_of(followed.accelerate_followed_of(False)),
     ),
@@ -106,10 +110,14 @@ def layout() -> dict[str, set[int]]:
         "n": BODIES,
         "slots": SLOTS,
         "followed": FOLLOWED,
+        "pushes": PUSHES,
         **{k: v for k, v in vars(scratch).items() if isinstance(v, int)},
     }
     taken = {}
-    views = (scratch.work_at, scratch.coordinate_work_at, scratch.followed_work_at_of(FOLLOWED))
+    views = (
+        scratch.work_at, scratch.coordinate_work_at, scratch.followed_work_at_of(FOLLOWED),
+        scratch.pushed_work_at_of(FOLLOWED, PUSHES),
+    )  # fmt: skip
     code = [ast.parse(textwrap.dedent(inspect.getsource(one.func))).body[0] for one in views]
     for line in (line for function in code for line in function.body):  # type: ignore[attr-defined]
         if not isinstance(line, ast.Assign):
@@ -123,7 +131,7 @@ def layout() -> dict[str, set[int]]:
             }
         elif isinstance(line.targets[0], ast.Name) and not isinstance(value, ast.Call):
             known[line.targets[0].id] = eval(ast.unparse(value), {}, known)
-    taken["monomial"] = {scratch.work_floats(BODIES, True, followed=FOLLOWED) + k for k in range(8)}
+    taken["monomial"] = {scratch.work_floats(BODIES, True, followed=FOLLOWED, pushes=PUSHES) + k for k in range(8)}
     return taken
 
 
@@ -163,7 +171,7 @@ def span(life: Life) -> tuple[int, int]:
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert set(LIVES) == set(layout()) == set(Scratch.vars)
-    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8, followed=FOLLOWED)
+    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8, followed=FOLLOWED, pushes=PUSHES)
     assert set(FUNCTIONS) == set(PHASES)
 
 

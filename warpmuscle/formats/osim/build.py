@@ -12,8 +12,10 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
+from warpmuscle.formats.osim.build_loops import close_loops, put_loops
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
+from warpmuscle.formats.osim.drawn import build_meshes
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
@@ -86,6 +88,8 @@ def build(
     _gravity(model, scene)
     _prescribe(scene, coordinates)
     _hold_weightless(model, scene, coordinates, notes)
+    put_loops(model, scene, skeleton.placement, notes)
+    close_loops(model, scene, coordinates, notes)
     build_forces(model, scene, skeleton, coordinates, notes)
     _settle_drives(scene)
     hold_ranges(scene, limit_stiffness)
@@ -100,6 +104,7 @@ def build(
     tell_loose(model, tree, notes)
     _tell_jumps(model, character, jumps, notes)
     _markers(model, skeleton, notes)
+    skeleton.opensim.meshes = build_meshes(model, skeleton.placement, set(character.bodies))
     _tell(model, skeleton, coordinates, notes)
     if character.root_joint == "fixed":
         scene.failure = Failure(com_height=0.0, heading=0.0)

@@ -296,8 +296,9 @@ def settle(common: MuscleModel, muscles: Iterable[Muscle]) -> None:
 
 
 def on_ground(model: Model) -> bool:
-    """Whether a path or a surface is fixed to the ground."""
+    """Whether a path, a surface or a constraint is fixed to the ground."""
     frames = {point.frame for muscle in model.muscles for point in muscle.points}
     frames |= {surface.frame for surface in model.surfaces.values()}
     frames |= {frame for force in model.forces for frame in force.frames}
+    frames |= {frame for loop in model.loops for frame in (loop.frame, loop.other_frame)}
     return any(on_body(model, frame)[0] == "/ground" for frame in frames)

@@ -122,12 +122,16 @@ def _coordinate(name: str, joint: Joint, initial: InitialState, coordinates: Coo
         joint.limits = [(low, high)]
     if coordinate.value == 0.0 and coordinate.speed == 0.0:
         return
-    if joint.type == "hinge":
-        axis = np.array(joint.axes[0])
-        x, y, z, w = (float(value) for value in about(axis, coordinate.value))
-        initial.joints[name] = JointState((x, y, z, w), vector(axis * coordinate.speed))
-    else:
-        initial.joints[name] = JointState(coordinate=coordinate.value, speed=coordinate.speed)
+    initial.joints[name] = state_at(joint, coordinate.value, coordinate.speed)
+
+
+def state_at(joint: Joint, value: float, speed: float) -> JointState:
+    """The state of a joint at a value of its coordinate."""
+    if joint.type != "hinge":
+        return JointState(coordinate=value, speed=speed)
+    axis = np.array(joint.axes[0])
+    x, y, z, w = (float(number) for number in about(axis, value))
+    return JointState((x, y, z, w), vector(axis * speed))
 
 
 def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:

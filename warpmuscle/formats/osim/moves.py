@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from warpmuscle.formats.osim.ellipsoids import ellipsoid_row
 from warpmuscle.formats.osim.frames import refused
 from warpmuscle.formats.osim.functions import IDENTITY, Function, composed
-from warpmuscle.formats.osim.records import Coordinate, Coupler, Joint, Model, Vec3
+from warpmuscle.formats.osim.records import Axis, Coordinate, Coupler, Joint, Model, Vec3
 
 SAMPLED = 1.0e-7  # rad or m, beyond which it is told how far a sampled function is off
 
@@ -81,20 +83,29 @@ class Coordinates:
     def moves(self, joint: Joint) -> list[Move]:
         """The shifts and turns of a joint in their order, but for those that stay at 0."""
         found = []
-        for turns, axes in ((False, joint.translations), (True, joint.rotations)):
-            for axis in axes:
-                argument, function, name = "", axis.function, ""
-                if axis.coordinates:
-                    name = axis.coordinates[0]
-                    if name not in self.by_name:
-                        raise refused(self._model, axis.line, f"there is no coordinate {name!r}")
-                    argument, inner = self.master(name)
-                    function = self.put(function, inner, argument or name, name)
-                if argument and function.constant:
-                    argument, function = "", Function((function.at(0.0),))
-                if argument or function.at(0.0) != 0.0:
-                    found.append(Move(turns, _unit(axis.direction), argument, function, name))
+        for turns, axis in _row(joint):
+            argument, function, name = "", axis.function, ""
+            if axis.coordinates:
+                name = axis.coordinates[0]
+                if name not in self.by_name:
+                    raise refused(self._model, axis.line, f"there is no coordinate {name!r}")
+                argument, inner = self.master(name)
+                function = self.put(function, inner, argument or name, name)
+            if argument and function.constant:
+                argument, function = "", Function((function.at(0.0),))
+            if argument or function.at(0.0) != 0.0:
+                found.append(Move(turns, _unit(axis.direction), argument, function, name))
         return found
+
+
+def _row(joint: Joint) -> Iterator[tuple[bool, Axis]]:
+    """The axes of a joint in their order, and whether each turns."""
+    if joint.ellipsoid is not None:
+        yield from ellipsoid_row(joint, joint.ellipsoid)
+        return
+    for turns, axes in ((False, joint.translations), (True, joint.rotations)):
+        for axis in axes:
+            yield turns, axis
 
 
 def finite_range(coordinate: Coordinate) -> tuple[float, float]:

@@ -6,9 +6,11 @@ import re
 from pathlib import Path
 
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.drawn import read_all
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import FRAMES, Frames
+from warpmuscle.formats.osim.loops import TYPES, read_loop
 from warpmuscle.formats.osim.paths import CLASSES, STOOD_FOR, read_muscle, read_surfaces, stand_in
 from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model
@@ -21,7 +23,7 @@ LABELS = ("publications", "groups", "authors", "references", "assembly_accuracy"
     "isInlined", "ObjectGroup")  # fmt: skip
 GEOMETRY = ("FrameGeometry", "attached_geometry", "Appearance", "VisibleObject", "geometry", "display", "default_color",
     "ModelVisualPreferences", "display_preference", "preferences", "color", "GeometrySet")  # fmt: skip
-DRAWN = "not read; bodies are drawn by their joints, shapes and muscles"
+DRAWN = "not read; bodies are drawn by their meshes, or by their joints, shapes and muscles"
 REASONS = {
     **dict.fromkeys(GEOMETRY, DRAWN),
     "ControllerSet": "not read; muscles get their excitations from the scene",
@@ -115,6 +117,9 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
         frames.add_owned(f"/jointset/{element.name}", element)
     for force in _members(top, "ForceSet"):
         frames.add_owned(f"/forceset/{force.name}", force)
+    for constraint in _members(top, "ConstraintSet"):
+        if own.applied(constraint):
+            frames.add_owned(f"/constraintset/{constraint.name}", constraint)
     for component in _members(top, "ComponentSet"):
         if component.tag in (*FRAMES, "Station"):
             frames.add_component(f"/componentset/{component.name}", component)
@@ -127,6 +132,7 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
     holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
     for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ()), *frames.offsets):
         read_surfaces(holder, path, found, own)
+    read_all([*holders, *((("/ground", ground),) if ground is not None else ())], frames, found, own)
     names: dict[str, int] = {}
     for element in joints:
         joint = read_joint(element, found, frames, own)
@@ -134,8 +140,11 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
             element.fail(f"there is a joint of this name already, in line {names[joint.name]}")
         names[joint.name] = element.line
         found.joints.append(joint)
-    couplers = [read_constraint(element, own) for element in _members(top, "ConstraintSet")]
-    found.couplers = [coupler for coupler in couplers if coupler is not None]
+    for element in _members(top, "ConstraintSet"):
+        if element.tag in TYPES and own.applied(element):
+            found.loops.append(read_loop(element, found, frames, own))
+        elif (coupler := read_constraint(element, own)) is not None:
+            found.couplers.append(coupler)
 
 
 def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: Notes) -> None:

@@ -68,8 +68,21 @@ class Axis:
 
 
 @dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """What a joint's child slides on, and of a scapula also the axis about which it comes off."""
+
+    radii: Vec3  # m, along the axes of the parent's frame
+    origin: tuple[float, float] = (0.0, 0.0)  # m, x and y of a point of that axis in the child's frame
+    direction: float = 0.0  # rad, of the axis, from y about z
+
+
+@dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint: shifts along axes of the parent's frame, then turns, each about an axis that the former ones turned."""
+    """A joint: shifts along axes of the parent's frame, then turns, each about an axis that the former ones turned.
+
+    With an ellipsoid, what moves is a row of its own, see `ellipsoids.py`, and `rotations` only say which coordinates
+    are angles.
+    """
 
     kind: str
     name: str
@@ -80,6 +93,7 @@ class Joint:
     coordinates: tuple[Coordinate, ...]
     rotations: tuple[Axis, ...]
     translations: tuple[Axis, ...]
+    ellipsoid: Ellipsoid | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +106,21 @@ class Coupler:
     independent: str
     function: Function
     constant: bool = False  # a Constant, which takes no coordinate at all
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A constraint between two bodies that closes a loop: a place on each of two frames, see `loops.py`."""
+
+    kind: str
+    name: str
+    line: int
+    frame: str
+    location: Vec3
+    other_frame: str
+    other_location: Vec3
+    axis: Vec3  # of a line, in the other frame
+    distance: float  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +224,17 @@ class Marker:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnMesh:
+    """A file of triangles that a frame is drawn with."""
+
+    file: str
+    frame: str
+    rotation: Vec3  # body-fixed x-y-z angles
+    translation: Vec3
+    scale: Vec3
+
+
+@dataclass(frozen=True, slots=True)
 class Lost:
     """A force that is left out, and all names that stand in it."""
 
@@ -217,11 +257,13 @@ class Model:
     bodies: list[Body] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     couplers: list[Coupler] = field(default_factory=list)
+    loops: list[Loop] = field(default_factory=list)
     surfaces: dict[str, Surface] = field(default_factory=dict)
     muscles: list[Muscle] = field(default_factory=list)
     forces: list[OsimForce] = field(default_factory=list)
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
+    meshes: list[DrawnMesh] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
     lost_shapes: dict[str, frozenset[str]] = field(default_factory=dict)  # not known: all names that stand in them
 

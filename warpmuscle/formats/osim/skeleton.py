@@ -9,13 +9,12 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
+from warpmuscle.formats.osim.ellipsoids import RADII, X, Y, Z, read_ellipsoid
 from warpmuscle.formats.osim.frames import GROUND, Frames
 from warpmuscle.formats.osim.functions import IDENTITY, ZERO, Function, owned_function
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Coupler, Joint, Model, Vec3
-from warpmuscle.formats.osim.upgrade import CONSTRAINTS
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 MOTIONS: dict[str, tuple[tuple[Vec3, ...], tuple[Vec3, ...]]] = {  # axes of turns and shifts, one a coordinate
     "WeldJoint": ((), ()),
     "PinJoint": ((Z,), ()),
@@ -25,6 +24,8 @@ MOTIONS: dict[str, tuple[tuple[Vec3, ...], tuple[Vec3, ...]]] = {  # axes of tur
     "BallJoint": ((X, Y, Z), ()),
     "FreeJoint": ((X, Y, Z), (X, Y, Z)),
     "PlanarJoint": ((Z,), (X, Y)),
+    "EllipsoidJoint": ((X, Y, Z), ()),  # and with the turns along an ellipsoid
+    "ScapulothoracicJoint": ((X, Y, Z, Y), ()),
 }
 ONE_BY_ONE = 30500  # version of the file from which on moments of inertia stand together
 INERTIAS = ("inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz")
@@ -73,35 +74,48 @@ def read_joint(element: Element, model: Model, frames: Frames, own: Properties) 
     coordinates = [_coordinate(one, path, own) for one in (holder.children if holder is not None else ())]
     if element.tag == "CustomJoint":
         rotations, translations = _custom_axes(element, own)
-        known = {coordinate.name for coordinate in coordinates}
-        given = ", ".join(known)
-        for axis in (*rotations, *translations):
-            for name in axis.coordinates:
-                if name not in known and given:
-                    message = f"axis in line {axis.line}: its coordinate {name!r} is none of the joint's: {given}"
-                    element.fail(message)
-                if name not in known:
-                    coordinates.append(_made_coordinate(path, name, axis.line))
-                    known.add(name)
+        _find_coordinates(element, path, coordinates, (*rotations, *translations))
     else:
-        turns, shifts = MOTIONS[element.tag]
-        count = len(turns) + len(shifts)
-        if 0 < len(coordinates) < count:
-            element.fail(
-                f"has {number_of(len(coordinates), 'coordinate')}, a joint of its class {count}; name all of "
-                "them, or none"
-            )
-        for index in range(len(coordinates), count):
-            coordinates.append(_made_coordinate(path, f"{element.name}_coord_{index}", element.line))
-        if len(coordinates) > count:
-            element.fail(f"has {number_of(len(coordinates), 'coordinate')}, a joint of its class {count}")
-        names = [coordinate.name for coordinate in coordinates]
-        axes = [Axis(d, (name,), IDENTITY, element.line) for d, name in zip((*turns, *shifts), names, strict=True)]
-        rotations, translations = tuple(axes[: len(turns)]), tuple(axes[len(turns) :])
+        rotations, translations = _axes_of_class(element, path, coordinates)
+    ellipsoid = read_ellipsoid(element, own) if element.tag in RADII else None
     element.child("reverse")  # the tree of bodies decides on that
     return Joint(
-        element.tag, element.name, path, element.line, parent, child, tuple(coordinates), rotations, translations
+        element.tag, element.name, path, element.line, parent, child, tuple(coordinates), rotations, translations,
+        ellipsoid,
     )  # fmt: skip
+
+
+def _find_coordinates(element: Element, path: str, coordinates: list[Coordinate], axes: tuple[Axis, ...]) -> None:
+    """Make the coordinates of a joint's axes, where it lists none; else they must be among them."""
+    known = {coordinate.name for coordinate in coordinates}
+    given = ", ".join(known)
+    for axis in axes:
+        for name in axis.coordinates:
+            if name not in known and given:
+                message = f"axis in line {axis.line}: its coordinate {name!r} is none of the joint's: {given}"
+                element.fail(message)
+            if name not in known:
+                coordinates.append(_made_coordinate(path, name, axis.line))
+                known.add(name)
+
+
+def _axes_of_class(
+    element: Element, path: str, coordinates: list[Coordinate]
+) -> tuple[tuple[Axis, ...], tuple[Axis, ...]]:
+    """The axes of a joint of a class in `MOTIONS`, whose coordinates are made where it lists none."""
+    turns, shifts = MOTIONS[element.tag]
+    count = len(turns) + len(shifts)
+    if 0 < len(coordinates) < count:
+        element.fail(
+            f"has {number_of(len(coordinates), 'coordinate')}, a joint of its class {count}; name all of them, or none"
+        )
+    for index in range(len(coordinates), count):
+        coordinates.append(_made_coordinate(path, f"{element.name}_coord_{index}", element.line))
+    if len(coordinates) > count:
+        element.fail(f"has {number_of(len(coordinates), 'coordinate')}, a joint of its class {count}")
+    names = [coordinate.name for coordinate in coordinates]
+    axes = [Axis(d, (name,), IDENTITY, element.line) for d, name in zip((*turns, *shifts), names, strict=True)]
+    return tuple(axes[: len(turns)]), tuple(axes[len(turns) :])
 
 
 def _made_coordinate(path: str, name: str, line: int) -> Coordinate:
@@ -180,8 +194,7 @@ def read_constraint(element: Element, own: Properties) -> Coupler | None:
             child.used = True
         return None
     if element.tag != "CoordinateCouplerConstraint":
-        classes = "a loop of bodies" if element.tag in CONSTRAINTS else "a constraint of this class"
-        element.fail(f"{classes} cannot be represented; set <isEnforced> to false to do without it")
+        element.fail("a constraint of this class cannot be represented; set <isEnforced> to false to do without it")
     names = own.find(element, "independent_coordinate_names")
     independent = [last_name(word) for word in names.words()] if names is not None else []
     if len(independent) != 1:

@@ -21,8 +21,10 @@ SOCKETS = {  # what names a frame or coordinate in an old layout: its socket
     "Marker": {"body": "parent_frame"},
     "ContactSphere": {"body_name": "frame"}, "ContactHalfSpace": {"body_name": "frame"},
     "ContactMesh": {"body_name": "frame"},
+    **{key: {"body_1": "body_1", "body_2": "body_2"} for key in ("PointConstraint", "ConstantDistanceConstraint")},
+    "PointOnLineConstraint": {"line_body": "line_body", "follower_body": "follower_body"},
 }  # fmt: skip
-BUSHINGS = ("BushingForce", "ExpressionBasedBushingForce", "FunctionBasedBushingForce")
+WITH_PLACES = ("WeldConstraint", "BushingForce", "ExpressionBasedBushingForce", "FunctionBasedBushingForce")
 CONSTRAINTS = ("CoordinateCouplerConstraint", "PointConstraint", "WeldConstraint", "PointOnLineConstraint",
     "ConstantDistanceConstraint", "RollingOnSurfaceConstraint")  # fmt: skip
 
@@ -45,8 +47,8 @@ def upgraded(model: Element, version: int) -> None:
     for element in list(model.all()):
         if version <= 20301:
             _loose_path(element)
-        if element.tag in BUSHINGS:
-            _bushing(element)
+        if element.tag in WITH_PLACES:
+            _places(element)
         _enabled(element)
     _bodies(model)
     for joint in joints_of(model):
@@ -118,8 +120,8 @@ def _enabled(element: Element) -> None:
             child.used = False
 
 
-def _bushing(element: Element) -> None:
-    """A bushing named bodies, and places and orientations on them."""
+def _places(element: Element) -> None:
+    """What is between two frames named bodies, and places and orientations on them."""
     for number in ("1", "2"):
         body = _first(element, f"body_{number}")
         if body is None:

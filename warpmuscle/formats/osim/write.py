@@ -12,6 +12,8 @@ from warpmuscle.core.pose import about, euler_xyz, from_rotation_vector, multipl
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.osim.build_forces import MATERIAL
 from warpmuscle.formats.osim.placement import WORLD, vector
+from warpmuscle.formats.osim.write_frames import angles_of, frame_xml, placed
+from warpmuscle.formats.osim.write_loops import constraint_elements
 from warpmuscle.formats.osim.write_muscles import axis_text, frame_path, muscle_xml
 from warpmuscle.formats.osim.xml_text import element, function_xml, name_of, numbers, objects
 from warpmuscle.scene import (
@@ -67,7 +69,7 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
             lost.append(Ignored(path, 0, f"character.joints.{name}.limit_stiffness", RANGE_ONLY))
     markers = scene.opensim.markers if scene.opensim is not None else {}
     marks = [
-        element("Marker", _place("socket_parent_frame", frame_path(scene, marker.body), plain_vector(marker.position)),
+        element("Marker", placed("socket_parent_frame", frame_path(scene, marker.body), plain_vector(marker.position)),
             name=name)
         for name, marker in markers.items()
     ]  # fmt: skip
@@ -77,7 +79,8 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
         element("length_units", "meters"), element("force_units", "N"),
         element("Ground", _surfaces(scene, "ground"), name="ground"),
         objects("BodySet", [_body(scene, name) for name in scene.character.bodies if not _is_ground(scene, name)]),
-        objects("JointSet", joints), objects("ConstraintSet", couplers), objects("ForceSet", forces),
+        objects("JointSet", joints), objects("ConstraintSet", couplers + constraint_elements(scene)),
+        objects("ForceSet", forces),
         objects("MarkerSet", marks), objects("ContactGeometrySet", shapes),
     ]  # fmt: skip
     version = WITH_POLYNOMIALS if polynomials else VERSION
@@ -132,19 +135,6 @@ def _surface(name: str, surface: Surface) -> str:
     return element(kind, inner, name=name_of(name))
 
 
-def angles_of(matrix: Floats) -> tuple[float, float, float]:
-    """Angles, rad, about x, the new y and the newer z axis, of a matrix (3, 3)."""
-    if abs(matrix[0, 2]) > 1.0 - 1e-12:  # x and z turn about one axis; as much as they should together
-        return vector(np.array([0.0, np.pi / 2.0 * np.sign(matrix[0, 2]), np.arctan2(matrix[1, 0], matrix[1, 1])]))
-    x = np.arctan2(-matrix[1, 2], matrix[2, 2])
-    y = np.arcsin(np.clip(matrix[0, 2], -1.0, 1.0))
-    return vector(np.array([x, y, np.arctan2(-matrix[0, 1], matrix[0, 0])]))
-
-
-def _place(socket: str, path: str, position: Floats) -> str:
-    return element(socket, path) + element("location", numbers(vector(WORLD.T @ position)))
-
-
 def _joints(scene: Scene) -> tuple[list[str], list[str]]:
     """All joints, that of the root first, and couplers for those that follow others."""
     found = [] if _is_ground(scene, scene.character.root) else [_root(scene)]
@@ -170,7 +160,7 @@ def _root(scene: Scene) -> str:
     child = frame_path(scene, character.root)
     if not root_type(character).speeds:
         matrix = WORLD.T @ rotate(turn, np.eye(3)).T @ WORLD
-        frame = _frame("near", "/ground", WORLD.T @ position, angles_of(matrix))
+        frame = frame_xml("near", "/ground", WORLD.T @ position, angles_of(matrix))
         return _assembled("WeldJoint", "root", child, frame, np.zeros(3), "", "")
     kept = scene.opensim if scene.opensim is not None and scene.opensim.root is not None else usual_root(character)
     assert kept.root is not None
@@ -182,7 +172,7 @@ def _root(scene: Scene) -> str:
     transform = _transform(
         [(one, next(names)) for one in kept.root.rotations], [(one, next(names)) for one in kept.root.translations]
     )
-    frame = _frame("near", "/ground", WORLD.T @ plain_vector(kept.root.position_in_parent))
+    frame = frame_xml("near", "/ground", WORLD.T @ plain_vector(kept.root.position_in_parent))
     own = WORLD.T @ plain_vector(kept.root.position_in_child)
     return _assembled("CustomJoint", f"ground_{name_of(character.root)}", child, frame, own, coordinates, transform)
 
@@ -194,7 +184,7 @@ def _rates(axes: Floats, velocity: Floats) -> Floats:
 
 def _joint(scene: Scene, name: str, joint: Joint) -> str:
     """A joint with its coordinates, where they start and their ranges."""
-    frame = _frame("near", frame_path(scene, joint.parent), WORLD.T @ plain_vector(joint.position_in_parent))
+    frame = frame_xml("near", frame_path(scene, joint.parent), WORLD.T @ plain_vector(joint.position_in_parent))
     own = WORLD.T @ plain_vector(joint.position_in_child)
     child, kind = frame_path(scene, joint.child), joint_type(joint)
     if not kind.moves and not joint.follows:
@@ -266,14 +256,9 @@ def _independent(axes: list[Floats]) -> Floats:
     return normalized(max(candidates, key=lambda one: float(np.linalg.norm(one))))
 
 
-def _frame(name: str, parent: str, place: Floats, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> str:
-    inner = element("socket_parent", parent) + element("translation", numbers(vector(place)))
-    return element("PhysicalOffsetFrame", inner + element("orientation", numbers(turn)), name=name)
-
-
 def _assembled(kind: str, name: str, child: str, near: str, own: Floats, coordinates: str, transform: str) -> str:
     inner = element("socket_parent_frame", "near") + element("socket_child_frame", "far")
-    inner += element("coordinates", coordinates) + element("frames", near + _frame("far", child, own))
+    inner += element("coordinates", coordinates) + element("frames", near + frame_xml("far", child, own))
     return element(kind, inner + transform, name=name)
 
 
@@ -289,7 +274,7 @@ def _contact(scene: Scene, path: Path, lost: list[Ignored]) -> tuple[list[str], 
             if isinstance(shape, Box) or plain_number(radius) <= 0.0:
                 lost.append(Ignored(path, 0, f"character.bodies.{name}.shapes", SPHERES_ONLY))
                 continue
-            inner = _place("socket_frame", frame_path(scene, name), plain_vector(point))
+            inner = placed("socket_frame", frame_path(scene, name), plain_vector(point))
             inner += element("radius", numbers([plain_number(radius)]))
             shapes.append(element("ContactSphere", inner, name=own))
             material = _material(scene, body, shape)

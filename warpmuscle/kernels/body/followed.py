@@ -16,7 +16,8 @@ any right-hand side; Jain 2011, Robot and Multibody Dynamics, ch. 15, for aggreg
         U_k += I S,    D_kl += S . U_l,  D_kk += S . (I S + U_k),    v_k += U_k . c + S . p,
 
 where U_k on the right is the sum of those of the children. At the root a is known, or is eliminated as a free joint is,
-and D x = forces - v gives x; then free joints know their accelerations: q - d sum_k w_k x_k.
+and D x = forces - v gives x; then free joints know their accelerations: q - d sum_k w_k x_k. Pushes of constraints
+are more such unknowns, see `constraints.py`.
 """
 
 from functools import cache
@@ -25,9 +26,10 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_inverse, symmetric_product, symmetric_times
+from warpmuscle.kernels.body.constraints import solve_constrained
 from warpmuscle.kernels.body.coordinate_joint import accelerate_any, accelerate_any_remaining, coordinate_axis
 from warpmuscle.kernels.body.dynamics import Articulated, move_body, with_children
-from warpmuscle.kernels.body.followed_reduction import followed_of, gather, slot
+from warpmuscle.kernels.body.followed_reduction import followed_of, gather, gather_with_pushes, slot
 from warpmuscle.kernels.body.motion import prescribed_root
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
@@ -64,25 +66,35 @@ def root_motion(kind: int, x: Articulated, n: wp.vec3, f: wp.vec3) -> wp.spatial
     return wp.spatial_vector(alpha, a)
 
 
-@func
-def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
-    """U_k, responses and v at the root, as of a body of which nothing is left for a parent.
+@cache
+def close_root_of(constrained: bool) -> Any:
+    """The Warp function `close_root`, where constraints may push."""
+    collect = gather_with_pushes if constrained else gather
 
-    Args:
-        given: its acceleration, if that is prescribed; else 0.
-    """
-    x = with_children(0, model.skeleton, work)
-    rest = root_motion(kind, x, x.n, x.f) + given
-    for k in range(model.couplings.followed):
-        u = gather(0, k, model, work)
-        response = root_motion(kind, x, wp.spatial_top(u), wp.spatial_bottom(u))
-        work.followed_moment[k] = wp.spatial_top(u)
-        work.followed_force[k] = wp.spatial_bottom(u)
-        work.followed_along[k] = wp.spatial_top(response)
-        work.followed_response[k] = wp.spatial_bottom(response)
-        work.followed_bias[k] = wp.dot(u, rest)
-    work.angular_acceleration[0] = wp.spatial_top(rest)
-    work.acceleration[0] = wp.spatial_bottom(rest)
+    @wp.func
+    def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
+        """U_k, responses and v at the root, as of a body of which nothing is left for a parent.
+
+        Args:
+            given: its acceleration, if that is prescribed; else 0.
+        """
+        x = with_children(0, model.skeleton, work)
+        rest = root_motion(kind, x, x.n, x.f) + given
+        for k in range(model.couplings.followed):
+            u = collect(0, k, model, work)
+            response = root_motion(kind, x, wp.spatial_top(u), wp.spatial_bottom(u))
+            work.followed_moment[k] = wp.spatial_top(u)
+            work.followed_force[k] = wp.spatial_bottom(u)
+            work.followed_along[k] = wp.spatial_top(response)
+            work.followed_response[k] = wp.spatial_bottom(response)
+            work.followed_bias[k] = wp.dot(u, rest)
+        work.angular_acceleration[0] = wp.spatial_top(rest)
+        work.acceleration[0] = wp.spatial_bottom(rest)
+
+    return close_root
+
+
+close_root = close_root_of(False)
 
 
 @func
@@ -95,8 +107,12 @@ def driver_of_row(k: int, model: ModelRef) -> int:
 
 
 @cache
-def equations_of(hybrid: bool) -> Any:
-    """The Warp function that sums up D and forces - v, a row a lane, in the order of bodies."""
+def equations_of(hybrid: bool, constrained: bool = False) -> Any:
+    """The Warp function that sums up D and forces - v, a row a lane, in the order of bodies.
+
+    Args:
+        constrained: whether there are constraints, whose rows come last and have what is wanted in place of forces.
+    """
     followed = followed_of(hybrid)
 
     @wp.func
@@ -109,6 +125,9 @@ def equations_of(hybrid: bool) -> Any:
                 right -= work.followed_bias[slot(body, k, model)]
             axis = coordinate_axis(instance, driver, model, work)
             free = followed(driver, model) >= 0
+            if wp.static(constrained):
+                push = k - model.constraints.first
+                free = free or push >= 0
             for l in range(count):  # noqa: E741
                 d = wp.dot(work.followed_moment[k], work.followed_along[l])
                 d += wp.dot(work.followed_force[k], work.followed_response[l])
@@ -124,9 +143,19 @@ def equations_of(hybrid: bool) -> Any:
                 if not free:
                     d = wp.where(k == l, 1.0, 0.0)
                 elif k == l:
-                    d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
+                    if wp.static(constrained):
+                        if push < 0:
+                            d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
+                    else:
+                        d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
                 work.followed_matrix[k * count + l] = d
-            right -= wp.dot(axis, work.torque[driver])
+            if wp.static(constrained):
+                if push >= 0:
+                    right -= work.push_wanted[push]
+                else:
+                    right -= wp.dot(axis, work.torque[driver])
+            else:
+                right -= wp.dot(axis, work.torque[driver])
             work.followed_acceleration[k] = wp.where(free, right, 0.0)
 
     return equations
@@ -210,9 +239,10 @@ def accelerate_followed_of(hybrid: bool) -> Any:
 
 
 @cache
-def solution_of(hybrid: bool) -> Any:
+def solution_of(hybrid: bool, constrained: bool = False) -> Any:
     """The Warp function between the backward and the forward pass. It ends with a barrier."""
-    equations, correct_joint = equations_of(hybrid), correct_joint_of(hybrid)
+    equations, correct_joint = equations_of(hybrid, constrained), correct_joint_of(hybrid)
+    close_root = close_root_of(constrained)
 
     @wp.func
     def solution(
@@ -224,7 +254,10 @@ def solution_of(hybrid: bool) -> Any:
         equations(instance, lane, lanes, model, work)
         synchronize()
         if lane == 0:
-            solve_followed(model.couplings.followed, work)
+            if wp.static(constrained):
+                solve_constrained(model.couplings.followed, model.constraints.first, work)
+            else:
+                solve_followed(model.couplings.followed, work)
             move_root(model, work)
         synchronize()
         for body in range(1 + lane, model.body_count, lanes):
@@ -235,9 +268,9 @@ def solution_of(hybrid: bool) -> Any:
 
 
 @cache
-def followed_acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
-    """`dynamics.acceleration_stage_of` where followed coordinates stay open to the root."""
-    solution = solution_of(False)
+def followed_acceleration_stage_of(backward_pass: Any, forward_pass: Any, constrained: bool = False) -> Any:
+    """`dynamics.acceleration_stage_of` where followed coordinates, or pushes of constraints, stay open to the root."""
+    solution = solution_of(False, constrained)
 
     @wp.func
     def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
@@ -250,9 +283,9 @@ def followed_acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any
 
 
 @cache
-def followed_hybrid_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
-    """`hybrid.hybrid_acceleration_stage_of` where followed coordinates stay open to the root."""
-    solution = solution_of(True)
+def followed_hybrid_stage_of(backward_pass: Any, forward_pass: Any, constrained: bool = False) -> Any:
+    """`hybrid.hybrid_acceleration_stage_of` where followed coordinates, or pushes, stay open to the root."""
+    solution = solution_of(True, constrained)
 
     @wp.func
     def hybrid_acceleration_stage(

@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_inverse, symmetric_times
+from warpmuscle.kernels.body.constraints import pushed
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, joint_drift
 from warpmuscle.kernels.body.dynamics import (
     Articulated,
@@ -116,43 +117,56 @@ def gather(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.spatial_v
 
 
 @func
-def leave_followed(
-    body: int, own: int, r: wp.vec3, drift: wp.vec3, x: Articulated, j: FreeJoint, model: ModelRef, work: ScratchRef
-):  # fmt: skip
-    """Leave U_k for the parent, and what the joint adds to D and v, see the head of this file.
+def gather_with_pushes(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.spatial_vector:
+    """The same with what constraints push on the body itself."""
+    return gather(body, k, model, work) + pushed(body, k - model.constraints.first, model, work)
 
-    Args:
-        own: which followed coordinate moves the joint, whose S is then the first axis of j; -1: none.
-    """
-    bias = work.bias[body]
-    for k in range(model.couplings.followed):
-        u = gather(body, k, model, work)
-        moment = wp.spatial_top(u)
-        force = wp.spatial_bottom(u)
-        along = wp.transpose(j.turning) * moment + wp.transpose(j.moving) * force
-        response = wp.vec3(0.0)
-        v = wp.dot(moment, bias) + wp.dot(force, drift)
-        if own >= 0:
-            if k == own:
-                s = wp.vec3(j.turning[0, 0], j.turning[1, 0], j.turning[2, 0])
-                t = wp.vec3(j.moving[0, 0], j.moving[1, 0], j.moving[2, 0])
-                ua = wp.vec3(j.moment[0, 0], j.moment[1, 0], j.moment[2, 0])
-                ub = wp.vec3(j.force[0, 0], j.force[1, 0], j.force[2, 0])
-                along = wp.vec3(2.0 * along[0] + wp.dot(s, ua) + wp.dot(t, ub), 0.0, 0.0)
-                v += wp.dot(s, x.n) + wp.dot(t, x.f)
-                moment += ua
-                force += ub
-        else:
-            response = j.d * along
-            v += wp.dot(along, j.q)
-            moment -= j.moment * response
-            force -= j.force * response
-        at_slot = slot(body, k, model)
-        work.followed_moment[at_slot] = moment + wp.cross(r, force)
-        work.followed_force[at_slot] = force
-        work.followed_along[at_slot] = along
-        work.followed_response[at_slot] = response
-        work.followed_bias[at_slot] = v
+
+@cache
+def leave_followed_of(constrained: bool) -> Any:
+    """The Warp function `leave_followed`, where constraints may push."""
+    collect = gather_with_pushes if constrained else gather
+
+    @wp.func
+    def leave_followed(
+        body: int, own: int, r: wp.vec3, drift: wp.vec3, x: Articulated, j: FreeJoint, model: ModelRef, work: ScratchRef
+    ):  # fmt: skip
+        """Leave U_k for the parent, and what the joint adds to D and v, see the head of this file.
+
+        Args:
+            own: which followed coordinate moves the joint, whose S is then the first axis of j; -1: none.
+        """
+        bias = work.bias[body]
+        for k in range(model.couplings.followed):
+            u = collect(body, k, model, work)
+            moment = wp.spatial_top(u)
+            force = wp.spatial_bottom(u)
+            along = wp.transpose(j.turning) * moment + wp.transpose(j.moving) * force
+            response = wp.vec3(0.0)
+            v = wp.dot(moment, bias) + wp.dot(force, drift)
+            if own >= 0:
+                if k == own:
+                    s = wp.vec3(j.turning[0, 0], j.turning[1, 0], j.turning[2, 0])
+                    t = wp.vec3(j.moving[0, 0], j.moving[1, 0], j.moving[2, 0])
+                    ua = wp.vec3(j.moment[0, 0], j.moment[1, 0], j.moment[2, 0])
+                    ub = wp.vec3(j.force[0, 0], j.force[1, 0], j.force[2, 0])
+                    along = wp.vec3(2.0 * along[0] + wp.dot(s, ua) + wp.dot(t, ub), 0.0, 0.0)
+                    v += wp.dot(s, x.n) + wp.dot(t, x.f)
+                    moment += ua
+                    force += ub
+            else:
+                response = j.d * along
+                v += wp.dot(along, j.q)
+                moment -= j.moment * response
+                force -= j.force * response
+            at_slot = slot(body, k, model)
+            work.followed_moment[at_slot] = moment + wp.cross(r, force)
+            work.followed_force[at_slot] = force
+            work.followed_along[at_slot] = along
+            work.followed_response[at_slot] = response
+            work.followed_bias[at_slot] = v
+
+    return leave_followed
 
 
 @func
@@ -179,9 +193,13 @@ def followed_of(hybrid: bool) -> Any:
 
 
 @cache
-def reduce_followed_of(hybrid: bool) -> Any:
-    """The Warp function that eliminates the joint of one body, unless a followed coordinate moves it."""
-    followed = followed_of(hybrid)
+def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
+    """The Warp function that eliminates the joint of one body, unless a followed coordinate moves it.
+
+    Args:
+        constrained: whether there are constraints.
+    """
+    followed, leave_followed = followed_of(hybrid), leave_followed_of(constrained)
 
     @wp.func
     def reduce_followed(instance: int, body: int, model: ModelRef, work: ScratchRef):

@@ -39,7 +39,7 @@ from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stag
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
-from warpmuscle.kernels.memory.scratch import coordinate_work_at, followed_work_at_of, work_at
+from warpmuscle.kernels.memory.scratch import coordinate_work_at, followed_work_at_of, pushed_work_at_of, work_at
 from warpmuscle.kernels.structs import FOLLOWER
 
 
@@ -50,12 +50,23 @@ class SkeletonKind(NamedTuple):
     turned: bool = False  # principal axes of inertia lie in some body as its `inertia_axes` say
     contact: int = SPRING  # law of the ground's contacts, see `contact_laws.py`
     followed: int = 0  # coordinates that joints far from theirs follow, and all others that are followed then
+    constraints: int = 0  # rows of constraints between bodies, with which all followed coordinates count
     terrain: int = FLAT  # whether the ground rises over its plane, see `contact/terrain.py`
 
     @property
     def follows(self) -> bool:
         """Whether some joints follow others."""
         return any(joint.number == FOLLOWER for joint in self.joints)
+
+    @property
+    def open(self) -> int:
+        """Unknowns that stay open to the root, see `followed.py`."""
+        return self.followed + self.constraints
+
+    @property
+    def with_coordinates(self) -> bool:
+        """Whether the working set has what joints of one coordinate need."""
+        return bool(self.joints) or self.constraints > 0
 
 
 class JointStages(NamedTuple):
@@ -74,7 +85,7 @@ class JointStages(NamedTuple):
 def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     """The stages of a model with such bodies and joints."""
     inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain)
-    if not kind.joints:
+    if not kind.with_coordinates:
         return JointStages(
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,
             integrate_stage,
@@ -86,16 +97,24 @@ def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     if kind.follows:
         backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
-    if kind.followed:
+    views = coordinate_work_at
+    if kind.open:
+        views = followed_work_at_of(kind.open)
+        if kind.constraints:
+            views = pushed_work_at_of(kind.open, kind.constraints)
+        constrained = kind.constraints > 0
         acceleration, hybrid = (
-            stage_of(backward_pass_of(reduce_followed_of(rest)), forward_pass_of(accelerate_followed_of(rest)))
+            stage_of(
+                backward_pass_of(reduce_followed_of(rest, constrained)), forward_pass_of(accelerate_followed_of(rest)),
+                constrained,
+            )
             for stage_of, rest in ((followed_acceleration_stage_of, False), (followed_hybrid_stage_of, True))
-        )
+        )  # fmt: skip
     else:
         acceleration = acceleration_stage_of(backward(reduce), forward(accelerate_any))
         hybrid = hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining))
     return JointStages(
-        followed_work_at_of(kind.followed) if kind.followed else coordinate_work_at,
+        views,
         kinematics_stage_of(move_any_of(kind.joints, displaced), place_any, prepare),
         prescribe_any,
         inertia_stage,

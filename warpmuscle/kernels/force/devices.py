@@ -4,6 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.force.bushing import Bushing, bushing
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
+from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad, joint_load, load, point_load
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -127,5 +128,8 @@ FORCES = {
     "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring),
     "bushing": ForceKind(pair=bushing, parameters=Bushing),
     "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),
+    "load": ForceKind(wrench=load, parameters=Load),
+    "point_load": ForceKind(wrench=point_load, parameters=PointLoad),
+    "joint_load": ForceKind(effort=joint_load, parameters=JointLoad),
 }
 FORCES = {name: force._replace(shipped=True) for name, force in FORCES.items()}

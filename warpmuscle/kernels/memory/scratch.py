@@ -20,6 +20,7 @@ FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_
 SLOT_FLOATS = 18
 COORDINATE = 9  # floats a body, of joints of one coordinate where there are some
 FOLLOWED = 13  # floats a body and followed coordinate, see `followed.py`
+PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
@@ -71,6 +72,9 @@ LIVES = {
         Life("backward", "forward"),
     ),
     **dict.fromkeys(("followed_matrix", "followed_acceleration"), Life("backward", "forward")),
+    **dict.fromkeys(("push_force", "push_moment", "push_other_moment"), Life("motion", "forward")),
+    "push_wanted": Life("motion", "backward"),
+    "push_mobility": Life("forward", "forward"),
 }
 
 
@@ -89,13 +93,14 @@ def slots_for(capacity: int, floats: int, least: int) -> int:
     return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
-def followed_floats(capacity: int, followed: int) -> int:
-    """Numbers of so many followed coordinates: of each body, and their equations."""
-    return followed * (FOLLOWED * capacity + followed + 1)
+def followed_floats(capacity: int, followed: int, pushes: int = 0) -> int:
+    """Numbers of so many followed coordinates: of each body, and their equations; so many of them are pushes."""
+    return followed * (FOLLOWED * capacity + followed + 1) + PUSH * pushes
 
 
 def work_floats(
-    capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None, followed: int = 0
+    capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None, followed: int = 0,
+    pushes: int = 0,
 ) -> int:  # fmt: skip
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
@@ -106,12 +111,12 @@ def work_floats(
         coordinate_joints: whether there are joints as in `coordinate_joint.py`.
         monomials: of paths that are polynomials. slots: of feet, see `slots_for`; None for those of the size class, in
             which there need not be room for monomials, so that they come last.
-        followed: coordinates that stay open to the root.
+        followed: coordinates that stay open to the root. pushes: those of them that are rows of constraints.
     """
     floats = (FIRST + SECOND) * capacity + OTHER_FLOATS
     floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots
     if coordinate_joints:
-        floats += COORDINATE * capacity + followed_floats(capacity, followed)
+        floats += COORDINATE * capacity + followed_floats(capacity, followed, pushes)
         return floats + (4 - floats) % 8
     return floats + (8 - floats) % 16
 
@@ -272,6 +277,26 @@ def followed_work_at_of(followed: int) -> Any:
         return w
 
     return followed_work_at
+
+
+@cache
+def pushed_work_at_of(followed: int, pushes: int) -> Any:
+    """The same where so many of these are rows of constraints, which have a block behind that."""
+    followed_work_at = followed_work_at_of(followed)
+
+    @wp.func
+    def pushed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
+        w = followed_work_at(memory, n, slots)
+        before = (FIRST + SECOND + COORDINATE) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        last = before + followed * (FOLLOWED * n + followed + 1)
+        w.push_force = vectors_at(memory, last, PUSH, pushes)
+        w.push_moment = vectors_at(memory, last + 3, PUSH, pushes)
+        w.push_other_moment = vectors_at(memory, last + 6, PUSH, pushes)
+        w.push_wanted = floats_at(memory, last + 9, PUSH, pushes)
+        w.push_mobility = floats_at(memory, last + 10, PUSH, pushes)
+        return w
+
+    return pushed_work_at
 
 
 @func

@@ -14,7 +14,7 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import Character, InitialState, Scene
+from warpmuscle.scene import Character, InitialState, Scene, drawable
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free
@@ -22,6 +22,7 @@ from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.trusted_code import check_entries, named_code
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
+from warpmuscle.scene.validation.constraints import check_closed, check_constraints
 from warpmuscle.scene.validation.contact import check_body_contact, check_ground, check_pairs
 from warpmuscle.scene.validation.controller import check_control_rate, check_controller
 from warpmuscle.scene.validation.forces import check_forces
@@ -64,12 +65,14 @@ class _Check(Checks):
             known(entry, named_code(scene).values(), "part", f"custom.{entry}", "that this scene uses")
         self.names(scene)
         check_skeleton(self)
+        check_constraints(self)
         self.feet(scene)
         check_muscles(self)
         check_motion(self)
         check_forces(self)
         check_controller(self)
         self.initial_state(scene.initial_state, scene.character)
+        check_closed(scene)
         check_ground(self)
         check_body_contact(self)
         check_failure(self, "failure", scene.failure)
@@ -111,6 +114,11 @@ class _Check(Checks):
             check_displacement(self, f"opensim.couplers.{name}", coupling)
         for name, marker in model.markers.items():
             known(marker.body, scene.character.bodies, "body", f"opensim.markers.{name}.body")
+        for number, mesh in enumerate(model.meshes):
+            known(mesh.body, scene.character.bodies, "body", f"opensim.meshes.{number}.body")
+            if not drawable(mesh.file):
+                message = "is the name of a .vtp, .stl or .obj file, without a folder"
+                raise SceneError(message, key=f"opensim.meshes.{number}.file")
 
     def tracking(self, scene: Scene) -> None:
         """A tracked gait has one source, and joints of the character; a weight of tracking has a gait."""

@@ -13,9 +13,9 @@ class Biped {
   constructor(content, arrays, widths, doll, renderer) {
     Object.assign(this, content);
     Object.assign(this, { doll, renderer, bodies: doll.parent.length, names: doll.muscles.names });
-    const find = (of) => Object.fromEntries(Object.entries(content.arrays).map(([name, k]) => [name, of[k]]));
-    this.arrays = find(arrays);
-    this.widths = find(widths);
+    const each = (of) => Object.fromEntries(Object.entries(content.arrays).map(([name, k]) => [name, of(name, k)]));
+    this.widths = each((name, k) => widths[k]);
+    this.arrays = each((name, k) => part(arrays[k], content.rows?.[name], content.frames, widths[k]));
     this.count = doll.muscles.body.length;
     this.first = renderer.reserve(this.bodies, this.count, this.names.length);
     this.order = Math.max(...doll.muscles.f_max, 1); // N that is drawn as FULL_RADIUS
@@ -28,7 +28,8 @@ class Biped {
   addFigure() {
     const { renderer, doll, first } = this, { start } = doll.muscles;
     for (const piece of doll.pieces) {
-      const slot = first.slots + piece.body, tint = { bone: BONE_TINT, hollow: HOLLOW_TINT }[piece.layer] ?? SIDE_TINT[piece.side];
+      const flesh = renderer.shade(this) ?? SIDE_TINT[piece.side];
+      const slot = first.slots + piece.body, tint = { bone: BONE_TINT, hollow: HOLLOW_TINT }[piece.layer] ?? flesh;
       const place = (piece.start ? times(add(piece.start, piece.end), 0.5) : piece.position) ?? [0, 0, 0];
       const along = piece.start ? minus(piece.end, piece.start) : [0, 0, 0], length = norm(along);
       const turn = piece.start ? turnFromY(length > 1e-9 ? along : [0, 1, 0]) : piece.orientation ?? UNTURNED;
@@ -46,6 +47,7 @@ class Biped {
   addPath() {
     const every = Math.max(1, Math.ceil(this.frames / PATH_POINTS[Number(this.renderer.fine)])), points = [];
     const { ground } = this.renderer, onGround = (p) => [p[0], groundHeight(ground, p[0], p[2]) + 0.004, p[2]];
+    if (!this.arrays.com) return;
     for (let f = 0; f < this.frames; f += every) points.push(onGround(add(Array.from(this.arrays.com.slice(3 * f, 3 * f + 3)), this.offset)));
     this.renderer.addPath(points, 0.005, COM_TINT);
   }
@@ -106,10 +108,11 @@ class Biped {
     out[at + 2] += z;
   }
 
-  // Points around all flesh, by the poses in the table.
+  // Points around all flesh, and around bones without, by the poses in the table.
   outline() {
-    const poses = this.renderer.poses.numbers;
-    return this.doll.pieces.filter((piece) => piece.layer === "flesh").flatMap((piece) => {
+    const poses = this.renderer.poses.numbers, fleshy = new Set(this.doll.pieces.filter((piece) => piece.layer === "flesh").map((piece) => piece.body));
+    const seen = (piece) => piece.layer === "flesh" || (piece.layer === "bone" && piece.reach && !fleshy.has(piece.body));
+    return this.doll.pieces.filter(seen).flatMap((piece) => {
       const at = 8 * (this.first.slots + piece.body), turn = Array.from(poses.slice(at + 4, at + 8));
       const ends = piece.start ? [piece.start, piece.end] : [piece.position ?? piece.middle];
       const radii = piece.start ? piece.radii : [piece.reach ?? Math.max(...piece.radii)];
@@ -121,7 +124,7 @@ class Biped {
   }
 
   com(moment) {
-    return add(this.between("com", moment), this.offset);
+    return add(this.between(this.arrays.com ? "com" : "root", moment), this.offset);
   }
 
   // Bring all that moves to a time.
@@ -129,8 +132,8 @@ class Biped {
     const moment = this.moment(time), { renderer, first } = this;
     this.pose("orientation", moment, first.slots);
     if (shown.desired && this.arrays.desired) this.pose("desired", moment, first.slots + renderer.shift);
-    if (this.names.length) this.updateMuscles(moment, shown);
-    if (shown.forces) this.markForces(moment);
+    if (this.arrays.activation && !renderer.shaded) this.updateMuscles(moment, shown);
+    if (shown.forces && this.arrays.force) this.markForces(moment);
     if (shown.path) {
       const r = 0.03 * this.doll.scale;
       renderer.mark("limb", this.com(moment), UNTURNED, [r, r, r, 0], COM_TINT);
@@ -185,6 +188,11 @@ class Biped {
       arrow(this.renderer, add(centers.slice(3 * side, 3 * side + 3), this.offset), times(unit(force), FORCE_SCALE * size), FORCE_TINT[side]);
     }
   }
+}
+
+// The rows of an array that are of one motion, where several share it.
+function part(array, first, frames, width) {
+  return first === undefined ? array : array.subarray(first * width, (first + frames) * width);
 }
 
 function arrow(renderer, from, along, color) {

@@ -1,10 +1,10 @@
 // Where the picture is seen from: turned, moved and zoomed by mouse, fingers and keys, or fitted to what there is.
 
 const OPENING = 0.55; // rad, from the lower to the upper edge of the picture
-const ANGLES = { side: [-Math.PI / 2, 0.05], front: [0, 0.05], back: [Math.PI, 0.05], top: [-Math.PI / 2, 1.5], oblique: [-0.95, 0.16] };
+const ANGLES = { side: [-Math.PI / 2, 0.05], front: [0, 0.05], back: [Math.PI, 0.05], top: [-Math.PI / 2, 1.5], oblique: [-0.95, 0.16], crowd: [-0.55, 0.3] };
 // Of pictures and of narrow ones, where controls and title lie over them: factors of what is fitted, across and up, and
 // how far it is below the middle.
-const ROOM = { wide: [1.15, 1.22, 0.07], narrow: [1.15, 1.5, 0.2] }, NARROW = 500; // px
+const ROOM = { wide: [1.12, 1.14, 0.03], narrow: [1.12, 1.3, 0.1] }, NARROW = 420; // px
 const WHEEL_CALM = 250; // ms after which the wheel is at rest
 
 class Camera {

@@ -1,7 +1,7 @@
 // What is pressed and typed: buttons, keys, the pointer over the picture, pictures and films.
 
 const TOGGLES = { muscles: "muscles", thickness: "thickness by force", flesh: "skin", bones: "bones", surfaces: "wrapping surfaces", shapes: "contact shapes",
-  desired: "desired pose", forces: "ground forces", path: "centre of mass", labels: "names", norms: "norms", follow: "follow", split: "each in its own picture", plots: "plots" };
+  desired: "desired pose", forces: "ground forces", path: "centre of mass", labels: "names", norms: "norms", strides: "curves over one stride", follow: "follow", split: "each in its own picture", plots: "plots" };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const KEYS = [
   ["space", "play or pause", [" "], (p) => p.play(!p.playing)],
@@ -13,7 +13,8 @@ const KEYS = [
   ["1 to 5", "from the side, the front, behind, above, oblique", ["1", "2", "3", "4", "5"],
     (p, event) => p.look(["side", "front", "back", "top", "oblique"][Number(event.key) - 1])],
   ["m, b, w", "muscles, skin, bones", ["m", "b", "w"], (p, event) => p.flip({ m: "muscles", b: "flesh", w: "bones" }[event.key])],
-  ["g, d, n", "ground forces, desired pose, norms", ["g", "d", "n"], (p, event) => p.flip({ g: "forces", d: "desired", n: "norms" }[event.key])],
+  ["g, d, n, o", "ground forces, desired pose, norms, one stride", ["g", "d", "n", "o"],
+    (p, event) => p.flip({ g: "forces", d: "desired", n: "norms", o: "strides" }[event.key])],
   ["p", "plots", ["p"], (p) => p.flip("plots")],
   ["/", "find a curve", ["/"], (p) => p.element("search").focus()],
   ["tab", "next control", [], null],
@@ -37,11 +38,6 @@ class Controls {
 
   makeLegend(title) {
     this.element("legend").firstChild.textContent = title;
-    if (!this.player.hasMuscles()) return;
-    const colors = ACTIVATION.map((color) => `rgb(${color.map((v) => Math.round(255 * v))})`);
-    this.element("scale").hidden = false;
-    this.element("scale").innerHTML = "activation<i></i><u><span>0</span><span>0.5</span><span>1</span></u>";
-    this.element("scale").querySelector("i").style.background = `linear-gradient(90deg,${colors})`;
   }
 
   makeBar() {
@@ -59,8 +55,12 @@ class Controls {
     this.element("whose").hidden = this.element("several").hidden = player.bipeds.length < 2;
     this.element("several").firstChild.onchange = (event) => player.overlay(event.target.checked);
     this.element("search").oninput = (event) => player.find(event.target.value);
+    this.element("stride").hidden = !("strides" in player.shown);
+    this.element("stride").firstChild.onchange = (event) => player.show("strides", event.target.checked);
+    options("save", [["", "save"], ...Object.keys(SAVES).map((kind) => [kind, kind])]);
+    this.element("save").onchange = (event) => player.saveCurves(event.target.value);
     options("from", Object.keys(ANGLES).map((name) => [name, name]));
-    this.element("from").value = "oblique";
+    this.element("from").value = player.bipeds.length > FITTED ? "crowd" : "oblique";
     this.element("from").onchange = (event) => player.look(event.target.value);
   }
 

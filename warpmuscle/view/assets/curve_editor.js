@@ -308,12 +308,6 @@ class CurveEditor {
   }
 }
 
-function line(pen, points) {
-  pen.beginPath();
-  points.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-  pen.stroke();
-}
-
 // 1, 2 or 5 times a power of ten, not smaller than this.
 function tickStep(least) {
   const power = 10 ** Math.floor(Math.log10(least));

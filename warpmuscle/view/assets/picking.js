@@ -64,7 +64,8 @@ class Labels {
   }
 
   draw(views) {
-    const { bipeds, selected, shown, time } = this.player;
+    const { bipeds, selected, shown, time } = this.player, tools = document.getElementById("tools");
+    const over = tools.offsetLeft < EDGE + 8 ? tools.offsetTop + tools.offsetHeight : 0; // buttons of a narrow page, all across
     this.elements.forEach((label, k) => {
       label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
       if (label.hidden) return;
@@ -75,7 +76,7 @@ class Labels {
       if (label.hidden) return;
       const half = 0.5 * label.offsetWidth, inside = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
       Object.assign(label.style, { left: `${x + inside(at[0], half + EDGE, width - half - EDGE)}px`,
-        top: `${y + inside(at[1], label.offsetHeight + EDGE, height - EDGE)}px` });
+        top: `${y + inside(at[1], label.offsetHeight + EDGE + (y < 1 ? over : 0), height - EDGE)}px` });
     });
   }
 }

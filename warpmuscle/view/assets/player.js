@@ -16,7 +16,7 @@ class Player {
     this.bipeds = content.tracks.map((track) => new Biped(told(track), arrays, widths, content.dolls[track.doll], this.renderer));
     Object.assign(this, { seen: [], time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
     this.shown = { ...content.shown };
-    this.camera = new Camera(this.element("scene"), ANGLES.oblique);
+    this.camera = new Camera(this.element("scene"), this.bipeds.length > FITTED ? ANGLES.crowd : ANGLES.oblique);
     this.plots = new Plots(this.element("strip"), (time) => this.seek(time));
     this.plots.onScroll = () => (this.drawn = null);
     this.live = content.live ? new Live(this, content.live) : null;
@@ -25,6 +25,7 @@ class Player {
     this.measure();
     this.controls = new Controls(this, content);
     this.labels = new Labels(this);
+    this.shades = new Shades(this, content.shades);
     this.setSpeed(1);
     if (!this.live && !("split" in this.shown)) this.bipeds.forEach((biped) => biped.addPath());
     Object.keys(this.shown).forEach((name) => this.show(name, this.shown[name]));
@@ -114,6 +115,10 @@ class Player {
     if (name === "follow") this.camera.follow = on;
     if (name === "split") this.split(on);
     if (name === "norms") this.plots.norms = on;
+    if (name === "strides") {
+      this.plots.strides = this.element("stride").firstChild.checked = on;
+      this.showPlots();
+    }
     this.plots.kept_at = undefined;
   }
 
@@ -178,7 +183,7 @@ class Player {
 
   // How much a motion counts for where the camera goes: one that has ended, as by a fall, is left behind.
   weight(biped, time) {
-    const end = this.live ? Infinity : biped.arrays.time[Math.max(biped.frames - 1, 0)];
+    const end = this.live ? Infinity : biped.until ?? biped.arrays.time[Math.max(biped.frames - 1, 0)];
     return Math.min(Math.max(1 - (time - end) / LEFT_BEHIND, 0), 1);
   }
 
@@ -250,7 +255,8 @@ class Player {
 
   describe({ biped, muscle, name }) {
     const label = this.bipeds.length > 1 ? `${biped.label}: ${name}` : name;
-    if (muscle === undefined) return label;
+    const known = [biped.rank && `rank ${biped.rank} of ${this.bipeds.length}`, biped.ended].filter(Boolean).join(", ");
+    if (muscle === undefined) return this.bipeds.length > FITTED && known ? `${biped.label}\n${known}` : label;
     const moment = biped.moment(this.time), part = (array) => biped.between(array, moment, muscle, 1)[0];
     const force = FULL_FORCE * part("load") * biped.doll.muscles.f_max[muscle];
     return `${label}\nactivation ${part("activation").toFixed(2)}, force ${force.toFixed(0)} N`;
@@ -266,6 +272,12 @@ class Player {
   fileName(suffix) {
     const title = this.element("legend").firstChild.textContent.replace(/[^\w-]+/g, "_").slice(0, 60) || "motion";
     return `${title}_${this.time.toFixed(2)}s.${suffix}`;
+  }
+
+  saveCurves(kind) {
+    this.element("save").value = "";
+    if (kind) SAVES[kind](this.plots, this.fileName("").replace(/\.$/, ""));
+    this.plots.kept_at = this.drawn = null;
   }
 
   savePicture() {
@@ -358,7 +370,7 @@ class Player {
     return { time: this.time, end: this.end, frame: moment.frame, frames: biped.frames, playing: this.playing,
       speed: this.speed, shown: { ...this.shown }, selected: this.selected, group: this.shownGroup, words: this.words,
       panels: this.plots.panels.length, rowHeight: this.plots.each, curves: this.plots.boxes.reduce((sum, box) => sum + box.lines.length, 0),
-      bipeds: this.bipeds.length, places: this.places(), counts: this.renderer.counts(), com: biped.com(moment), target: this.camera.target,
+      bipeds: this.bipeds.length, shade: this.shades.name, places: this.places(), counts: this.renderer.counts(), com: biped.com(moment), target: this.camera.target,
       camera: this.camera.state(), pictures: this.pictures, received: this.live?.received,
       fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }

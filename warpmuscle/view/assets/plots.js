@@ -3,8 +3,9 @@
 
 const LINE_COLOR = { left: "#0072b2", right: "#d55e00", middle: "#404040" };
 const TRACK_COLOR = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7a5195", "#404040"];
-const PANEL = { width: 178, height: 112, least: 96, left: 38, right: 8, top: 20, bottom: 16 };
-const INK = "#24313d", QUIET = "#5b6875", GRID = "#e2e7ec", NORM_TINT = { left: "#0072b224", right: "#d55e0024" };
+const PANEL = { width: 190, height: 112, least: 96, left: 38, right: 8, top: 20, bottom: 16 };
+const NORM_ALPHA = 0.16, BAND_ALPHA = 0.22, SQUEEZED = 0.8; // of what is behind curves; of a title's width, at least
+const INK = "#24313d", QUIET = "#5b6875", GRID = "#e2e7ec", NORM_TINT = { left: "#0072b2", right: "#d55e00", both: "#8a949e" };
 const FONT = "11px system-ui, sans-serif";
 
 class Plots {
@@ -49,10 +50,11 @@ class Plots {
   // The curves of a panel: of one biped in the colours of its sides, else in those of the bipeds, the right one dashed.
   linesOf(panel) {
     const several = this.bipeds.length > 1;
+    const stride = (biped, line) => this.inStrides() && meanStride(biped, line.side, (frame) => this.value({ biped, line }, frame));
     return this.bipeds.flatMap((biped, k) => {
       const same = biped === this.bipeds[0] ? panel : biped.panels.find((p) => p.group === panel.group && p.title === panel.title);
       return (same?.lines ?? []).map((line) => ({
-        biped, line, color: several ? TRACK_COLOR[k % TRACK_COLOR.length] : LINE_COLOR[line.side],
+        biped, line, stride: stride(biped, line), color: several ? TRACK_COLOR[k % TRACK_COLOR.length] : LINE_COLOR[line.side],
         dash: several && line.side === "right" ? [4, 3] : [],
       }));
     });
@@ -64,12 +66,14 @@ class Plots {
 
   extent(box) {
     let low = Infinity, high = -Infinity;
-    for (const curve of box.lines)
-      for (let f = 0; f < curve.biped.frames; f++) {
-        const value = this.value(curve, f);
-        if (value < low) low = value;
-        if (value > high) high = value;
+    for (const curve of box.lines) {
+      const { stride } = curve, count = stride ? STRIDE_SAMPLES : curve.biped.frames;
+      for (let k = 0; k < count; k++) {
+        const value = stride ? stride.mean[k] : this.value(curve, k), off = stride ? stride.sd[k] : 0;
+        if (value - off < low) low = value - off;
+        if (value + off > high) high = value + off;
       }
+    }
     if (box.panel.norm && this.norms && this.hasCycles()) {
       const { mean, sd } = box.panel.norm;
       mean.forEach((m, k) => [low, high] = [Math.min(low, m - sd[k]), Math.max(high, m + sd[k])]);
@@ -84,8 +88,14 @@ class Plots {
     return Object.values(this.bipeds[0].cycles).some((cycles) => cycles.length);
   }
 
-  // The times at both ends of all axes.
+  // Whether curves are of one stride, as is asked for, and there are strides.
+  inStrides() {
+    return Boolean(this.strides) && this.bipeds.every(hasStrides);
+  }
+
+  // What is at both ends of all axes: times, or 0 and 100 % of a stride.
   span() {
+    if (this.inStrides()) return [0, 100];
     const { window } = this, times = this.bipeds.map((biped) => biped.arrays.time[Math.max(biped.frames - 1, 0)]);
     const end = Math.max(...times, 1e-6);
     return window ? [Math.max(0, end - window), Math.max(end, window)] : [0, end];
@@ -97,67 +107,78 @@ class Plots {
     if (this.kept_at === scrollTop) return;
     this.kept_at = scrollTop;
     this.times = this.span();
-    const pen = this.kept.getContext("2d");
-    pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    pen.clearRect(0, 0, this.room, this.tall);
+    this.kept.getContext("2d").setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    this.kept.getContext("2d").clearRect(0, 0, this.room, this.tall);
     for (const box of this.boxes) {
       box.y = box.top - scrollTop;
       box.seen = box.y + box.height + PANEL.bottom > 0 && box.y - PANEL.top < this.tall;
-      if (box.seen) this.drawPanel(pen, box);
+      if (box.seen) this.drawPanel(this.kept.getContext("2d"), box);
     }
   }
 
   drawPanel(pen, box) {
-    const { panel, x, y, width, height } = box, [begin, end] = this.times;
+    const { panel, x, y, width, height } = box, [begin, end] = this.times, strides = this.inStrides();
     [box.low, box.high] = this.extent(box);
     box.across = (t) => x + ((t - begin) / (end - begin)) * width;
     const up = (v) => this.up(box, v);
     if (panel.norm && this.norms) this.drawNorm(pen, box);
+    const title = panel.unit ? `${panel.title} (${panel.unit})` : panel.title;
     Object.assign(pen, { font: FONT, fillStyle: INK, textAlign: "left", strokeStyle: GRID, lineWidth: 1 });
-    pen.fillText(panel.unit ? `${panel.title} (${panel.unit})` : panel.title, x, y - 7,
-      Math.max(width - (box.lines.length > 3 ? 0 : 37 * box.lines.length), 40));
+    const room = width - (box.lines.length > 3 ? 0 : pen.measureText("-000.0").width * box.lines.length);
+    box.values = box.lines.length <= 3 && pen.measureText(title).width * SQUEEZED <= room; // or else the title is all there is
+    pen.fillText(title, x, y - 7, box.values ? Math.max(room, 40) : width);
     Object.assign(pen, { fillStyle: QUIET, textAlign: "right" });
     for (const v of ticks(box.low, box.high, 3)) {
       line(pen, [[x, up(v)], [x + width, up(v)]]);
       pen.fillText(String(v), x - 4, up(v) + 4);
     }
     pen.textAlign = "center";
-    for (const t of ticks(begin, end, 4)) if (box.across(t) < x + width - 12) pen.fillText(`${t}`, box.across(t), y + height + 12);
+    for (const t of strides ? PERCENTS : ticks(begin, end, 4)) if (box.across(t) < x + width - 12) pen.fillText(`${t}`, box.across(t), y + height + 12);
     pen.textAlign = "right";
-    pen.fillText("s", x + width + 4, y + height + 12);
+    pen.fillText(strides ? "% of stride" : "s", x + width + 4, y + height + 12);
     Object.assign(pen, { lineWidth: 1.4, lineJoin: "round" });
     pen.save();
     pen.beginPath();
     pen.rect(x, y - 1, width, height + 2);
     pen.clip();
     for (const curve of box.lines) {
-      pen.strokeStyle = curve.color;
-      pen.setLineDash(curve.dash);
-      pen.beginPath();
-      const time = curve.biped.arrays.time;
-      for (let f = 0; f < curve.biped.frames; f++) pen.lineTo(box.across(time[f]), up(this.value(curve, f)));
-      pen.stroke();
+      if (curve.stride && this.bipeds.length === 1) this.drawBand(pen, box, curve.stride.mean, curve.stride.sd, [0, 100], curve.color, BAND_ALPHA);
+      this.drawCurve(pen, box, curve);
     }
     pen.restore();
   }
 
-  // The band of a norm over every gait cycle of the first biped, of each side in its colour.
+  drawCurve(pen, box, { biped, line, stride, color, dash }) {
+    pen.strokeStyle = color;
+    pen.setLineDash(dash);
+    pen.beginPath();
+    if (stride) stride.mean.forEach((value, k) => pen.lineTo(box.across((100 * k) / (STRIDE_SAMPLES - 1)), this.up(box, value)));
+    else for (let f = 0; f < biped.frames; f++) pen.lineTo(box.across(biped.arrays.time[f]), this.up(box, this.value({ biped, line }, f)));
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  // A mean and so much to both sides, from one place of the axis to another one.
+  drawBand(pen, box, mean, sd, [from, to], color, alpha) {
+    const last = mean.length - 1, order = Array.from(mean, (_, k) => k);
+    const at = (k, sign) => [box.across(from + ((to - from) * k) / last), this.up(box, mean[k] + sign * sd[k])];
+    Object.assign(pen, { fillStyle: color, globalAlpha: alpha });
+    pen.beginPath();
+    [...order.map((k) => at(k, 1)), ...order.reverse().map((k) => at(k, -1))].forEach(([a, b]) => pen.lineTo(a, b));
+    pen.fill();
+    pen.globalAlpha = 1;
+  }
+
+  // The band of a norm over one stride, or over every gait cycle of the first biped, of each side in its colour.
   drawNorm(pen, box) {
-    const { mean, sd } = box.panel.norm, { cycles } = this.bipeds[0], last = mean.length - 1;
+    const { mean, sd } = box.panel.norm, { cycles } = this.bipeds[0];
     const sides = new Set(box.panel.lines.map((one) => (one.side === "middle" ? "left" : one.side)));
     pen.save();
     pen.beginPath();
     pen.rect(box.x, box.y, box.width, box.height);
     pen.clip();
-    for (const side of sides)
-      for (const [from, to] of cycles[side] ?? []) {
-        const at = (k, sign) => [box.across(from + ((to - from) * k) / last), this.up(box, mean[k] + sign * sd[k])];
-        const order = mean.map((_, k) => k);
-        pen.fillStyle = NORM_TINT[side];
-        pen.beginPath();
-        [...order.map((k) => at(k, 1)), ...order.reverse().map((k) => at(k, -1))].forEach(([a, b]) => pen.lineTo(a, b));
-        pen.fill();
-      }
+    if (this.inStrides()) this.drawBand(pen, box, mean, sd, [0, 100], NORM_TINT.both, 1.6 * NORM_ALPHA);
+    else for (const side of sides) for (const cycle of cycles[side] ?? []) this.drawBand(pen, box, mean, sd, cycle, NORM_TINT[side], NORM_ALPHA);
     pen.restore();
   }
 
@@ -167,39 +188,79 @@ class Plots {
 
   // The kept curves with a cursor at this time, and the values there.
   draw(time) {
+    this.time = time;
     if (!this.bipeds || !this.boxes.length) return;
     const { clientWidth, clientHeight } = this.strip;
     if (clientWidth !== this.room || clientHeight !== this.tall) this.layout();
     this.keep();
-    const pen = this.canvas.getContext("2d"), [begin, end] = this.times, at = Math.min(Math.max(time, begin), end);
+    const pen = this.canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     pen.drawImage(this.kept, 0, 0);
     pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    Object.assign(pen, { font: FONT, textAlign: "right", strokeStyle: INK, lineWidth: 1 });
-    for (const box of this.boxes.filter((one) => one.seen)) {
-      const x = box.across(at);
-      line(pen, [[x, box.y], [x, box.y + box.height]]);
-      let right = box.x + box.width;
-      for (const curve of [...box.lines].reverse()) {
-        if (!curve.biped.frames) continue;
-        const value = this.value(curve, curve.biped.moment(time).frame);
+    Object.assign(pen, { font: FONT, textAlign: "right", lineWidth: 1 });
+    for (const box of this.boxes.filter((one) => one.seen)) this.drawCursor(pen, box, time);
+  }
+
+  // Where curves are now: in time one line, in strides a line a side, whose feet touch the ground at different times.
+  drawCursor(pen, box, time) {
+    let right = box.x + box.width;
+    for (const curve of [...box.lines].reverse()) {
+      if (!curve.biped.frames) continue;
+      const x = this.cursor(box, curve, time), { frame } = curve.biped.moment(time), value = this.value(curve, frame);
+      if (x !== null) {
+        pen.strokeStyle = curve.stride ? curve.color : INK;
+        line(pen, [[x, box.y], [x, box.y + box.height]]);
         pen.fillStyle = curve.color;
         pen.beginPath();
         pen.arc(x, Math.min(Math.max(this.up(box, value), box.y), box.y + box.height), 2.6, 0, 7);
         pen.fill();
-        if (box.lines.length > 3) continue;
-        pen.fillText(short(value), right, box.y - 7);
-        right -= pen.measureText("-000.0").width + 2;
       }
+      pen.fillStyle = curve.color;
+      if (!box.values) continue;
+      pen.fillText(short(value), right, box.y - 7);
+      right -= pen.measureText("-000.0").width + 2;
     }
+  }
+
+  cursor(box, { biped, line, stride }, time) {
+    const [begin, end] = this.times, part = stride ? strideAt(biped, line.side, time) : null;
+    if (stride) return part === null ? null : box.across(100 * part);
+    return box.across(Math.min(Math.max(time, begin), end));
+  }
+
+  // All panels, those that are scrolled away as well: their size, and drawn by any pen.
+  whole() {
+    return { wide: this.room, tall: Math.max(...this.boxes.map((box) => box.top + box.height + PANEL.bottom), 1) };
+  }
+
+  drawWhole(pen) {
+    this.times = this.span();
+    for (const box of this.boxes) this.drawPanel(pen, Object.assign(box, { y: box.top }));
+    this.kept_at = undefined;
+  }
+
+  // The curves as rows of numbers under a row of names: over time of the first biped's frames, or over a stride.
+  table() {
+    const curves = this.boxes.flatMap((box) => box.lines.map((curve) => ({ ...curve, unit: box.panel.unit, title: box.panel.title, group: box.panel.group })));
+    const name = ({ biped, group, title, line, unit }) => [...(this.bipeds.length > 1 ? [biped.label] : []), group, title, line.side === "middle" ? "" : line.side, unit && `(${unit})`].filter(Boolean).join(" ");
+    if (this.inStrides()) {
+      const names = curves.flatMap((curve) => [`${name(curve)}, mean`, `${name(curve)}, standard deviation`]);
+      const rows = Array.from({ length: STRIDE_SAMPLES }, (_, k) => [(100 * k) / (STRIDE_SAMPLES - 1), ...curves.flatMap(({ stride }) => [stride.mean[k], stride.sd[k]])]);
+      return [["% of stride", ...names], ...rows];
+    }
+    const { frames, arrays: { time } } = this.bipeds[0];
+    const rows = Array.from({ length: frames }, (_, f) => [time[f], ...curves.map((curve) => this.value(curve, curve.biped.moment(time[f]).frame))]);
+    return [["time (s)", ...curves.map(name)], ...rows];
   }
 
   seek(event, onSeek) {
     const area = this.canvas.getBoundingClientRect(), x = event.clientX - area.left, y = event.clientY - area.top;
     const box = this.boxes.find((b) => b.seen && x >= b.x - 8 && x <= b.x + b.width + 8 && y >= b.y - PANEL.top
       && y <= b.y + b.height + PANEL.bottom);
-    if (box) onSeek(this.times[0] + Math.min(Math.max((x - box.x) / box.width, 0), 1) * (this.times[1] - this.times[0]));
+    if (!box) return;
+    const part = Math.min(Math.max((x - box.x) / box.width, 0), 1), side = box.panel.lines[0].side;
+    onSeek(this.inStrides() ? timeInStride(this.bipeds[0], side, part, this.time ?? 0) : this.times[0] + part * (this.times[1] - this.times[0]));
   }
 }
 

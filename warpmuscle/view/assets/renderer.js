@@ -5,7 +5,7 @@ const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain li
 const LAYERS = ["flesh", "bone", "surface", "shape"];
 // From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
 // told apart without red or green cones, too.
-const ACTIVATION = [[0.063, 0.299, 0.702], [0.418, 0.342, 0.703], [0.656, 0.344, 0.63], [0.861, 0.293, 0.464], [1, 0.21, 0.092]];
+const ACTIVATION = [[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]];
 const TENDON = [0.95, 0.95, 0.97];
 const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
 const OWN = (alpha) => [-1, 0, 0, alpha];
@@ -32,6 +32,8 @@ class Renderer {
     this.poses.numbers.set([0, 0, 0, 0, 0, 0, 0, 1]); // slot 0: the world
     this.used = { slots: 1, points: 0, muscles: 0 };
     this.chosen = -1;
+    this.shaded = ""; // what bodies are coloured by, in place of muscles
+    this.shade = () => null;
     this.makeMeshes();
   }
 
@@ -153,7 +155,7 @@ class Renderer {
   }
 
   drawView(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && this.stretches.some((b) => b.count);
+    const gl = this.gl, { flesh, bone, surface, shape } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
@@ -167,9 +169,9 @@ class Renderer {
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
     if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
-    if (shown.bones) this.drawSolids([bone], OWN(1));
+    if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
     this.drawSolids([this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
-    const opaque = !muscles && !(this.fine && shown.bones); // what is inside is to be seen
+    const opaque = this.shaded || (!muscles && !(this.fine && shown.bones)); // what is inside is to be seen
     if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);

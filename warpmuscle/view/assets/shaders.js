@@ -16,9 +16,9 @@ const LIGHT = `
 uniform vec3 light; uniform vec3 eye; uniform float glass; uniform float shadow;
 vec4 lit(vec3 at, vec3 normal, vec4 tint) {
   vec3 n = normalize(normal), v = normalize(eye - at);
-  float day = max(dot(n, light), 0.0), sky = 0.5 + 0.5 * n.y, facing = abs(dot(n, v));
+  float day = max((dot(n, light) + 0.3) / 1.3, 0.0), sky = 0.5 + 0.5 * n.y, facing = abs(dot(n, v)); // light goes round edges
   float shine = pow(max(dot(n, normalize(light + v)), 0.0), 30.0);
-  vec3 seen = tint.rgb * (0.48 + 0.22 * sky + 0.42 * day) + vec3(0.08 * shine);
+  vec3 seen = tint.rgb * (0.5 + 0.2 * sky + 0.4 * day) + vec3(0.08 * shine);
   float rim = 1.0 - facing; // of glass the edges are seen most
   return vec4(seen, glass > 0.5 ? tint.a * (0.25 + 1.6 * rim * rim) : tint.a);
 }

@@ -1,0 +1,86 @@
+"""Constraints that close loops, in a scene that starts where they are met."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.build_skeleton import state_at
+from warpmuscle.formats.osim.chain import name_beside
+from warpmuscle.formats.osim.frames import refused
+from warpmuscle.formats.osim.loops import TYPES
+from warpmuscle.formats.osim.moves import Coordinates
+from warpmuscle.formats.osim.placement import Placement, direction, quaternion
+from warpmuscle.formats.osim.records import Model
+from warpmuscle.scene import Constraint, Scene
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.loops import is_kinematic, meeting_speeds, nearest_pose, start_coordinates
+from warpmuscle.scene.topology import topology
+
+ENDLESS = (-1.0e3, 1.0e3)  # rad or m, of coordinates without a range
+MISSED = 1.0e-6  # m or rad, that the nearest pose may leave
+TOLD = 1.0e-6  # rad or m, by which a coordinate is moved without a word
+
+
+def put_loops(model: Model, scene: Scene, placement: Placement, notes: Notes) -> None:
+    """Put constraints into a scene; one between bodies that have been merged holds nothing any more."""
+    for loop in model.loops:
+        name = name_beside(loop.name or f"{loop.kind}_{loop.line}", scene.character.constraints)
+        body, place = placement.point(loop.frame, loop.location)
+        other, other_place = placement.point(loop.other_frame, loop.other_location)
+        if body == other:
+            continue
+        axes, other_axes = placement.axes(loop.frame), placement.axes(loop.other_frame)
+        made = Constraint(TYPES[loop.kind], body, other, place, other_place)
+        if made.type == "weld":
+            made.orientation, made.other_orientation = quaternion(axes), quaternion(other_axes)
+        made.axis, made.distance = direction(other_axes @ np.array(loop.axis)), loop.distance
+        scene.character.constraints[name] = made
+        notes.places[f"character.constraints.{name}"] = (model.file, loop.line)
+
+
+def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Notes) -> None:
+    """Let a scene start in the nearest pose in which its constraints are met, at speeds that keep them met.
+
+    As OpenSim assembles a model: the sum of squares of the changes of coordinates is least, and those that are clamped
+    stay within their ranges.
+
+    Raises:
+        SceneError: there is no such pose near by.
+    """
+    character, start = scene.character, scene.initial_state.joints
+    if not character.constraints:
+        return
+    names = topology(character)
+    free = [name for name in names.joints if _is_free(scene, name)]
+    chosen = [names.coordinates_of(names.body_of_joint(name)).start for name in free]
+    own = [coordinates.by_name[name] for name in free]
+    bounds = np.array([one.range if one.clamped and _is_range(one.range) else ENDLESS for one in own]).reshape(-1, 2)
+    before = start_coordinates(scene, names)
+    q, missing = nearest_pose(character, names, before, chosen, bounds[:, 0], bounds[:, 1])
+    if missing > MISSED:
+        first = model.loops[0]
+        message = (
+            f"<{first.kind}> {first.name!r}: the constraints cannot be met near the pose that the model starts in; "
+            f"{missing:.2g} (m or rad) are missing"
+        )
+        raise refused(model, first.line, message)
+    speeds = meeting_speeds(character, names, q, chosen, np.array([one.speed for one in own]))
+    for name, value, speed in zip(free, q[0, chosen], speeds, strict=True):
+        start[name] = state_at(character.joints[name], float(value), float(speed))
+    moved = [(name, float(q[0, k])) for name, k in zip(free, chosen, strict=True) if abs(q[0, k] - before[0, k]) > TOLD]
+    if moved:
+        listed = ", ".join(f"{name} {value:.4g}" for name, value in moved[:4]) + (", ..." if len(moved) > 4 else "")
+        reason = f"their coordinates start where constraints are met, as near as can be to the model's: {listed}"
+        notes.ignore(model.file, model.loops[0].line, "ConstraintSet", reason)
+
+
+def _is_free(scene: Scene, name: str) -> bool:
+    joint = scene.character.joints[name]
+    return not joint.follows and joint_type(joint).scalars == 1 and not is_kinematic(scene, name)
+
+
+def _is_range(span: tuple[float, float]) -> bool:
+    return span[0] < span[1] and math.isfinite(span[0]) and math.isfinite(span[1])
