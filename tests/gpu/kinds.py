@@ -19,10 +19,12 @@ from warpmuscle.scene import (
     Joint,
     Motion,
     Scene,
+    Terrain,
     ViaPoint,
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.terrain.tiles import Patch, Rough
 
 DURATION = 0.06  # s
 USER_MODULE = "parts_for_gpu_tests"
@@ -104,6 +106,14 @@ def touching() -> Scene:
     scene.body_contact = BodyContact()
     for side in "lr":
         scene.character.bodies[f"{side}Lowerleg"].shapes[0].radius = 0.12
+    return scene
+
+
+def on_bumps() -> Scene:
+    """A walk on muscles on bumps of 1 cm, some of which are slippery and soft."""
+    scene = walk("walk56")
+    patch = Patch((0.0, 0.5), (-0.5, 0.6), friction=0.3, stiffness=0.5)
+    scene.ground.terrain = Terrain([Rough(height=0.01, spacing=0.1, patches=[patch])], yaw=0.3, x=0.1)
     return scene
 
 
@@ -249,6 +259,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "pulleys": lambda _: walk("throw_ball"),
     "collisions": lambda _: colliding(),
     "touching": lambda _: touching(),
+    "terrain": lambda _: on_bumps(),
     "objective": lambda _: judged(),
     "forces": lambda _: forced(),
     "slide": lambda _: sliding(),

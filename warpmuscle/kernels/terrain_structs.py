@@ -34,7 +34,8 @@ class TilePlace:
     cosine: float  # of its turn to the left
     sine: float
     scale: float  # of its heights
-    top: float  # m, the highest that it gets over the plane
+    top: float  # m, the highest that it gets over the plane; see `contact.terrain.ENDLESS_TOP`
+    steepest: float  # its greatest slope
 
 
 @wp.struct

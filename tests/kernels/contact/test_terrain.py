@@ -152,9 +152,9 @@ def test_a_box_slides_down_a_slope_as_coulomb_says():
 
 
 def test_a_ball_without_friction_goes_as_high_as_it_came_from():
-    """In a trough 0.2 m deep, without damping: what it loses is the bounce at its start, a fall of 1 cm."""
-    trough = Waves(0.2, length=4.0, points=400)
-    hard = ground(Terrain([trough], clearing=0.0), damping=0.0, stiffness=1e6)
+    """In a valley 0.2 m deep, without damping: what it loses is the bounce at its start, a fall of 1 cm."""
+    valley = Waves(0.2, length=4.0, points=400)
+    hard = ground(Terrain([valley], clearing=0.0), damping=0.0, stiffness=1e6)
     path = motion(block(hard, (0.0, 0.11, -2.0), BALL, friction=0.0, duration=3.0))
     turn = path[:, 2].argmax()
     assert path[turn, 2] == pytest.approx(0.0, abs=0.02)

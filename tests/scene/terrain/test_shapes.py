@@ -162,3 +162,11 @@ def test_slopes_are_the_derivatives_of_heights(tile):
 def test_the_top_is_the_highest_point_and_that_of_a_slope_without_an_end_has_no_bound():
     assert grid_of(Stairs(0.2, count=3)).top == pytest.approx(0.6)
     assert grid_of(Slope(0.1)).top == np.inf
+
+
+def test_no_slope_is_greater_than_the_steepest():
+    for tile in (Slope(0.3), Rough(0.2), Waves(0.1, across=0.7), Stairs(0.2)):
+        grid = grid_of(tile)
+        _, along_x, along_z = grid.height_and_slope(X, Z)
+        assert np.hypot(along_x, along_z).max() <= grid.steepest + 1e-12
+    assert grid_of(Slope(0.3)).steepest == pytest.approx(math.tan(0.3))

@@ -109,7 +109,7 @@ def _along(kind: int, line: Any, before: Any, width: int) -> Any:
 
 
 def _nearest(left: int, up: int, corner: int) -> int:
-    """That of three neighbours which is nearest to left + up - corner (Paeth)."""
+    """That of three neighbours which is nearest to left + up - corner (section 9.4)."""
     guess = left + up - corner
     from_left, from_up, from_corner = abs(guess - left), abs(guess - up), abs(guess - corner)
     if from_left <= from_up and from_left <= from_corner:

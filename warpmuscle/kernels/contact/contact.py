@@ -13,7 +13,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
 from warpmuscle.kernels.contact.ground_plane import above_ground as above_ground
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, footing_below, patch_below, top_of
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, footing_below, highest_about, patch_below
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -82,7 +82,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT) -> Any:
         normal = at(contacts.normal, instance, 0)
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
         if wp.static(rises):
-            if height > at(contacts.reach, instance, body) + top_of(instance, model):
+            highest = highest_about(instance, body, model, work)
+            if height > at(contacts.reach, instance, body) + highest:
                 return total
         elif height > at(contacts.reach, instance, body):
             return total
@@ -93,13 +94,22 @@ def point_contacts_of(soft: bool, terrain: int = FLAT) -> Any:
         spin = work.angular_velocity[body] - work.lag_angular[body]
         up = wp.transpose(work.rotation[body]) * normal
         plan = model.skeleton.plan[body]
+        if wp.static(rises):
+            plane = Footing()
+            plane.normal = normal
+            plane.height = height
+            plane_up = up
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
             if wp.static(rises):
-                below = footing_below(instance, body, point.place, model, work)
-                normal = below.normal
-                height = below.height
-                up = wp.transpose(work.rotation[body]) * normal
+                normal = plane.normal
+                height = plane.height
+                up = plane_up
+                if point.radius - height - wp.dot(up, point.place) + highest > 0.0:  # else it is above all ground
+                    below = footing_below(instance, body, point.place, model, work)
+                    normal = below.normal
+                    height = below.height
+                    up = wp.transpose(work.rotation[body]) * normal
             depth = point.radius - height - wp.dot(up, point.place)
             if depth > 0.0:
                 r = work.rotation[body] * point.place - point.radius * normal

@@ -18,7 +18,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, footing_below, patch_below, top_of
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, footing_below, highest_about, patch_below
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -86,7 +86,8 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT) -> Any:
         normal = at(contacts.normal, instance, 0)
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
         if wp.static(rises):
-            if height > at(contacts.reach, instance, body) + top_of(instance, model):
+            highest = highest_about(instance, body, model, work)
+            if height > at(contacts.reach, instance, body) + highest:
                 return total
         elif height > at(contacts.reach, instance, body):
             return total
@@ -94,15 +95,24 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT) -> Any:
         spin = work.angular_velocity[body] - work.lag_angular[body]
         up = wp.transpose(work.rotation[body]) * normal
         plan = model.skeleton.plan[body]
+        if wp.static(rises):
+            plane = Footing()
+            plane.normal = normal
+            plane.height = height
+            plane_up = up
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
-            if wp.static(rises):
-                below = footing_below(instance, body, point.place, model, work)
-                normal = below.normal
-                height = below.height
-                up = wp.transpose(work.rotation[body]) * normal
-            depth = point.radius - height - wp.dot(up, point.place)
             material = at(contacts.material, instance, k)
+            if wp.static(rises):
+                normal = plane.normal
+                height = plane.height
+                up = plane_up
+                if point.radius - height - wp.dot(up, point.place) + highest > -material.margin:
+                    below = footing_below(instance, body, point.place, model, work)
+                    normal = below.normal
+                    height = below.height
+                    up = wp.transpose(work.rotation[body]) * normal
+            depth = point.radius - height - wp.dot(up, point.place)
             if depth > -material.margin:
                 if wp.static(patched):
                     patch = patch_below(instance, work.position[body] + work.rotation[body] * point.place, model)

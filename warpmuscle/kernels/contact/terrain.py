@@ -11,6 +11,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 from warpmuscle.kernels.terrain_structs import Patch, Terrain, Tile, TilePlace
 
+ENDLESS_TOP = 1.0e30  # m, of tiles that rise without an end
 FLAT, RISES, PATCHED = 0, 1, 2  # what a step has compiled in: nothing, heights, other kinds of ground besides
 
 
@@ -128,9 +129,18 @@ def footing_below(instance: int, body: int, place: wp.vec3, model: ModelRef, wor
 
 
 @func
-def top_of(instance: int, model: ModelRef) -> float:
-    """The highest that the ground gets over its plane, m."""
-    return at(model.contacts.terrain.place, instance, 0).top
+def highest_about(instance: int, body: int, model: ModelRef, work: ScratchRef) -> float:
+    """How far the ground rises over its plane, along the normal of that, where a body may touch it, m, at most.
+
+    That is the highest that a tile gets anywhere; of a slope without an end, what it can rise to from below the joint.
+    """
+    place = at(model.contacts.terrain.place, instance, 0)
+    top = place.top
+    if top >= wp.static(ENDLESS_TOP):
+        joint = work.position[body]
+        below = rise_at(instance, joint[0], joint[2], model)
+        top = below[0] + place.steepest * at(model.contacts.reach, instance, body)
+    return at(model.contacts.normal, instance, 0)[1] * top
 
 
 @func

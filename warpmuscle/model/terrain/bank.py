@@ -9,13 +9,13 @@ import warp as wp
 
 from warpmuscle.core.arrays import rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.contact.terrain import ENDLESS_TOP
 from warpmuscle.scene import Ground, Terrain
 from warpmuscle.scene.terrain.grid import Axis, Grid
 from warpmuscle.scene.terrain.surface import as_text, grid_at
 from warpmuscle.scene.terrain.tiles import Patch
 
 _banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array]] = {}  # the last one of each device
-ENDLESS_TOP = 1.0e30  # m
 
 
 def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
@@ -29,9 +29,11 @@ def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
     tile = np.clip(np.rint(rows([terrain.tile])), 0, len(grids) - 1).astype(np.int32)
     yaw, scale = rows([terrain.yaw]), rows([terrain.scale])
     tops = np.minimum([grid.top for grid in grids], ENDLESS_TOP)
+    steepest = np.array([grid.steepest for grid in grids])
     columns = {
         "tile": tile, "x": rows([terrain.x]), "z": rows([terrain.z]), "cosine": np.cos(yaw), "sine": np.sin(yaw),
-        "scale": scale, "top": np.where(scale == 0.0, 0.0, np.minimum(scale * tops[tile], ENDLESS_TOP)),
+        "scale": scale, "top": np.where(tops[tile] < ENDLESS_TOP, scale * tops[tile], ENDLESS_TOP),
+        "steepest": scale * steepest[tile],
     }  # fmt: skip
     s.place = structs_to_device(structs.TilePlace, columns, device)
     return s

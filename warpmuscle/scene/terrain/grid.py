@@ -48,6 +48,13 @@ class Grid(NamedTuple):
         rises = not (self.z.level_before and self.z.level_after and self.x.level_before and self.x.level_after)
         return np.inf if rises else float(self.heights.max())
 
+    @property
+    def steepest(self) -> float:
+        """Its greatest slope in any direction, at most."""
+        along_x = np.abs(np.diff(self.heights, axis=1)).max() / self.x.spacing
+        along_z = np.abs(np.diff(self.heights, axis=0)).max() / self.z.spacing
+        return float(np.hypot(along_x, along_z))
+
     def height_and_slope(self, x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:
         """Height, m, and how it grows along x and z at places of the tile, m; what kernels compute, in float64."""
         rows, columns = self.heights.shape
