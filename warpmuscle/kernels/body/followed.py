@@ -71,7 +71,7 @@ def close_root_of(constrained: bool) -> Any:
     """The Warp function `close_root`, where constraints may push."""
     collect = gather_with_pushes if constrained else gather
 
-    @wp.func
+    @func
     def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
         """U_k, responses and v at the root, as of a body of which nothing is left for a parent.
 
@@ -115,7 +115,7 @@ def equations_of(hybrid: bool, constrained: bool = False) -> Any:
     """
     followed = followed_of(hybrid)
 
-    @wp.func
+    @func
     def equations(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         count = model.couplings.followed
         for k in range(lane, count, lanes):
@@ -194,7 +194,7 @@ def correct_joint_of(hybrid: bool) -> Any:
     """The Warp function that lets the factors of a free joint know the accelerations of followed coordinates."""
     followed = followed_of(hybrid)
 
-    @wp.func
+    @func
     def correct_joint(body: int, model: ModelRef, work: ScratchRef):
         kind = model.skeleton.plan[body].joint_type
         if wp.static(hybrid):
@@ -221,7 +221,7 @@ def accelerate_followed_of(hybrid: bool) -> Any:
     followed = followed_of(hybrid)
     accelerate_free = accelerate_any_remaining if hybrid else accelerate_any
 
-    @wp.func
+    @func
     def accelerate_followed(instance: int, body: int, model: ModelRef, work: ScratchRef):
         own = followed(body, model)
         if own < 0:
@@ -244,7 +244,7 @@ def solution_of(hybrid: bool, constrained: bool = False) -> Any:
     equations, correct_joint = equations_of(hybrid, constrained), correct_joint_of(hybrid)
     close_root = close_root_of(constrained)
 
-    @wp.func
+    @func
     def solution(
         instance: int, lane: int, lanes: int, kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef
     ):
@@ -272,7 +272,7 @@ def followed_acceleration_stage_of(backward_pass: Any, forward_pass: Any, constr
     """`dynamics.acceleration_stage_of` where followed coordinates, or pushes of constraints, stay open to the root."""
     solution = solution_of(False, constrained)
 
-    @wp.func
+    @func
     def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         backward_pass(instance, lane, lanes, model, work)
         still = wp.spatial_vector(wp.vec3(0.0), wp.vec3(0.0))
@@ -287,7 +287,7 @@ def followed_hybrid_stage_of(backward_pass: Any, forward_pass: Any, constrained:
     """`hybrid.hybrid_acceleration_stage_of` where followed coordinates, or pushes, stay open to the root."""
     solution = solution_of(True, constrained)
 
-    @wp.func
+    @func
     def hybrid_acceleration_stage(
         instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef
     ):

@@ -127,7 +127,7 @@ def leave_followed_of(constrained: bool) -> Any:
     """The Warp function `leave_followed`, where constraints may push."""
     collect = gather_with_pushes if constrained else gather
 
-    @wp.func
+    @func
     def leave_followed(
         body: int, own: int, r: wp.vec3, drift: wp.vec3, x: Articulated, j: FreeJoint, model: ModelRef, work: ScratchRef
     ):  # fmt: skip
@@ -182,7 +182,7 @@ def followed_of(hybrid: bool) -> Any:
     if not hybrid:
         return row_of
 
-    @wp.func
+    @func
     def followed(body: int, model: ModelRef) -> int:
         own = row_of(body, model)
         if own >= 0 and model.motion.remaining[whole(model.couplings.joint[body].driver)] == FIXED:
@@ -201,7 +201,7 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
     """
     followed, leave_followed = followed_of(hybrid), leave_followed_of(constrained)
 
-    @wp.func
+    @func
     def reduce_followed(instance: int, body: int, model: ModelRef, work: ScratchRef):
         skeleton = model.skeleton
         kind = skeleton.plan[body].joint_type

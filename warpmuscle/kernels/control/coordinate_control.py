@@ -51,7 +51,7 @@ def coordinate_torque(instance: int, body: int, factor: float, model: ModelRef, 
 def coordinate_control_stage_of(above: Any) -> Any:
     """The Warp function of this stage; above: see `simbicon.simbicon_stages_of`."""
 
-    @wp.func
+    @func
     def coordinate_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         """Torques of joints of one coordinate in place of what `simbicon.torques_stage` gave. Ends with a barrier."""
         factor = strength_by_height(above(instance, work.position[0], model))

@@ -221,7 +221,7 @@ def simbicon_stages_of(above: Any) -> SimbiconStages:
         above: how far a point is above the ground, m: `above_ground`, or `above_terrain` where it is not flat.
     """
 
-    @wp.func
+    @func
     def torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         """Torque of every joint from the targets. Ends with a barrier."""
         simbicon = model.simbicon
@@ -243,13 +243,13 @@ def simbicon_stages_of(above: Any) -> SimbiconStages:
                 work.stiffness[i] = work.stiffness[i] * factor
         synchronize()
 
-    @wp.func
+    @func
     def control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         """Targets and torques. Ends with a barrier."""
         targets_stage(instance, lane, lanes, model, state, work)
         torques_stage(instance, lane, lanes, model, state, work)
 
-    @wp.func
+    @func
     def held_control_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
         held = state.simbicon

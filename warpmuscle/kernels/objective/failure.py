@@ -80,7 +80,7 @@ def begin_step_of(above: Any) -> Any:
         above: how far a point is above the ground, m: `above_ground`, or `above_terrain` where it is not flat.
     """
 
-    @wp.func
+    @func
     def begin_step(instance: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef):
         """Nothing has diverged yet; in the first step, remember how the instance starts. One lane calls it."""
         work.flags[1] = 0
@@ -99,7 +99,7 @@ def posture_status_of(above: Any) -> Any:
         above: how far a point is above the ground, m: `above_ground`, or `above_terrain` where it is not flat.
     """
 
-    @wp.func
+    @func
     def posture_status(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
         """Status by the pose and speed at the start of a step: RUNNING, DIVERGED, FELL, TURNED or CROSSED."""
         limits = at(model.failure, instance, 0)
