@@ -6,8 +6,8 @@ and figures take their labels from it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import html_table
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import multiply, rotate
@@ -47,10 +48,15 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from warpmuscle.scene import Scene
+
 _FRAME = ("frame",)
 _VECTOR = ("frame", "x y z")
 _JOINT_VECTOR = ("frame", "joint", "x y z")
 _JOINT_QUATERNION = ("frame", "joint", "x y z w")
+
+
+LISTED = 8  # bodies, joints and muscles that a notebook's table names
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,6 +170,7 @@ class Recording:
     speed_units: tuple[str, ...] = ()
     controller_value_units: tuple[str, ...] = ()
     recorded_units: tuple[str, ...] = ()
+    origin: Callable[[], Scene] | None = field(default=None, compare=False)  # the scene that made it; files keep none
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -175,6 +182,15 @@ class Recording:
         for axis, name in UNITS.items():
             if len(getattr(self, name)) not in (0, counts[axis]):
                 raise ArgumentError(f"{name} has {number_of(len(getattr(self, name)), 'entry')}, not {counts[axis]}")
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: a table, long lists of names cut."""
+        span = f"{self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else "none"
+        lists = {"bodies": self.body_names, "joints": self.joint_names, "muscles": self.muscle_names}
+        rows = [("frames", f"{self.frames}: {span}" if self.frames else span)]
+        rows += [(f"{len(names)} {what}", ", ".join(names[:LISTED]) + (", ..." if len(names) > LISTED else ""))
+                 for what, names in lists.items() if names]  # fmt: skip
+        return html_table(("recording", ""), rows)
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else ""
