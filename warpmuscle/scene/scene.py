@@ -395,8 +395,8 @@ class Scene(Part):
 
     def _repr_html_(self) -> str:
         """What notebooks show: a table, and the body as it starts."""
-        parameters, drawing = (
-            import_module(f"warpmuscle.scene.{name}") for name in ("parameters", "picture")
+        parameters, anatomy = (
+            import_module(f"warpmuscle.scene.{name}") for name in ("parameters", "anatomy")
         )  # of scenes
         parts = self.character
         drives = f"{len(parts.muscles)} muscles" if parts.muscles else "torques"
@@ -407,4 +407,4 @@ class Scene(Part):
             ("driven by", drives),
         ]
         rows += [("free parameters", str(len(parameters.free_parameters(self)))), ("duration", f"{self.duration:g} s")]
-        return str(drawing.picture(self)) + html_table(("", ""), [row for row in rows if row[1]])
+        return str(anatomy.picture(self)) + html_table(("", ""), [row for row in rows if row[1]])

@@ -14,8 +14,8 @@ from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status, counted, words
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import picture
 from warpmuscle.scene.parameters import Parameter
-from warpmuscle.scene.picture import picture
 from warpmuscle.scene.topology import Topology
 from warpmuscle.simulation.memory import InstanceBytes
 from warpmuscle.simulation.objective_parts import Parts
