@@ -7,8 +7,8 @@ and figures take their labels from it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Self
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,7 +170,7 @@ class Recording:
     speed_units: tuple[str, ...] = ()
     controller_value_units: tuple[str, ...] = ()
     recorded_units: tuple[str, ...] = ()
-    origin: Callable[[], Scene] | None = field(default=None, compare=False)  # the scene that made it; files keep none
+    _origin: ClassVar[tuple[Callable[[], Scene], ...]] = ()  # what makes the scene that made it; files keep none
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -307,7 +307,18 @@ class Recording:
     def changed(self, **arrays: NDArray[Any]) -> Self:
         """The same motion with other arrays in place of some of its own."""
         changes: dict[str, Any] = {**arrays}
-        return replace(self, **changes)
+        return replace(self, **changes).made_by(self.origin)
+
+    @property
+    def origin(self) -> Callable[[], Scene] | None:
+        """What makes the scene that made it, without free parameters; None of a recording from a file."""
+        return self._origin[0] if self._origin else None
+
+    def made_by(self, origin: Callable[[], Scene] | None) -> Self:
+        """This recording, which from now on knows the scene that made it."""
+        if origin is not None:
+            object.__setattr__(self, "_origin", (origin,))
+        return self
 
     def to_xarray(self) -> xarray.Dataset:
         """All quantities as an `xarray.Dataset`, with units, over `time`, `muscle_names`, `joint_names` and so on.

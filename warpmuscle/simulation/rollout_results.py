@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -98,7 +97,7 @@ class RolloutResults(Batch):
         found = self._recorder.recording(self.numeric, number, int(self.state.step.numpy()[number]), start)
         values = self._values if self._values.ndim == 1 else self._values[number]
         commands = {name: value[number] if value.ndim else value for name, value in self._commands.items()}
-        return replace(found, origin=partial(substitute, self.scene, values, commands))
+        return found.made_by(partial(substitute, self.scene, values, commands))
 
     def recorded(self, quantity: str) -> Floats:
         as_text(quantity, "quantity", error=RolloutError)
