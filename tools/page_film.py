@@ -1,4 +1,4 @@
-"""A film of a page of motions, frame by frame, drawn by Chromium: .gif, .mp4 or .webm, by the name of the output.
+"""A film of a page of motions, frame by frame, drawn by Chromium: .gif, .webp, .mp4 or .webm, by the output's name.
 
 .venv/bin/warpmuscle view walk56_person --duration 8 --export walk.html
 .venv/bin/python tools/page_film.py walk.html walk.gif --begin 4 --end 6.3 --size 480 360 --view side
@@ -28,12 +28,20 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=20.0, help="pictures a second")
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--view", default="oblique")
+    parser.add_argument("--quality", type=int, default=60, help="of .webp, 0 to 100")
+    parser.add_argument("--bare", action="store_true", help="without title, legend and names")
+    parser.add_argument("--turn", type=float, default=0.0, help="degrees that the camera goes around over the film")
+    parser.add_argument("--tilt", type=float, default=0.0, help="degrees that the camera is higher")
     parser.add_argument("--zoom", type=float, default=1.0, help="how much nearer than where all is seen")
     given = parser.parse_args()
     pictures = drawn(given)
     if given.film.suffix == ".gif":
         first, *others = [picture.quantize(96, dither=Image.Dither.NONE) for picture in pictures]
         first.save(given.film, save_all=True, append_images=others, duration=round(1000.0 / given.rate), loop=0)
+    elif given.film.suffix == ".webp":
+        first, *others = pictures
+        first.save(given.film, save_all=True, append_images=others, duration=round(1000.0 / given.rate), loop=0,
+                   quality=given.quality, method=6)  # fmt: skip
     else:
         import imageio_ffmpeg
 
@@ -55,10 +63,12 @@ def drawn(given: argparse.Namespace) -> list[Image.Image]:
         page.set_default_timeout(120_000)
         page.goto(f"{given.page.resolve().as_uri()}?time={given.begin}&shot=1&view={given.view}")
         end = min(given.end, page.evaluate("warpmuscle.ready.then(() => warpmuscle.state().end)"))
-        page.evaluate(f"warpmuscle.zoom({1.0 / given.zoom})")
-        pictures = []
+        page.evaluate(f"warpmuscle.zoom({1.0 / given.zoom}); warpmuscle.turn(0, {np.radians(given.tilt)})")
+        if given.bare:
+            page.add_style_tag(content="#legend, #labels { display: none }")
+        pictures, step = [], np.radians(given.turn) / max(given.rate * (end - given.begin), 1.0)
         for time in np.arange(given.begin, end, 1.0 / given.rate):
-            page.evaluate(f"warpmuscle.seek({time}); {DRAWN}")
+            page.evaluate(f"warpmuscle.turn({step}); warpmuscle.seek({time}); {DRAWN}")
             pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
         browser.close()
     return pictures

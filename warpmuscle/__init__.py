@@ -28,18 +28,17 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.tracking.track import track
     from warpmuscle.optimization.best_scene import best_scene
     from warpmuscle.optimization.evaluator import Evaluator
-    from warpmuscle.optimization.optimize import optimize
-    from warpmuscle.optimization.resume import resume
     from warpmuscle.plots import plot
     from warpmuscle.results.motion_files import append_motions, read_motions
     from warpmuscle.results.motions import Motions
     from warpmuscle.results.recording import Recording
     from warpmuscle.results.records import Result
     from warpmuscle.results.result import write
-    from warpmuscle.results.sweeps import Sweep, read
+    from warpmuscle.results.sweeps import Sweep
     from warpmuscle.scene import Scene
     from warpmuscle.scene.trusted_code import trust
     from warpmuscle.session.conversion import convert
+    from warpmuscle.session.results import optimize, read, resume
     from warpmuscle.session.runs import Run, simulate
     from warpmuscle.session.scene_table import scenes
     from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
@@ -62,9 +61,9 @@ _HOMES = {
     "convert": "session.conversion", "Evaluator": "optimization.evaluator", "inverse_dynamics": "inverse.dynamics",
     "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
-    "MultiDeviceRollout": "simulation.multi_device", "optimize": "optimization.optimize", "plot": "plots",
-    "read": "results.sweeps", "read_motions": "results.motion_files", "Recording": "results.recording",
-    "Result": "results.records", "resume": "optimization.resume", "Rollout": "simulation.rollout",
+    "MultiDeviceRollout": "simulation.multi_device", "optimize": "session.results", "plot": "plots",
+    "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
+    "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
     "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",

@@ -83,7 +83,7 @@ def test_each_of_a_crowd_is_where_it_was_recorded(page):
 def test_colours_are_chosen_and_explained(page):
     opened, _ = page
     assert opened.evaluate("warpmuscle.state().shade") == "cost"
-    assert opened.inner_text("#scale").split() == ["cost", "0", "17", "or", "more"]
+    assert opened.inner_text("#scale").split() == ["cost", "0", "17", "or", "more", "1", "failed"]
     opened.select_option("#shade", "condition")
     assert opened.inner_text("#scale").split("\n") == ["condition", "19 went on", "1 failed"]
     opened.select_option("#shade", "cost")

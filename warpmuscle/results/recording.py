@@ -6,9 +6,9 @@ and figures take their labels from it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import html_table
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import multiply, rotate
@@ -47,10 +48,15 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from warpmuscle.scene import Scene
+
 _FRAME = ("frame",)
 _VECTOR = ("frame", "x y z")
 _JOINT_VECTOR = ("frame", "joint", "x y z")
 _JOINT_QUATERNION = ("frame", "joint", "x y z w")
+
+
+LISTED = 8  # bodies, joints and muscles that a notebook's table names
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,6 +170,7 @@ class Recording:
     speed_units: tuple[str, ...] = ()
     controller_value_units: tuple[str, ...] = ()
     recorded_units: tuple[str, ...] = ()
+    _origin: ClassVar[tuple[Callable[[], Scene], ...]] = ()  # what makes the scene that made it; files keep none
 
     def __post_init__(self) -> None:
         counts = {axis: len(getattr(self, name)) for axis, name in NAMED.items()} | {"frame": len(self.time)}
@@ -175,6 +182,15 @@ class Recording:
         for axis, name in UNITS.items():
             if len(getattr(self, name)) not in (0, counts[axis]):
                 raise ArgumentError(f"{name} has {number_of(len(getattr(self, name)), 'entry')}, not {counts[axis]}")
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: a table, long lists of names cut."""
+        span = f"{self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else "none"
+        lists = {"bodies": self.body_names, "joints": self.joint_names, "muscles": self.muscle_names}
+        rows = [("frames", f"{self.frames}: {span}" if self.frames else span)]
+        rows += [(f"{len(names)} {what}", ", ".join(names[:LISTED]) + (", ..." if len(names) > LISTED else ""))
+                 for what, names in lists.items() if names]  # fmt: skip
+        return html_table(("recording", ""), rows)
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else ""
@@ -291,7 +307,18 @@ class Recording:
     def changed(self, **arrays: NDArray[Any]) -> Self:
         """The same motion with other arrays in place of some of its own."""
         changes: dict[str, Any] = {**arrays}
-        return replace(self, **changes)
+        return replace(self, **changes).made_by(self.origin)
+
+    @property
+    def origin(self) -> Callable[[], Scene] | None:
+        """What makes the scene that made it, without free parameters; None of a recording from a file."""
+        return self._origin[0] if self._origin else None
+
+    def made_by(self, origin: Callable[[], Scene] | None) -> Self:
+        """This recording, which from now on knows the scene that made it."""
+        if origin is not None:
+            object.__setattr__(self, "_origin", (origin,))
+        return self
 
     def to_xarray(self) -> xarray.Dataset:
         """All quantities as an `xarray.Dataset`, with units, over `time`, `muscle_names`, `joint_names` and so on.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.html_table import html_table
 from warpmuscle.core.labelled import Labelled, to_dataframe
 from warpmuscle.core.machine import this_machine
 from warpmuscle.core.plain_text import number_of
@@ -224,6 +225,16 @@ class Result:
             parts.append(repr(self.learned))
         parts.append(f"{number_of(len(self.replays), 'motion')}")
         return f"Result({', '.join([repr(self.scene_name), *filter(None, parts)])})"
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: a table."""
+        rows = [("scene", self.scene_name), ("motions", str(len(self.replays)))]
+        if self.evaluations is not None:
+            rows.append(("candidates", f"{len(self.evaluations)}: {counted(self.evaluations.status)}"))
+        if self.best is not None:
+            rows.append(("best", f"candidate {self.best.index}, cost {self.best.cost:.6g}"))
+        rows += [("made by", self.command), ("on", self.device), ("seed", str(self.seed))]
+        return html_table(("result", ""), [row for row in rows if row[1]])
 
     def to_dataframe(self) -> pandas.DataFrame:
         """A `pandas.DataFrame` with a row a candidate of a search.

@@ -1,4 +1,4 @@
-"""A character as lines and outlines to draw, and its legs as chains of joints; no drawing here."""
+"""A character as lines and outlines to draw, a small picture of them, and its legs as chains of joints."""
 
 from __future__ import annotations
 
@@ -10,12 +10,17 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
+from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Box, Capsule, Character, Joint, Scene, Shape
+from warpmuscle.scene.initial_pose import plain_vector, world_poses
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import massless
+from warpmuscle.scene.parameters import start_values, substitute
 
 Side = Literal["left", "right", "middle"]
 BONE_RADIUS = 0.017  # m
+HEIGHT, EDGE = 150, 6  # px, of the picture
+BONE, MUSCLE = "#8a949e", "#2f69cf"
 _MIDDLE = 0.02  # m, bodies this close to the plane of symmetry belong to no side
 
 
@@ -188,3 +193,36 @@ def far_end(shape: Shape, start: Floats) -> Floats:
     if isinstance(shape, Box):
         return first_row(shape.low) / 2.0 + first_row(shape.high) / 2.0
     return first_row(shape.center)
+
+
+def picture(scene: Scene) -> str:
+    """SVG of bones and muscles at the start, from the left side; empty where there is neither."""
+    numeric = substitute(scene, start_values(scene))
+    poses, character = world_poses(numeric), numeric.character
+    lines: list[tuple[str, float, Floats]] = []
+    for name in character.bodies:
+        place, turn = poses[name]
+        lines += [(BONE, 3.0, place + rotate(turn, line)) for line in bone_lines(character, name)]
+    for muscle in character.muscles.values():
+        places = [(poses[point.body], plain_vector(point.place())) for point in muscle.path]
+        path = np.array([place + rotate(turn, own) for (place, turn), own in places]).reshape(-1, 3)
+        lines.append((MUSCLE, 1.2, path))
+    lines = [(color, width, points[:, [2, 1]]) for color, width, points in lines if len(points) > 1]
+    if not lines:
+        return ""
+    everything = np.concatenate([points for _, _, points in lines])
+    low, size = everything.min(axis=0), np.maximum(np.ptp(everything, axis=0), 1e-3)
+    scale = (HEIGHT - 2 * EDGE) / float(size.max())
+    wide, tall = (2 * EDGE + scale * size).round().astype(int)
+    drawn = "".join(
+        f'<polyline points="{_points(EDGE + scale * (points - low), tall)}" stroke="{color}" stroke-width="{width}"/>'
+        for color, width, points in lines
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{tall}" fill="none" stroke-linecap="round" '
+        f'role="img" aria-label="the body at the start">{drawn}</svg>'
+    )
+
+
+def _points(places: Floats, tall: int) -> str:
+    return " ".join(f"{x:.1f},{tall - y:.1f}" for x, y in places)

@@ -9,10 +9,12 @@ joint axis has the same coordinates in parent and child.
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Annotated, Literal
 
 import msgspec
 
+from warpmuscle.core.html_table import html_table
 from warpmuscle.scene.body_contact.part import BodyContact
 from warpmuscle.scene.constraints.part import Constraint
 from warpmuscle.scene.controller import SIMBICON, Command, Controller
@@ -390,3 +392,19 @@ class Scene(Part):
         sizes += [(len(parts.muscles), "muscle", "muscles")]
         counts = ", ".join(f"{size} {one if size == 1 else several}" for size, one, several in sizes)
         return f"Scene({self.name!r}, {counts}, {self.duration:g} s)"
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: a table, and the body as it starts."""
+        parameters, anatomy = (
+            import_module(f"warpmuscle.scene.{name}") for name in ("parameters", "anatomy")
+        )  # of scenes
+        parts = self.character
+        drives = f"{len(parts.muscles)} muscles" if parts.muscles else "torques"
+        rows = [
+            ("scene", self.name),
+            ("is", self.description),
+            ("bodies", str(len(parts.bodies))),
+            ("driven by", drives),
+        ]
+        rows += [("free parameters", str(len(parameters.free_parameters(self)))), ("duration", f"{self.duration:g} s")]
+        return str(anatomy.picture(self)) + html_table(("", ""), [row for row in rows if row[1]])

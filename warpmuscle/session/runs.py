@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+STEPS = 4  # of a motion, that has whole gait cycles of both feet
+
+
 @dataclass(frozen=True, repr=False)
 class Run:
     """A scene that was simulated once, its motion, and how it ended; see `simulate`."""
@@ -72,17 +75,29 @@ class Run:
         """
         return page_of_sights(of_replays(self.result), meshes=meshes, beside=self.folder)
 
-    def plot(self, what: str = "angles", path: str | PathLike[str] | None = None) -> Figure:
+    def plot(self, what: str = "", path: str | PathLike[str] | None = None) -> Figure:
         """A figure of the motion; see `warpmuscle.plot` for what there is, such as "hip flexion" or "sticks".
+
+        Args:
+            what: by default the angles of legs over the gait cycle, or all over time of what does not walk.
 
         Raises:
             Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
         """
+        gait = self.gait if not what else None
+        what = what or ("angles" if gait is not None and gait.steps >= STEPS else "joints")
         return plot(self.result, what, None if path is None else as_path(path, "path"))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write scene and motion to an HDF5 file; raises Error if it cannot be written."""
-        write(as_path(path, "path"), self.result)
+        """Write scene and motion to an HDF5 file, or to a page if the name ends in `.html`.
+
+        Raises:
+            Error: it cannot be written.
+        """
+        if Path(path).suffix.lower() in (".html", ".htm"):
+            self.show().save(as_path(path, "path"))
+        else:
+            write(as_path(path, "path"), self.result)
 
     def to_xarray(self) -> xarray.Dataset:
         """The motion as an `xarray.Dataset`, see `Recording.to_xarray`."""

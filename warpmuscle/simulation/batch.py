@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status, counted, words
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import picture
 from warpmuscle.scene.parameters import Parameter
 from warpmuscle.scene.topology import Topology
 from warpmuscle.simulation.memory import InstanceBytes
@@ -68,11 +71,17 @@ class Batch(Protocol):
     def load(self) -> None:
         """Have the kernel ready, compiled now unless Warp has it in its cache."""
 
-    def set_parameters(self, values: ArrayLike) -> None:
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Of the free parameters, in the order of `parameters`."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
         """Set the free parameters of all instances, and start again.
 
         Args:
-            values: (instances, parameters), or (parameters,) for all instances alike, in the order of `parameters`.
+            values: (instances, parameters), or (parameters,) for all instances alike, in the order of `parameters`; or
+                values by names of parameters, each a number or one for every instance: others are as they were.
 
         Raises:
             RolloutError: another shape, a value that is not finite, or not enough memory on the device.
@@ -258,7 +267,34 @@ class Batch(Protocol):
         """The status of every instance in words, such as `completed` and `fell`."""
         return words(self.status())
 
+    def __enter__(self) -> Self:
+        """Use it within `with`, at whose end its memory on the device is free again."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free its memory on the device; whatever is asked of it then is a RolloutError."""
+        vars(self).clear()
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: a table, and the scene's body as it starts."""
+        rows = [("scene", self.scene.name), ("instances", f"{self.instances} on {self.device}")]
+        rows += [("time", f"{self.time:.4g} of {self.scene.duration:.4g} s"), ("now", counted(self.status()))]
+        return picture(self.scene) + html_table(("", ""), rows)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Only of what is not there, as of a rollout that is closed."""
+            if not vars(self) and not name.startswith("_"):
+                raise RolloutError("this rollout is closed, and its memory free; make another one")
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
     def __repr__(self) -> str:
+        if not vars(self):
+            return f"{type(self).__name__}(closed)"
         where = f"{self.scene.name!r}, {self.instances} on {self.device}"
         kind = type(self).__name__
         return f"{kind}({where}, {self.time:.4g} of {self.scene.duration:.4g} s: {counted(self.status())})"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,11 @@ from warpmuscle.core.array_interop import is_array, mask_of
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.parameters import Parameter
+from warpmuscle.scene.validation.checks import near
 
 MOST = 2**31 - 1  # that kernels count to
 in_silence = np.errstate(over="ignore", divide="ignore", invalid="ignore")  # of numbers that will diverge
@@ -60,6 +63,29 @@ def checked_values(values: ArrayLike, instances: int, count: int) -> Floats:
     if not np.isfinite(array).all():
         raise RolloutError("one of the values of parameters is not a finite number")
     return array
+
+
+def named_values(
+    values: Mapping[str, ArrayLike], parameters: Sequence[Parameter], present: Floats, instances: int
+) -> Floats:
+    """Values (parameters,) or (instances, parameters) with some of them by name; RolloutError for other names.
+
+    Args:
+        present: of all parameters, (parameters,) or (instances, parameters).
+    """
+    names = [parameter.name for parameter in parameters]
+    columns = {}
+    for name, value in values.items():
+        if name not in names:
+            raise RolloutError(f"no free parameter is called {name!r}{near(str(name), names)}")
+        columns[name] = as_array(value, name, error=RolloutError).astype(np.float64)
+        if columns[name].shape not in ((), (1,), (instances,)):
+            raise RolloutError(f"{name}: one number, or one for each of {number_of(instances, 'instance')}, is needed")
+    several = present.ndim == 2 or any(column.shape == (instances,) for column in columns.values())
+    found = np.tile(present, (instances, 1)) if several and present.ndim == 1 else present.copy()
+    for name, column in columns.items():
+        found[..., names.index(name)] = column if several else column.reshape(())
+    return found
 
 
 def root_noise(scene: Scene, instances: int, deviation: float, seed: int) -> Floats:

@@ -18,7 +18,15 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.simulation.batch import Batch
-from warpmuscle.simulation.batch_input import checked_values, chosen, chunk_steps, end_step, noise_and_mask, positive
+from warpmuscle.simulation.batch_input import (
+    checked_values,
+    chosen,
+    chunk_steps,
+    end_step,
+    named_values,
+    noise_and_mask,
+    positive,
+)
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import devices_name, find_devices, is_several
 from warpmuscle.simulation.inputs import checked_disturbances
@@ -124,7 +132,16 @@ class MultiDeviceRollout(Batch):
     def devices(self) -> list[Any]:
         return [rollout.device for rollout in self.rollouts]
 
-    def set_parameters(self, values: ArrayLike) -> None:
+    def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
+        if isinstance(values, Mapping):
+            named_values(values, self.parameters, np.zeros(len(self.parameters)), self.instances)  # or an error of all
+            given = {name: np.asarray(value, dtype=np.float64).reshape(-1) for name, value in values.items()}
+
+            def of(share: slice) -> dict[str, Any]:
+                return {name: value if len(value) == 1 else value[share] for name, value in given.items()}
+
+            self._each(lambda rollout, share: rollout.set_parameters(of(share)))
+            return
         array = checked_values(values, self.instances, len(self.parameters))
         self._each(lambda rollout, share: rollout.set_parameters(array if array.ndim == 1 else array[share]))
 

@@ -32,6 +32,7 @@ from warpmuscle.simulation.batch_input import (
     chunk_steps,
     end_step,
     in_silence,
+    named_values,
     noise_and_mask,
     positive,
 )
@@ -144,7 +145,7 @@ class Rollout(RolloutResults):
         self._values: Floats = start_values(scene)
         self._free = free_numbers(scene)
         self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
-        self._commands: dict[str, Floats] = {}  # that are not those of the scene
+        self._commands: Mapping[str, Floats] = {}  # that are not those of the scene
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
@@ -195,7 +196,9 @@ class Rollout(RolloutResults):
         numeric, factors = substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances.mass
         return numeric if factors is None else with_masses(numeric, factors)
 
-    def set_parameters(self, values: ArrayLike) -> None:
+    def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
+        if isinstance(values, Mapping):
+            values = named_values(values, self.parameters, self._values, self.instances)
         array = checked_values(values, self.instances, len(self.parameters))
         if array.ndim == 2 and self.instances > FEW:
             held = struct_bytes(self.state, self.model, self._extensions.struct)
@@ -217,7 +220,7 @@ class Rollout(RolloutResults):
     def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
         checked = checked_commands(commands, self.scene, self.instances)
         as_truth(restart, "restart", error=RolloutError)
-        self._commands |= checked
+        self._commands = {**self._commands, **checked}
         numeric = self._substituted(self._values)
         if restart:
             self.change(numeric)

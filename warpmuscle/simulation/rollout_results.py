@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Mapping
+from functools import cached_property, partial
 
 import numpy as np
 import warp as wp
@@ -15,6 +16,7 @@ from warpmuscle.model.objective import counted_terms
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import substitute
 from warpmuscle.simulation.batch import Batch
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.inputs import Inputs
@@ -35,6 +37,8 @@ class RolloutResults(Batch):
     _extensions: Extensions
     _inputs: Inputs
     _recorder: Recorder
+    _values: Floats
+    _commands: Mapping[str, Floats]
 
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
@@ -90,7 +94,10 @@ class RolloutResults(Batch):
     def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         start = as_number(start, "start", error=RolloutError)
         number = self._recorder.instance(instance)
-        return self._recorder.recording(self.numeric, number, int(self.state.step.numpy()[number]), start)
+        found = self._recorder.recording(self.numeric, number, int(self.state.step.numpy()[number]), start)
+        values = self._values if self._values.ndim == 1 else self._values[number]
+        commands = {name: value[number] if value.ndim else value for name, value in self._commands.items()}
+        return found.made_by(partial(substitute, self.scene, values, commands))
 
     def recorded(self, quantity: str) -> Floats:
         as_text(quantity, "quantity", error=RolloutError)

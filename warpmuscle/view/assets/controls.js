@@ -38,6 +38,7 @@ class Controls {
 
   makeLegend(title) {
     this.element("legend").firstChild.textContent = title;
+    this.element("legend").firstChild.hidden = window.parent !== window && window.innerWidth < 700; // of a page that has it
   }
 
   makeBar() {

@@ -65,7 +65,7 @@ class Labels {
 
   draw(views) {
     const { bipeds, selected, shown, time } = this.player, tools = document.getElementById("tools");
-    const over = tools.offsetLeft < EDGE + 8 ? tools.offsetTop + tools.offsetHeight : 0; // buttons of a narrow page, all across
+    const beside = (left, right) => right < tools.offsetLeft || left > tools.offsetLeft + tools.offsetWidth;
     this.elements.forEach((label, k) => {
       label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
       if (label.hidden) return;
@@ -75,7 +75,9 @@ class Labels {
       label.classList.toggle("chosen", k === selected);
       if (label.hidden) return;
       const half = 0.5 * label.offsetWidth, inside = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
-      Object.assign(label.style, { left: `${x + inside(at[0], half + EDGE, width - half - EDGE)}px`,
+      const middle = x + inside(at[0], half + EDGE, width - half - EDGE);
+      const over = beside(middle - half, middle + half) ? 0 : tools.offsetTop + tools.offsetHeight; // buttons lie over the picture
+      Object.assign(label.style, { left: `${middle}px`,
         top: `${y + inside(at[1], label.offsetHeight + EDGE + (y < 1 ? over : 0), height - EDGE)}px` });
     });
   }

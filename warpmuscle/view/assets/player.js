@@ -246,6 +246,11 @@ class Player {
     this.camera.zoom(factor);
   }
 
+  // Go around and up by angles, rad.
+  turn(around, up = 0) {
+    this.camera.turn(around, up);
+  }
+
   pickAt(x, y) {
     const view = this.seen.find(({ pixels: [left, top, wide, tall] }) => isWithin([x - left, y - top], wide, tall));
     if (!view) return null;
@@ -391,7 +396,7 @@ async function begin() {
   const text = (id) => document.getElementById(id).textContent;
   const content = JSON.parse(new TextDecoder().decode(await inflate(text("content"))));
   const player = new Player(content, await unpack(content.table, text("arrays")));
-  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "zoom", "pickAt", "describe", "state"];
+  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "zoom", "turn", "pickAt", "describe", "state"];
   Object.assign(window.warpmuscle, Object.fromEntries(names.map((name) => [name, (...given) => player[name](...given)])));
   return player.state();
 }

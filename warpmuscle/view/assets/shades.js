@@ -3,13 +3,16 @@
 // Low to high: parts of viridis (Smith and van der Walt 2015) that are neither black nor white.
 const RAMP = [[0.231, 0.322, 0.545], [0.173, 0.443, 0.557], [0.153, 0.678, 0.506], [0.478, 0.82, 0.318], [0.741, 0.875, 0.149]];
 const UNKNOWN_TINT = [0.62, 0.64, 0.66], WENT_ON = [0, 0.447, 0.698], FAILED = [0.835, 0.369, 0]; // Okabe and Ito (2008)
-const WORST_SHOWN = 0.9; // of all costs, from which on all are the last colour: those of falls are far away
+const WIDE = 20; // the greatest cost in the least one, from which on colours are logarithmic
+const WORST_SHOWN = 0.9; // of costs of those that did not fail, from which on all are the last colour
 
 class Shades {
   constructor(player, { known, first }) {
     Object.assign(this, { player, known });
-    const costs = player.bipeds.map((biped) => biped.cost).filter((cost) => cost !== undefined).sort((a, b) => a - b);
+    const priced = player.bipeds.filter((biped) => biped.cost !== undefined), upright = priced.filter((biped) => !biped.ended);
+    const costs = (upright.length > 1 ? upright : priced).map((biped) => biped.cost).sort((a, b) => a - b);
     this.costs = [costs[0], costs[Math.floor(WORST_SHOWN * (costs.length - 1))]];
+    this.failed = player.bipeds.filter((biped) => biped.ended).length;
     this.select = player.element("shade");
     this.select.closest("label").hidden = known.length < 2;
     for (const name of known) this.select.add(new Option(name, name));
@@ -32,7 +35,10 @@ class Shades {
   tint({ cost, rank, ended }) {
     if (this.name === "condition") return ended ? FAILED : WENT_ON;
     if (cost === undefined) return UNKNOWN_TINT;
-    const [low, high] = this.costs, part = this.name === "rank" ? (rank - 1) / Math.max(this.player.bipeds.length - 1, 1) : (cost - low) / (high - low || 1);
+    if (this.name === "cost" && ended) return FAILED; // it costs far more
+    const [low, high] = this.costs, wide = low > 0 && high > WIDE * low; // some fell where they were disturbed, say
+    const priced = wide ? Math.log(cost / low) / Math.log(high / low) : (cost - low) / (high - low || 1);
+    const part = this.name === "rank" ? (rank - 1) / Math.max(this.player.bipeds.length - 1, 1) : priced;
     const place = 4 * Math.min(Math.max(part, 0), 1), k = Math.min(Math.floor(place), 3);
     return RAMP[k].map((from, i) => from + (place - k) * (RAMP[k + 1][i] - from));
   }
@@ -49,10 +55,10 @@ class Shades {
       const bar = element.appendChild(line("i")), row = element.appendChild(line("u"));
       bar.style.background = `linear-gradient(90deg,${(this.name === "activation" ? ACTIVATION : RAMP).map(css)})`;
       ends.forEach((text) => row.append(line("span", text)));
-      return;
     }
-    const failed = this.player.bipeds.filter((biped) => biped.ended).length;
-    for (const [color, text] of [[WENT_ON, `${this.player.bipeds.length - failed} went on`], [FAILED, `${failed} failed`]]) {
+    const words = ends ? [] : [[WENT_ON, `${this.player.bipeds.length - this.failed} went on`]];
+    if (!ends || (this.name === "cost" && this.failed)) words.push([FAILED, `${this.failed} failed`]);
+    for (const [color, text] of words) {
       const row = element.appendChild(line("em")), mark = row.appendChild(line("s"));
       mark.style.background = css(color);
       row.append(text);

@@ -1,0 +1,51 @@
+"""What somebody new types first, in a script that type checkers read as well; `test_first_guesses` runs it."""
+
+from pathlib import Path
+
+import numpy as np
+
+import warpmuscle as wm
+
+
+def first_guesses(folder: Path) -> list[str]:
+    """Twenty-five guesses; what each gave, as text."""
+    said: list[str] = []
+
+    def say(value: object) -> None:
+        said.append(repr(value))
+
+    say(wm.scenes()[:2])  # 1
+    run = wm.simulate("fwalk", duration=1)  # 2
+    say(run)
+    page = run.show()  # 3
+    page.save(folder / "run.html")
+    say(run.plot())  # 4
+    say(run.plot("rKnee"))  # 5
+    say(run.to_xarray().sizes["time"])  # 6
+    say(len(run.to_dataframe()))  # 7
+    run.save(folder / "run.h5")  # 8
+    run.save(folder / "page.html")  # 9
+    say(wm.read(folder / "run.h5"))  # 10
+    say(wm.show(folder / "run.h5"))  # 11
+    say(wm.show(run))  # 12
+    scene = wm.load("fwalk", set={"duration": 0.5})  # 13
+    say(scene._repr_html_()[:4])  # 14
+    say(wm.show(scene))  # 15
+    with wm.Rollout(scene, instances=4, record=[3]) as rollout:  # 16
+        name = rollout.parameter_names[0]  # 17
+        rollout.set_parameters({name: 0.65})  # 18
+        rollout.set_parameters({name: np.linspace(0.6, 0.7, 4)})  # 19
+        rollout.run()
+        say(rollout.cost().shape)  # 20
+        recording = rollout.recording(3)
+        say(rollout._repr_html_()[:4])
+    say(wm.show(recording))  # 21
+    say(recording._repr_html_()[:7])  # 22
+    wm.save(run.scene, folder / "scene.toml")
+    say(wm.simulate(folder / "scene.toml", 0.2))  # 23
+    found = wm.optimize(scene, candidates=8)  # 24
+    say(found.show())  # 25
+    say(found.plot("convergence"))
+    found.save(folder / "found.h5")
+    say(found._repr_html_()[:7])
+    return said

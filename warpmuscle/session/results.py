@@ -1,0 +1,90 @@
+"""Results that show, draw and save themselves, as `optimize`, `resume` and `read` give them to users of Python."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec, overload
+
+from warpmuscle.core.arguments import as_path
+from warpmuscle.optimization.optimize import optimize as _optimize
+from warpmuscle.optimization.resume import resume as _resume
+from warpmuscle.plots import plot
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import write
+from warpmuscle.results.sweeps import read as _read
+from warpmuscle.view.notebook import show
+from warpmuscle.view.page import Page
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True, repr=False)
+class ShownResult(Result):
+    """A result of a search or a simulation with what one does with it first."""
+
+    def show(self, replay: int | None = None, *, meshes: str | PathLike[str] | None = None) -> Page:
+        """Its motions as a page, see `warpmuscle.show`.
+
+        Args:
+            replay: the number of one of them. meshes: folder with the files that a model of OpenSim is drawn with.
+
+        Raises:
+            ResultError: there is no such motion.
+        """
+        return show(self, replay=replay, meshes=meshes)
+
+    def plot(self, what: str = "angles", path: str | PathLike[str] | None = None) -> Figure:
+        """A figure, such as "angles", "hip flexion", "convergence" or "parameters"; see `warpmuscle.plot`.
+
+        Raises:
+            Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
+        """
+        return plot(self, what, None if path is None else as_path(path, "path"))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write it to an HDF5 file, or its motions to a page if the name ends in `.html`.
+
+        Raises:
+            Error: it cannot be written.
+        """
+        if Path(path).suffix.lower() in (".html", ".htm"):
+            self.show().save(as_path(path, "path"))
+        else:
+            write(as_path(path, "path"), self)
+
+
+def shown(result: Result) -> ShownResult:
+    """The same result with what one does with it first."""
+    return ShownResult(**{one.name: getattr(result, one.name) for one in fields(Result)})
+
+
+def _showing(make: Callable[P, Result]) -> Callable[P, ShownResult]:
+    """A function whose result shows itself."""
+
+    @functools.wraps(make)
+    def made(*args: P.args, **kwargs: P.kwargs) -> ShownResult:
+        return shown(make(*args, **kwargs))
+
+    return made
+
+
+optimize = _showing(_optimize)
+resume = _showing(_resume)
+
+
+@overload
+def read(path: str | Path, run: str, *, replay: int | None = None) -> ShownResult: ...
+@overload
+def read(path: str | Path, run: None = None, *, replay: int | None = None) -> ShownResult | Any: ...
+@functools.wraps(_read)
+def read(path: str | Path, run: str | None = None, *, replay: int | None = None) -> ShownResult | Any:
+    """See `results.sweeps.read`."""
+    found = _read(path, run, replay=replay) if run is not None else _read(path, replay=replay)
+    return shown(found) if type(found) is Result else found
