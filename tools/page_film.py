@@ -29,6 +29,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--view", default="oblique")
     parser.add_argument("--quality", type=int, default=60, help="of .webp, 0 to 100")
+    parser.add_argument("--colour", default="", help="of bodies: activation, cost, rank or condition, if known")
     parser.add_argument("--bare", action="store_true", help="without title, legend and names")
     parser.add_argument("--turn", type=float, default=0.0, help="degrees that the camera goes around over the film")
     parser.add_argument("--tilt", type=float, default=0.0, help="degrees that the camera is higher")
@@ -64,6 +65,12 @@ def drawn(given: argparse.Namespace) -> list[Image.Image]:
         page.goto(f"{given.page.resolve().as_uri()}?time={given.begin}&shot=1&view={given.view}")
         end = min(given.end, page.evaluate("warpmuscle.ready.then(() => warpmuscle.state().end)"))
         page.evaluate(f"warpmuscle.zoom({1.0 / given.zoom}); warpmuscle.turn(0, {np.radians(given.tilt)})")
+        if given.colour:
+            choose = (
+                'name => { const s = document.getElementById("shade"); s.value = name; s.onchange(); return s.value; }'
+            )
+            if page.evaluate(choose, given.colour) != given.colour:
+                raise SystemExit(f"{given.page}: nothing to colour by {given.colour!r}")
         if given.bare:
             page.add_style_tag(content="#legend, #labels { display: none }")
         pictures, step = [], np.radians(given.turn) / max(given.rate * (end - given.begin), 1.0)

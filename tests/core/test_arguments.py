@@ -32,7 +32,7 @@ STRANGE: list[Any] = [
 
 # Made by the package itself, or of trials, whose mistakes tests/inverse has.
 MADE = ("Motions", "Recording", "Result", "Run", "Scene", "Status", "Sweep")  # by this package or msgspec alone
-OF_TRIALS = ("inverse_dynamics", "inverse_kinematics", "joint_reactions", "scale", "static_optimization")
+OF_TRIALS = ("inverse_dynamics", "inverse_kinematics", "joint_reactions", "scale", "static_optimization", "track")
 
 
 class Case(NamedTuple):
@@ -156,8 +156,8 @@ def cases(folder: Path) -> dict[str, Case]:
                 "muscles": (), "norms": True, "replay": 0, "start": None, "end": None, "run": None,
             },
         ),
-        "show": Case(wm.show, {"motion": p.motion, "scene": p.scene, "replay": None}),
-        "show a result": Case(wm.show, {"motion": p.nothing, "replay": None}),
+        "show": Case(wm.show, {"motion": p.motion, "scene": p.scene, "replay": None, "meshes": None}),
+        "show a result": Case(wm.show, {"motion": p.nothing, "replay": None, "meshes": None}),
         "Recording.window": Case(p.motion.window, {"start": 0.0, "end": 1.0}),
         "Recording.position_of": Case(p.motion.position_of, {"body": "lFoot"}),
         "Recording[...]": Case(p.motion.__getitem__, {"name": "com"}),

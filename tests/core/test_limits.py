@@ -17,8 +17,9 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import read_file
 from warpmuscle.core.limits import LIMITS, check_size
 from warpmuscle.formats import load, toml
+from warpmuscle.formats.meshes.read import read_mesh
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Body, Ligament, Muscle, MuscleModel, Scene, Terrain, ViaPoint
+from warpmuscle.scene import Body, Constraint, Ligament, Muscle, MuscleModel, Scene, Terrain, ViaPoint
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.terrain.tiles import HeightField, Rough
 from warpmuscle.scene.validation.scene import check_scene
@@ -90,6 +91,11 @@ def many_muscles(scene: Scene) -> None:
     scene.character.muscles |= {f"m{k}": Muscle(path=path, f_max=1.0, l_opt=0.1, l_slack=0.1) for k in range(6000)}
 
 
+def many_constraints(scene: Scene) -> None:
+    held = Constraint("distance", "lFoot", "rFoot", distance=0.2)
+    scene.character.constraints = {f"c{k}": held for k in range(100)}
+
+
 def long_ligament(scene: Scene) -> None:
     knots = np.arange(2000.0).tolist()
     scene.muscle_model = MuscleModel(curves="millard")
@@ -151,11 +157,14 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "text of the original program": ("big.rbs", lambda folder: load(large("big.rbs")(folder))),
     "table": ("big.csv", lambda folder: read_signals(large("big.csv")(folder))),
     "model": ("big.osim", lambda folder: load(large("big.osim")(folder))),
+    "mesh": ("big.stl", lambda folder: read_mesh(large("big.stl")(folder))),
+    "triangles": ("many.obj", lambda folder: read_mesh(many_triangles(folder))),
     "elements": ("many.osim:", lambda folder: load(many_elements(folder))),
     "nesting": ("<text>", lambda folder: toml.loads(f"name = 'a'\n[{'.'.join('a' * 60)}]\nb = 1")),
     "bases": ("base", lambda folder: load(based(folder))),
     "values": ("", changed(long_curve)),
     "bodies": ("character.bodies", changed(chain)),
+    "constraints": ("character.constraints", changed(many_constraints)),
     "muscles": ("character.muscles", changed(many_muscles)),
     "knots": ("character.muscles.HFL.curve_shape.x", changed(long_ligament)),
     "parameters": ("", changed(many_parameters)),
@@ -189,6 +198,13 @@ def many_elements(folder: Path) -> Path:
     """A model with more elements than are read."""
     path = folder / "many.osim"
     path.write_text("<OpenSimDocument>" + "<a/>" * LIMITS["elements"].most + "</OpenSimDocument>")
+    return path
+
+
+def many_triangles(folder: Path) -> Path:
+    """One polygon with more corners than are taken."""
+    path = folder / "many.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf" + " 1 2 3" * (LIMITS["triangles"].most // 2) + "\n")
     return path
 
 

@@ -85,10 +85,7 @@ def inverse(
     computed muscle control. Examples: warpmuscle inverse model.osim walk.mot --loads loads.xml
     -o result.h5; warpmuscle inverse model.osim a.sto b.sto --loads a_grf.mot --loads b_grf.mot --filter 6 --sto out
     """
-    writable(output)
-    _check_page(report)
-    if sto is not None and not sto.is_dir():
-        raise Error(f"--sto names {sto}, which is no folder; make it first")
+    _check_outputs(output, report, sto)
     start_warp()
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
@@ -96,25 +93,22 @@ def inverse(
     from warpmuscle.inverse.tracking.track import TrackingOptions
 
     wanted = steps_of(steps)
-    if weight not in ("none", "volume"):
-        raise Error(f"--weight is none or volume, not {weight!r}")
     options = ActivationOptions(
-        power=power, weight=weight.replace("none", ""), physiology=not isometric, passive=passive,
+        power=power, weight=_weight(weight), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
     strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
     tracking = TrackingOptions(window, reserve=strength, reserves=not no_reserves, residuals=not no_residuals)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
-        names = [path.stem for path in motions]
         trials = [_motion(path, body, setup, device) for path in motions]
         forces = _loads(loads or [], len(motions))
         signals = _emg(emg or [], len(motions), body)
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
-            body, wanted, names, trials, forces, filter=filter, times=times, emg=signals, options=options, on=on,
-            frame=frame, tracking=tracking,
+            body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
+            options=options, on=on, frame=frame, tracking=tracking,
         )  # fmt: skip
     about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
              "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
@@ -123,10 +117,19 @@ def inverse(
         _page(report, body, found, forces, signals, about)
 
 
-def _check_page(path: Path | None) -> None:
-    """Say now, rather than after the work, that a page cannot be made."""
+def _weight(word: str) -> str:
+    if word not in ("none", "volume"):
+        raise Error(f"--weight is none or volume, not {word!r}")
+    return word.replace("none", "")
+
+
+def _check_outputs(output: Path | None, path: Path | None, sto: Path | None) -> None:
+    """Say now, rather than after the work, that a file, a page or tables in a folder cannot be made."""
     from warpmuscle.core.extras import need
 
+    writable(output)
+    if sto is not None and not sto.is_dir():
+        raise Error(f"--sto names {sto}, which is no folder; make it first")
     if path is None:
         return
     if path.suffix.lower() not in (".html", ".htm"):

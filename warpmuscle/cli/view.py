@@ -81,17 +81,8 @@ def view(
     if any(files) and not all(files):
         raise Error("view takes either result files or one scene, not both")
     if live:
-        _refuse(
-            {
-                "--export": export,
-                "--candidates": candidates,
-                "--replay": replay,
-                "--run": run,
-                "--duration": duration,
-                "--meshes": meshes,
-            },
-            "--live",
-        )
+        of_replays = {"--export": export, "--candidates": candidates, "--replay": replay, "--run": run}
+        _refuse(of_replays | {"--duration": duration, "--meshes": meshes}, "--live")
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
         scene = load_scene(sources, settings=settings)

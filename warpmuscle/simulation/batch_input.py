@@ -77,7 +77,7 @@ def named_values(
     columns = {}
     for name, value in values.items():
         if name not in names:
-            raise RolloutError(f"no free parameter is called {name!r}{near(str(name), names)}")
+            raise RolloutError(f"values: no free parameter is called {name!r}{near(str(name), names)}")
         columns[name] = as_array(value, name, error=RolloutError).astype(np.float64)
         if columns[name].shape not in ((), (1,), (instances,)):
             raise RolloutError(f"{name}: one number, or one for each of {number_of(instances, 'instance')}, is needed")

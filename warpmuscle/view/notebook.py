@@ -62,7 +62,7 @@ def show(
         motion = as_kind(Result, read(Path(motion), replay=replay), "motion")
     if isinstance(motion, str | PathLike | Scene):
         if scene is not None or replay is not None:
-            raise ArgumentError("a scene is simulated as it is: show(scene)")
+            raise ArgumentError("motion is a scene, which is simulated as it is: show(scene)")
         return page_of_sights(of_scene(scene_of(motion, "motion")), meshes=meshes)
     result = as_kind(Result, motion, "motion")
     if scene is not None:

@@ -51,7 +51,7 @@ def is_result(path: str) -> bool:
     try:
         with open(path, "rb") as file:
             return file.read(8) == b"\x89HDF\r\n\x1a\n"
-    except OSError:
+    except (OSError, ValueError):  # such as of a name with a null in it
         return False
 
 
