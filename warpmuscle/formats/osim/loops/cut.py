@@ -47,7 +47,7 @@ def _cut(model: Model, joint: Joint, notes: Notes) -> None:
     model.bodies.append(other)
     own = replace(model.frames[path], path=other.path)
     held = Frame(f"{joint.path}/{name}_offset", joint.line, other.path, rotation, translation)
-    model.frames |= {own.path: own, held.path: held}
+    model.frames.update({own.path: own, held.path: held})
     model.joints[model.joints.index(joint)] = (
         replace(joint, child=held.path) if end == "child" else replace(joint, parent=held.path)
     )
