@@ -1,5 +1,7 @@
 """Recordings: shapes that fit their names, windows of time, labels."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ from warpmuscle.results.recording import (
 
 
 def test_every_field_but_the_names_is_a_described_quantity():
-    fields = set(Recording.__dataclass_fields__) - {*NAMED.values(), *UNITS.values()}
+    fields = {one.name for one in dataclasses.fields(Recording)} - {*NAMED.values(), *UNITS.values()}
     assert fields == set(QUANTITIES)
     assert set(INTEGER_QUANTITIES) < fields
 

@@ -1,5 +1,7 @@
 """The page docs/gallery.md and its pictures: every shipped scene in motion, and every kind of figure, with its command.
 
+For docs/gallery.md.
+
 .venv/bin/python tools/research/gallery.py            # what is missing; minutes where kernels are to be compiled
 .venv/bin/python tools/research/gallery.py fwalk feet # these again
 

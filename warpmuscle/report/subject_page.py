@@ -14,6 +14,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.activations import FLAGGED
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import prepare
@@ -185,7 +186,9 @@ def _notes(trials: Sequence[RecordedTrial]) -> list[str]:
     for one in trials:
         acts, tracked = one.found.activations, one.found.tracked
         if acts is not None and acts.unconverged:
-            found.append(f"{one.found.name}: {len(acts.unconverged)} frames of static optimisation did not converge")
+            found.append(
+                f"{one.found.name}: static optimisation did not converge in {number_of(len(acts.unconverged), 'frame')}"
+            )
         if tracked is not None and tracked.lost is not None:
             found.append(f"{one.found.name}: the simulation diverged at {tracked.lost:.3g} s")
     return found

@@ -15,6 +15,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from warpmuscle.core.html_table import html_table
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene.body_contact.part import BodyContact
 from warpmuscle.scene.constraints.part import Constraint
 from warpmuscle.scene.controller import SIMBICON, Command, Controller
@@ -399,7 +400,7 @@ class Scene(Part):
             import_module(f"warpmuscle.scene.{name}") for name in ("parameters", "anatomy")
         )  # of scenes
         parts = self.character
-        drives = f"{len(parts.muscles)} muscles" if parts.muscles else "torques"
+        drives = number_of(len(parts.muscles), "muscle") if parts.muscles else "torques"
         rows = [
             ("scene", self.name),
             ("is", self.description),

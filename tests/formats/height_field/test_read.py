@@ -149,7 +149,7 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
         ("a.png", b"", "no PNG"),
         ("a.png", GOOD[:-30], "damaged"),
         ("a.png", GOOD[:45] + b"x" + GOOD[46:], "damaged"),
-        ("a.png", SIGNATURE + chunk(b"IHDR", BAD_HEADER) + chunk(b"IDAT", b"x"), "60000 x 60000 points"),
+        ("a.png", SIGNATURE + chunk(b"IHDR", BAD_HEADER) + chunk(b"IDAT", b"x"), "60000 x 60000 has more points"),
         ("a.png", GOOD.replace(b"IEND", b"IEND")[:8] + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 3, 0, 0, 0))
          + chunk(b"IDAT", b"x"), "without a palette"),
         ("a.png", SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 0, 0, 0, 0))
@@ -162,7 +162,7 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
         ("a.csv", "1, 2", "2 rows and 2 columns"),
         ("a.xml", "<mujoco>", "not valid XML"),
         ("a.xml", "<mujoco/>", "no hfield"),
-        ("a.xml", HFIELD.format("1 2 3"), "3 elevations for 3 x 4"),
+        ("a.xml", HFIELD.format("1 2 3"), "3 elevations for a grid of 3 x 4"),
         ("a.xml", '<!DOCTYPE m [<!ENTITY a "b">]><mujoco/>', "entities"),
         ("a.jpg", b"x", "heights are read from .png"),
     ],

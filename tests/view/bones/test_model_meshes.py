@@ -105,7 +105,7 @@ def test_a_folder_asked_for_must_have_meshes_and_one_beside_may(tmp_path):
     for folder, words in ((tmp_path / "none", "no such folder"), (tmp_path, "has none of the 1 mesh file of")):
         with pytest.raises(Error, match=words):
             mesh_folder(folder, scene)
-    with pytest.raises(Error, match="names no meshes"):
+    with pytest.raises(Error, match="no meshes are named"):
         mesh_folder(tmp_path, load("fwalk"))
     (tmp_path / "thorax.vtp").touch()
     assert mesh_folder(None, scene, tmp_path) == tmp_path == mesh_folder(tmp_path, scene)

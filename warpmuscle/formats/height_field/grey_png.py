@@ -39,7 +39,7 @@ def grey_values(data: bytes, most: int) -> Floats:
     if header.bits not in (8, 16) or header.colour not in CHANNELS or header.interlaced:
         raise ValueError("of PNG pictures only those of 8 or 16 bits, without a palette and not interlaced, are read")
     if header.width * header.height > most:
-        raise ValueError(f"{header.width} x {header.height} points are more than {most}, the limit `heights`")
+        raise ValueError(f"a grid of {header.width} x {header.height} has more points than {most}, the limit `heights`")
     width = header.bits // 8 * CHANNELS[header.colour]  # bytes of a point
     line = header.width * width
     size = header.height * (line + 1)

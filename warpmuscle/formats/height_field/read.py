@@ -16,6 +16,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.limits import LIMITS
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.height_field.grey_png import grey_values
 from warpmuscle.scene import Scene
 from warpmuscle.scene.terrain.packing import packed
@@ -88,7 +89,9 @@ def _check(heights: Floats) -> None:
     if heights.ndim != 2 or min(heights.shape) < 2:
         raise ValueError("heights are a table of at least 2 rows and 2 columns")
     if heights.size > most:
-        raise ValueError(f"{heights.shape[1]} x {heights.shape[0]} points are more than {most}, the limit `heights`")
+        raise ValueError(
+            f"a grid of {heights.shape[1]} x {heights.shape[0]} has more points than {most}, the limit `heights`"
+        )
     if not np.isfinite(heights).all():
         row, column = np.argwhere(~np.isfinite(heights))[0]
         raise ValueError(f"row {row + 1}, column {column + 1} is no finite number")
@@ -119,7 +122,9 @@ def _csv(path: Path) -> Heights:
         except ValueError:
             raise ValueError(f"line {number} is not of numbers alone") from None
         if len(table[-1]) != len(table[0]):
-            raise ValueError(f"line {number} has {len(table[-1])} numbers, and others have {len(table[0])}")
+            raise ValueError(
+                f"line {number} has {number_of(len(table[-1]), 'number')}, and others have {len(table[0])}"
+            )
     return Heights(np.array(table, dtype=np.float64))
 
 
@@ -150,7 +155,7 @@ def _elevation(found: dict[str, str]) -> Floats:
     except (KeyError, ValueError):
         raise ValueError("the hfield has no nrow, ncol and elevation of numbers") from None
     if rows < 2 or columns < 2 or len(numbers) != rows * columns:
-        raise ValueError(f"the hfield has {len(numbers)} elevations for {rows} x {columns} points")
+        raise ValueError(f"the hfield has {number_of(len(numbers), 'elevation')} for a grid of {rows} x {columns}")
     if not np.isfinite(numbers).all():
         raise ValueError("an elevation of the hfield is no finite number")
     return numbers.reshape(rows, columns)[::-1]

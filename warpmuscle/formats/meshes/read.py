@@ -22,7 +22,7 @@ def read_mesh(path: Path) -> Triangles:
         Error: it cannot be read, is too large, damaged, or of another format; with its path.
     """
     if path.suffix.lower() not in FORMATS:
-        raise Error(f"{path}: meshes are {', '.join(FORMATS)} files")
+        raise Error(f"{path}: a mesh is a file of one of {', '.join(FORMATS)}")
     try:
         data = read_file(path, "mesh")
     except (OSError, ValueError) as error:

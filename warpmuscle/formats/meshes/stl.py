@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.meshes.triangles import MeshError, Triangles, numbers
 
 HEAD, COUNT, FACET = 80, 4, 50  # bytes
@@ -20,7 +21,7 @@ def triangles(data: bytes) -> Triangles:
         count = int(np.frombuffer(data, "<u4", 1, HEAD)[0])
         if len(data) == HEAD + COUNT + FACET * count or data.lstrip()[:5] != b"solid":
             if len(data) < HEAD + COUNT + FACET * count:
-                raise MeshError(f"it ends before its {count} triangles do")
+                raise MeshError(f"it ends before its {number_of(count, 'triangle')} do")
             facets = np.frombuffer(data, LAYOUT, count, HEAD + COUNT)
             return _joined(facets["corners"].reshape(-1, 3).astype(np.float64))
     if data.lstrip()[:5] != b"solid":

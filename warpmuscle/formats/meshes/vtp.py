@@ -154,7 +154,7 @@ class _Arrays:
     def _take(self, size: int) -> None:
         self._left -= size
         if self._left < 0:
-            raise MeshError(f"its arrays have more than {LIMITS['mesh'].most} bytes, the limit `mesh`")
+            raise MeshError(f"its arrays have more bytes than {LIMITS['mesh'].most}, the limit `mesh`")
 
 
 def _letters(size: int) -> int:

@@ -38,7 +38,7 @@ def _unpacked(text: str, columns: int, rows: int) -> Floats:
     except (binascii.Error, zlib.error, ValueError):
         raise ValueError("the packed heights are damaged") from None
     if len(data) != size:
-        raise ValueError(f"the packed heights are not those of {columns} x {rows} points")
+        raise ValueError(f"the packed heights are not those of a grid of {columns} x {rows}")
     heights = np.frombuffer(data, dtype="<f4").astype(np.float64).reshape(rows, columns)
     heights.flags.writeable = False
     return heights

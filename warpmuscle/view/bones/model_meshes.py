@@ -47,7 +47,7 @@ def mesh_folder(given: str | os.PathLike[str] | None, scene: Scene, beside: Path
         return beside if beside is not None and files and _there(beside, files) else None
     folder = Path(given)
     if not files:
-        raise Error(f"{scene.name} names no meshes; a model of OpenSim does, or `opensim.meshes` of a scene")
+        raise Error(f"no meshes are named by {scene.name}; a model of OpenSim does, or `opensim.meshes` of a scene")
     if not folder.is_dir():
         raise Error(f"{folder}: there is no such folder of meshes")
     if not _there(folder, files):
