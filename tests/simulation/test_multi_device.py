@@ -252,7 +252,7 @@ def test_all_that_a_batch_can_do_is_there_and_documented(kind: type[Batch]):
     own = {name for part in parts for name in vars(part)}
     for name, member in vars(Batch).items():
         if not name.startswith("_"):
-            inherited = name in ("devices", "time", "alive", "status_names", "parameter_names")
+            inherited = name in ("devices", "time", "alive", "status_names", "parameter_names", "close")
             assert inherited or name in own, f"{kind.__name__} lacks {name}"
             assert inspect.getdoc(getattr(kind, name)), name
             assert callable(member) or hasattr(batch, name)

@@ -161,7 +161,7 @@ def constraint_rows(instance: int, number: int, step: StepLength, model: ModelRe
         push_along(row, axis, length - given.distance, more, step, b, work)
     elif plan.kind == POINT_ON_LINE:  # forces meet the other body where the point is now
         c = between_points(body, other, arm, other_arm + b.offset, model, work)
-        coriolis = wp.cross(work.angular_velocity[other], c.speed) * (-2.0)
+        coriolis = wp.cross(-2.0 * work.angular_velocity[other], c.speed)
         for k in range(2):
             axis = column(other_axes, k + 1)
             push_along(row + k, axis, wp.dot(axis, b.offset), wp.dot(axis, coriolis), step, c, work)
