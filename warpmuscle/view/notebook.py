@@ -54,7 +54,7 @@ def show(
         if scene is None:
             raise ArgumentError("a recording of a file needs the scene that made it: show(recording, scene)")
         if replay is not None:
-            raise ArgumentError("a recording is one motion; replay chooses one of a result")
+            raise ArgumentError("motion is a recording, one motion; replay chooses one of a result")
         return Page(replay_html(motion, scene_of(scene), meshes=meshes))
     if isinstance(motion, HasResult):
         motion = motion.result
@@ -66,7 +66,7 @@ def show(
         return page_of_sights(of_scene(scene_of(motion, "motion")), meshes=meshes)
     result = as_kind(Result, motion, "motion")
     if scene is not None:
-        raise ArgumentError("a result has its scene with it: show(result)")
+        raise ArgumentError("motion is a result and has its scene with it: show(result)")
     if replay is not None:
         replay = as_whole(replay, "replay", 0)
     return page_of_sights(of_replays(result, replay=replay), meshes=meshes)
