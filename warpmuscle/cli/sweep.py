@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shlex
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,6 +22,7 @@ from warpmuscle.simulation.cuda_warmup import start_driver
 if TYPE_CHECKING:
     from warpmuscle.sweep.board import SweepProgress
     from warpmuscle.sweep.plan import Plan
+    from warpmuscle.sweep.run import SweepResult
     from warpmuscle.sweep.status import SweepStatus
 
 
@@ -65,7 +68,7 @@ def sweep(
 
     with doubts_printed():
         plan = read(file)
-    output = output if output is not None else Path(f"{file.stem}.h5")
+    output = output if output is not None else _usual_output(file)
     if slurm is not None:
         _write_script(plan, output, slurm, device, threads)
         return
@@ -74,15 +77,11 @@ def sweep(
     from warpmuscle.sweep.status import sweep_status
 
     begin = time.perf_counter()
-    try:
-        with searches_told(), _Bar() as bar:
-            result = run(
-                plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
-                command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
-            )  # fmt: skip
-    except KeyboardInterrupt:
-        log.print("what was evaluated is kept, and the same command goes on")
-        raise typer.Exit(INTERRUPTED) from None
+    with _told() as bar:
+        result = run(
+            plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
+            command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
+        )  # fmt: skip
     _print_status(sweep_status(result.folder.path))
     took = f"{time.perf_counter() - begin:.1f} s"
     if part is not None:
@@ -90,9 +89,7 @@ def sweep(
         out.print(f"part {part} is in {result.folder.path} after {took}; once all are: {again}", markup=False)
     else:
         out.print(f"wrote {output} with {number_of(result.gathered, 'run')} in {took}", markup=False)
-    if result.failed:
-        name, why = next(iter(result.failed.items()))
-        raise Error(f"{len(result.failed)} of {number_of(len(result.manifest.runs), 'run')} failed; {name}: {why}")
+    _check_all_ran(result)
 
 
 def join(
@@ -120,7 +117,7 @@ def join(
         plan = read(file)
     from warpmuscle.sweep.join import join as joined
 
-    output = output if output is not None else Path(f"{file.stem}.h5")
+    output = output if output is not None else _usual_output(file)
     begin = time.perf_counter()
     with _Bar() as bar:
         result = joined(
@@ -158,7 +155,7 @@ def study(
         plan = read(file)
     if plan.study is None:
         raise Error(f"{file}: no [study]: `warpmuscle sweep` runs it, and the manual says what a study is")
-    output = output if output is not None else Path(f"{file.stem}.h5")
+    output = output if output is not None else _usual_output(file)
     page_file, table_file = output.with_suffix(".html"), output.with_suffix(".csv")
     for path in (page_file, table_file):
         check_output(path, "a study", (path.suffix,))
@@ -169,12 +166,8 @@ def study(
     from warpmuscle.sweep.study.measured import measured
 
     begin, command = time.perf_counter(), f"warpmuscle study {shlex.quote(file.name)}"
-    try:
-        with searches_told(), _Bar() as bar:
-            done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
-    except KeyboardInterrupt:
-        log.print("what was evaluated is kept, and the same command goes on")
-        raise typer.Exit(INTERRUPTED) from None
+    with _told() as bar:
+        done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
         found = measured(plan, done)
         page = study_page.page(found, plan, command)
@@ -185,9 +178,7 @@ def study(
     replace_file(page_file, page)
     took = f"{time.perf_counter() - begin:.1f} s"
     out.print(f"{study_page.counted(found)}; wrote {page_file}, {table_file} and {output} in {took}", markup=False)
-    if done.failed:
-        name, why = next(iter(done.failed.items()))
-        raise Error(f"{len(done.failed)} of {number_of(len(done.manifest.runs), 'run')} failed; {name}: {why}")
+    _check_all_ran(done)
 
 
 def _write_script(plan: Plan, output: Path, parts: int, device: str | None, threads: int | None) -> None:
@@ -204,8 +195,30 @@ def _write_script(plan: Plan, output: Path, parts: int, device: str | None, thre
 
 
 def _join_command(file: Path, output: Path) -> str:
-    usual = output == Path(f"{file.stem}.h5")
-    return shlex.join(["warpmuscle", "join", str(file)] + ([] if usual else ["-o", str(output)]))
+    named = [] if output == _usual_output(file) else ["-o", str(output)]
+    return shlex.join(["warpmuscle", "join", str(file), *named])
+
+
+def _usual_output(file: Path) -> Path:
+    return Path(f"{file.stem}.h5")
+
+
+@contextmanager
+def _told() -> Iterator[_Bar]:
+    """A bar of what runs within; an interruption ends the program, after it has said that nothing is lost."""
+    try:
+        with searches_told(), _Bar() as bar:
+            yield bar
+    except KeyboardInterrupt:
+        log.print("what was evaluated is kept, and the same command goes on")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _check_all_ran(result: SweepResult) -> None:
+    """Raise Error if a run has failed."""
+    if result.failed:
+        name, why = next(iter(result.failed.items()))
+        raise Error(f"{len(result.failed)} of {number_of(len(result.manifest.runs), 'run')} failed; {name}: {why}")
 
 
 def _print_status(status: SweepStatus) -> None:

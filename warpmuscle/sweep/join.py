@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import secrets
 import shlex
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from warpmuscle.core.errors import Error, ResultError
-from warpmuscle.core.files import check_writable, unwritable
+from warpmuscle.core.errors import Error, ResultError, SceneError
+from warpmuscle.core.files import check_writable, replacing
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.board import Tell
@@ -120,18 +119,14 @@ def _take(folder: Folder, places: Mapping[str, Path], parts: Sequence[Folder]) -
         for part in parts:
             for path in part.path.glob(PATTERN):
                 _link(path, folder.path / path.name)
-    except OSError as error:
-        raise ResultError(f"{folder.path}: {unwritable(error)}") from None
+    except SceneError as error:
+        raise ResultError(str(error)) from None
 
 
 def _link(source: Path, target: Path) -> None:
     """Make a file the same as another one, with its time: by a link where there can be one."""
-    temporary = target.with_name(f".{target.name[:200]}.{secrets.token_hex(4)}")
-    try:
+    with replacing(target, synchronised=False) as temporary:
         try:
             os.link(source, temporary)
         except OSError:  # such as of another disk
             shutil.copy2(source, temporary)
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
