@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
 from typing import Any
 
@@ -12,8 +11,8 @@ from warpmuscle.core.files import shown
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.gait.table import DECIMALS
 from warpmuscle.plots.conditions import Lines, Panel, draw_conditions
-from warpmuscle.plots.style import picture, style
-from warpmuscle.report.page import template
+from warpmuscle.plots.style import style
+from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
 from warpmuscle.studies.conditions import CLEAR, Condition
 from warpmuscle.sweep.plan import Plan
@@ -79,7 +78,7 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
     series = list(dict.fromkeys(row.series for row in found.rows))
     tables = [_table(found, one, len(series) > 1) for one in series]
     with style():
-        figure = base64.b64encode(picture(_figure(found), ".svg")).decode("ascii")
+        figure = data_uri(_figure(found))
     versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
     return str(
         template("study.html").render(
@@ -89,7 +88,7 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
             held=[_held(held, found) for held in found.held],
             reference=text_of(found.study.reference),
             verdicts=VERDICTS,
-            figure=f"data:image/svg+xml;base64,{figure}",
+            figure=figure,
             diamonds=any(held.expected.value is not None for held in found.held),
             tables=tables,
             left_out=[(run.run.name, run.why or "fell") for run in found.runs if run.why or not run.walked],
