@@ -129,16 +129,16 @@ def page_of(
     dolls = _Dolls(packer, len(tracks) > FEW, meshes)
     contents: list[dict[str, Any]] = []
     panels: list[Any] = []
-    for track, scene, offset in zip(tracks, scenes, lanes(len(tracks)), strict=True):
+    offsets = lanes(len(tracks))
+    for track, scene, offset in zip(tracks, scenes, offsets, strict=True):
         content = track_content(track, scene, pool or packer, every_curve=len(tracks) <= FEW, live=live is not None)
         if content["panels"] not in panels:
             panels.append(content["panels"])
         parts = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
         contents.append({**content, **parts, "offset": offset.tolist()})
-    ground = ground_content(scenes[0].ground)
     motions = [track.recording for track in tracks] if live is None else None
-    offsets, width = lanes(len(tracks)), BESIDE if len(tracks) > 1 else 0.0
-    ground["terrain"] = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
+    width = BESIDE if len(tracks) > 1 else 0.0
+    terrain = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
     if pool is not None:
         for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
             content["arrays"] = {name: number for name, (number, _) in places.items()}
@@ -149,7 +149,7 @@ def page_of(
         "title": title,
         "autoplay": autoplay,
         "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split),
-        "ground": ground,
+        "ground": plane_content(scenes[0].ground) | {"terrain": terrain},
         "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
         "tracks": contents,
         "panels": panels,
@@ -172,15 +172,14 @@ def page_of(
 
 
 def ground_content(ground: Ground) -> dict[str, Any]:
-    """What the page is sent about a ground without free parameters."""
+    """What the page is sent about a ground without free parameters, on which a biped may go anywhere."""
+    return plane_content(ground) | {"terrain": terrain_content([ground])}
+
+
+def plane_content(ground: Ground) -> dict[str, Any]:
+    """What the page is sent about the plane of a ground."""
     normal, height = plane(ground)
-    visible = bool(np.asarray(ground.stiffness) > 0.0)
-    return {
-        "normal": normal.tolist(),
-        "height": float(height),
-        "visible": visible,
-        "terrain": terrain_content([ground]),
-    }
+    return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
 
 
 def _strides(content: dict[str, Any]) -> bool:
