@@ -9,6 +9,7 @@ All run in turns in one process, several times; the fastest of each counts. Inst
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Annotated
 
 import msgspec
@@ -45,22 +46,34 @@ def main(
     repeats: int = 5,
 ) -> None:
     """Print rates, and their ratios to that without contact."""
+    print_rates(variants(scene), "no pairs", NOISE, device, instances, repeats, time.perf_counter)
+
+
+def print_rates(
+    scenes: dict[str, Scene], plain: str, noise: float, device: str, instances: str, repeats: int,
+    clock: Callable[[], float],
+) -> None:  # fmt: skip
+    """Print rates of scenes that run in turns, and how much longer a step takes than that of the plain one.
+
+    Args:
+        noise: m/s, of the start. instances: numbers of them, with commas between. clock: what measures a run, s.
+    """
     for count in map(int, instances.split(",")):
         threads = 1 if device == "cpu" else None
-        rollouts = {name: Rollout(one, count, device, threads=threads) for name, one in variants(scene).items()}
+        rollouts = {name: Rollout(one, count, device, threads=threads) for name, one in scenes.items()}
         best = dict.fromkeys(rollouts, 0.0)
         for turn in range(1 + repeats):  # the first one compiles
             for name, rollout in rollouts.items():
-                rollout.reset(NOISE, seed=1)
+                rollout.reset(noise, seed=1)
                 wp.synchronize()
-                begin = time.perf_counter()
+                begin = clock()
                 rollout.run()
                 wp.synchronize()
                 steps = float(np.sum(rollout.end_time())) / rollout.numeric.time_step
-                best[name] = max(best[name], steps / (time.perf_counter() - begin) if turn else 0.0)
-        none = best["no pairs"]
+                best[name] = max(best[name], steps / (clock() - begin) if turn else 0.0)
         for name, rate in best.items():
-            print(f"{device}, {count} instances, {name}: {rate / 1e6:.4g} M steps/s, {100 * (none / rate - 1):+.1f} %")
+            more = 100 * (best[plain] / rate - 1)
+            print(f"{device}, {count} instances, {name}: {rate / 1e6:.4g} M steps/s, {more:+.1f} %")
 
 
 if __name__ == "__main__":

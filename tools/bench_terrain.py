@@ -16,12 +16,11 @@ from typing import Annotated
 import msgspec
 import numpy as np
 import typer
-import warp as wp
+from bench_body_contact import print_rates
 
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene, Terrain
 from warpmuscle.scene.terrain.tiles import Patch, Rough, Slope
-from warpmuscle.simulation.rollout import Rollout
 
 NOISE = 0.02  # m/s, of the start
 
@@ -49,23 +48,8 @@ def main(
     repeats: int = 5,
 ) -> None:
     """Print rates, and how much longer a step takes than on the plane."""
-    for count in map(int, instances.split(",")):
-        threads = 1 if device == "cpu" else None
-        clock = time.process_time if device == "cpu" else time.perf_counter
-        rollouts = {name: Rollout(one, count, device, threads=threads) for name, one in variants(scene).items()}
-        best = dict.fromkeys(rollouts, 0.0)
-        for turn in range(1 + repeats):  # the first one compiles
-            for name, rollout in rollouts.items():
-                rollout.reset(NOISE, seed=1)
-                wp.synchronize()
-                begin = clock()
-                rollout.run()
-                wp.synchronize()
-                steps = float(np.sum(rollout.end_time())) / rollout.numeric.time_step
-                best[name] = max(best[name], steps / (clock() - begin) if turn else 0.0)
-        none = best["plane"]
-        for name, rate in best.items():
-            print(f"{device}, {count} instances, {name}: {rate / 1e6:.4g} M steps/s, {100 * (none / rate - 1):+.1f} %")
+    clock = time.process_time if device == "cpu" else time.perf_counter
+    print_rates(variants(scene), "plane", NOISE, device, instances, repeats, clock)
 
 
 if __name__ == "__main__":

@@ -5,17 +5,15 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
-from warpmuscle.kernels.curve.shaped_curves import Shaped, shaped_curves
-from warpmuscle.kernels.inverse.muscle_moments import fibre_forces
+from warpmuscle.kernels.curve.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.shaped_curves import Shaped
+from warpmuscle.kernels.inverse.muscle_moments import curve_functions
 from warpmuscle.kernels.muscle.activation import activation_rate, activation_relaxed
 from warpmuscle.kernels.muscle.muscle import (
-    bounded_fibre_length,
     pennation_cosine,
-    rigid_fibre_length,
     rigid_fibre_speed,
 )
-from warpmuscle.kernels.structs import Model, ModelRef, at
+from warpmuscle.kernels.structs import Model, at
 
 
 @wp.struct
@@ -93,16 +91,8 @@ def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
 
     Tendons are rigid, as of static optimisation. curves, own: as of `muscle_stage.MuscleKind`.
     """
-    forces, bounded, rigid_length = (
-        with_curves(function, own, curves) for function in (fibre_forces, bounded_fibre_length, rigid_fibre_length)
-    )
+    forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
     shaped = isinstance(own, Shaped)
-
-    @wp.func
-    def of_all(instance: int, m: int, model: ModelRef) -> int:
-        return curves
-
-    curves_of = shaped_curves if shaped else of_all
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(

@@ -1,7 +1,7 @@
 """What muscles can do to every coordinate: moment arms, and forces at full and at no activation with rigid tendons."""
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import warp as wp
 
@@ -101,6 +101,29 @@ def muscle_moments_of(paths: PathKind) -> Any:
     return kernel
 
 
+class CurveFunctions(NamedTuple):
+    """Warp functions of fibres with the curves of a kind of muscles."""
+
+    forces: Any  # at full activation and at any, over f_max
+    bounded_length: Any
+    rigid_length: Any  # where tendons are rigid
+    of_muscle: Any  # (instance, muscle, model): which curves a muscle has
+
+
+def curve_functions(curves: int, own: OwnCurves | Shaped | None) -> CurveFunctions:
+    """The functions for curves of a set or of one's own, as of `muscle_stage.MuscleKind`."""
+
+    @wp.func
+    def of_all(instance: int, m: int, model: ModelRef) -> int:
+        return curves
+
+    functions = (fibre_forces, bounded_fibre_length, rigid_fibre_length)
+    return CurveFunctions(
+        *(with_curves(function, own, curves) for function in functions),
+        of_muscle=shaped_curves if isinstance(own, Shaped) else of_all,
+    )
+
+
 @cache
 def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     """The kernel (model, tendon, length, speed, fibre, active, passive) of forces of all muscles in every frame.
@@ -114,16 +137,8 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
         fibre: (2, frames, muscles) length over l_opt and speed over v_max of fibres.
         active, passive: N, along the tendon, at full activation and at any.
     """
-    forces, bounded, rigid_length = (
-        with_curves(function, own, curves) for function in (fibre_forces, bounded_fibre_length, rigid_fibre_length)
-    )
+    forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
     shaped = isinstance(own, Shaped)
-
-    @wp.func
-    def of_all(instance: int, m: int, model: ModelRef) -> int:
-        return curves
-
-    curves_of = shaped_curves if shaped else of_all
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
     def kernel(
