@@ -74,7 +74,7 @@ def test_tiles_of_all_kinds_are_sound_and_written_as_they_are_read(tile):
         (Profile([(0.0, 0.0), (0.001, 1.0)]), "corners.1", "nearer"),
         (HeightField(), "file", "from a file"),
         (HeightField(points=POINTS, packed=TEXT), "size.0", "has a size"),
-        (HeightField(size=(1.0, 1.0), points=(3, 4), packed=TEXT), "packed", "not those of 3 x 4"),
+        (HeightField(size=(1.0, 1.0), points=(3, 4), packed=TEXT), "packed", "not those of a grid of 3 x 4"),
         (HeightField(size=(1.0, 1.0), points=POINTS, packed="!" + TEXT), "packed", "damaged"),
         (HeightField(size=(1.0, 1.0), points=(-3, 3), packed=TEXT), "points.0", "from 2 to"),
         (HeightField(size=(1.0, 1.0), points=(2**20, 3), packed=TEXT), "points", "limit `heights`"),
