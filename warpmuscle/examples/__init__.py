@@ -99,6 +99,7 @@ EXAMPLES = {
         "a controller with gains of each joint, and a record of its own", shipped("steady.py", "steady.toml")
     ),
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
+    "devices": Example("weak ankles with a brace, a motor and a harness", shipped("braced.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
     "study": Example("a study of weak calves, over seeds", shipped("weak_calves.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),

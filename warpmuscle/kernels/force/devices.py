@@ -126,12 +126,14 @@ def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: S
 
 
 FORCES = {
-    "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring, device=True),
+    "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring, of_angle=True, device=True),
     "cycle_torque": ForceKind(effort=cycle_torque, parameters=CycleTorque, device=True, of_leg=True),
     "point_spring": ForceKind(pair=point_spring, parameters=PointSpring, device=True),
     "weight_support": ForceKind(wrench=weight_support, parameters=WeightSupport, device=True),
-    "coordinate_limit": ForceKind(effort=coordinate_limit, parameters=CoordinateLimit, positive=("transition",)),
-    "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring),
+    "coordinate_limit": ForceKind(
+        effort=coordinate_limit, parameters=CoordinateLimit, of_angle=True, positive=("transition",)
+    ),
+    "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring, of_angle=True),
     "bushing": ForceKind(pair=bushing, parameters=Bushing),
     "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),
     "load": ForceKind(wrench=load, parameters=Load),

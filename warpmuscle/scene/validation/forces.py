@@ -41,6 +41,8 @@ def _check_shipped(check: Checks, force: Force, key: str) -> None:
     kind = FORCES[force.type]
     check_place(force, "joint" if kind.effort is not None else "body", key, kind.pair is not None)
     check_values(FORCES[force.type].parameters, force.parameters, f"{key}.parameters")
+    if kind.of_angle and not joint_type(check.checked.character.joints[force.joint]).scalars:
+        raise SceneError(f"{force.type!r} is of an angle or a length, but {force.joint!r} has none", key=f"{key}.joint")
     if kind.of_leg:
         check_leg(check.checked, force.joint, f"{key}.joint")
     for name in kind.positive:
