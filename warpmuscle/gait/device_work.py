@@ -27,7 +27,8 @@ def device_work(steady: Recording, scene: Scene, cadence: float | None) -> dict[
     """Net and positive work of each device, J a stride over the mass of the body, as measures by name.
 
     Args:
-        steady: the part of a motion that counts. scene: without free parameters. cadence: steps/min; None if there are no steps.
+        steady: the part of a motion that counts. scene: without free parameters.
+        cadence: steps/min; None if there are no steps.
     """
     if not scene.forces or steady.frames == 0 or not cadence:
         return {}
