@@ -21,7 +21,6 @@ from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.limits import check_size
-from warpmuscle.core.plain_text import number_of
 
 USUAL_SPEED = 1.3  # m/s; of level walks at several speeds, the nearest to this is what others are compared with
 ANGLES = {"hip_flexion_deg": 1.0, "knee_angle_deg": -1.0, "ankle_angle_deg": 1.0}  # signs that make them flexion
