@@ -31,8 +31,8 @@ from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
-    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "renderer.js", "biped.js",
-    "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js",
+    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "floor.js", "renderer.js",
+    "biped.js", "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js",
     "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (

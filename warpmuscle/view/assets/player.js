@@ -11,7 +11,7 @@ class Player {
     this.element = (id) => document.getElementById(id);
     this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length);
     const widths = content.table.map((entry) => entry.low.length);
-    content.dolls.forEach((doll, k) => readHulls(doll, k, arrays));
+    content.dolls.forEach((doll) => readHulls(doll, arrays));
     const told = (track) => ({ ...track, panels: content.panels[track.panels] });
     this.bipeds = content.tracks.map((track) => new Biped(told(track), arrays, widths, content.dolls[track.doll], this.renderer));
     Object.assign(this, { seen: [], time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
