@@ -19,7 +19,7 @@ from warpmuscle.view.curves import panels_of
 from warpmuscle.view.editing.parameters import ParameterSliders
 from warpmuscle.view.editor import ASKS, Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
-from warpmuscle.view.messages import Edit, Used, read_edit, read_message
+from warpmuscle.view.messages import Edit, Pushed, Used, read_edit, read_message, read_push
 from warpmuscle.view.page import ground_content, page_of
 from warpmuscle.view.server import PROTOCOL, Message, PageServer
 from warpmuscle.view.track import Track
@@ -71,7 +71,7 @@ class Live(Viewer):
         self._ground = ground_content(run.numeric.ground)  # that pages know
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
         self._fate = ""  # how the motion before this one ended
-        self._waiting: list[Used | Edit] = []  # what pages have sent since the last step
+        self._waiting: list[Used | Edit | Pushed] = []  # what pages have sent since the last step
         self.bar = self._bar()
         self.commands = {name: self._command(name) for name, one in run.scene.commands.items() if one.max > one.min}
         self.controls: list[Control] = [*self.bar.values(), *self.commands.values(), *controls]
@@ -88,6 +88,7 @@ class Live(Viewer):
             "protocol": PROTOCOL,
             "order": [[name, int(values[0].size)] for name, values in self._arrays(first).items()],
             "window": SEEN,
+            "hardest": HARDEST,
             "controls": for_page(self.controls),
             "bar": {name: self.controls.index(control) for name, control in self.bar.items()},
             "edits": None if self.editor is None else self.editor.for_page(),
@@ -110,8 +111,18 @@ class Live(Viewer):
 
     def _push(self) -> None:
         impulse = self.run.push(self.impulse.value, np.radians(DIRECTIONS[self.direction.value]))
+        self._was_pushed(impulse, f"{self.impulse.value:g} N s {self.direction.value}")
+
+    def _push_by_hand(self, push: Pushed) -> None:
+        impulse = np.array(push.push, dtype=np.float64)
+        size = float(np.linalg.norm(impulse))
+        impulse *= min(1.0, HARDEST / max(size, 1e-9))
+        self.run.push_by(impulse)
+        self._was_pushed(impulse, f"{min(size, HARDEST):.0f} N s by hand")
+
+    def _was_pushed(self, impulse: Floats, words: str) -> None:
         self.pushes.append(impulse)
-        self._pushed = self.run.time, f"{self.impulse.value:g} N s {self.direction.value}"
+        self._pushed = self.run.time, words
         self._tell({"push": impulse.tolist()})
 
     def _command(self, name: str) -> Slider:
@@ -193,8 +204,11 @@ class Live(Viewer):
         """Note what a page sends, to be done between two steps."""
         message = read_message(raw, len(self.controls))
         edit = read_edit(raw) if message is None else None
+        push = read_push(raw) if message is None and edit is None else None
         if edit is not None and self.editor is not None and self.editor.takes(edit):
             self._waiting.append(edit)
+        elif push is not None:
+            self._waiting.append(push)
         elif message is not None and self.controls[message.control].bounded(message.value) is not None:
             self._waiting.append(message)
         else:
@@ -206,6 +220,9 @@ class Live(Viewer):
         for message in waiting:
             if isinstance(message, Edit):
                 self._use_edit(message)
+                continue
+            if isinstance(message, Pushed):
+                self._push_by_hand(message)
                 continue
             control = self.controls[message.control]
             taken = use(control, message.value)

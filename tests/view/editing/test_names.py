@@ -17,7 +17,7 @@ HIP = "controller.states.0.trajectories.SWING_Hip.components"
     ("key", "group", "whole"),
     [
         (f"{HIP}.2.angle.0", "swing hip", "swing hip sideways angle"),
-        (f"{HIP}.1.angle.1", "swing hip", "swing hip angle at 23.1 % of the step"),
+        (f"{HIP}.1.angle.1", "swing hip", "swing hip angle at 23 %"),
         (f"{HIP}.1.phase.1", "swing hip", "swing hip angle, phase of point 2"),
         (f"{HIP}.1.feedback.cv", "swing hip", "swing hip angle, speed feedback (cv)"),
         ("controller.states.0.time", "step", "step duration"),

@@ -123,6 +123,12 @@ class Biped {
     });
   }
 
+  // Where a body is as it is drawn now.
+  place(body) {
+    const at = 8 * (this.first.slots + body);
+    return Array.from(this.renderer.poses.numbers.slice(at, at + 3));
+  }
+
   com(moment) {
     return add(this.between(this.arrays.com ? "com" : "root", moment), this.offset);
   }

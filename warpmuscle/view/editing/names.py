@@ -117,7 +117,8 @@ def _at_point(below: Path, phases: Sequence[object]) -> str:
     number = int(below[1])
     phase = phases[number] if number < len(phases) else None
     if isinstance(phase, int | float):
-        return f" at {100.0 * phase:.3g} % of the step"
+        percent = 100.0 * phase
+        return f" at {percent:.{1 if percent < 10.0 else 0}f} %"
     return f", point {number + 1}"
 
 

@@ -163,4 +163,3 @@ def slider_range(field: str, unit: str, value: float) -> tuple[float, float]:
     if field == "longest":
         return 1.0, max(2.0, 2.0 * value)
     return value - span, value + span
-

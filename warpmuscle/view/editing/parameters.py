@@ -17,9 +17,7 @@ class ParameterSliders:
         sliders: by the name of the parameter, in the order of the scene.
     """
 
-    def __init__(
-        self, scene: Scene, parameters: Sequence[Parameter], change: Callable[[str, float], None]
-    ) -> None:
+    def __init__(self, scene: Scene, parameters: Sequence[Parameter], change: Callable[[str, float], None]) -> None:
         """Make them; `change` is called with a parameter's name and its new value, in the unit of the scene."""
         self.sliders: dict[str, Slider] = {}
         self._factors: dict[str, float] = {}
