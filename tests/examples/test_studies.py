@@ -18,7 +18,8 @@ def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name
     plan = read(file)
     study = plan.study
     assert study is not None
-    assert study.title and study.text
+    assert study.title
+    assert study.text
     assert {run.seed for run in plan.runs} == {1, 2, 3, 4, 5, 6}  # from six on, an interval has the median
     conditions = {study.condition_of(run.axes) for run in plan.runs}
     assert len(conditions) * 6 <= len(plan.runs)

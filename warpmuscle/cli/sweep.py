@@ -77,7 +77,7 @@ def sweep(
     from warpmuscle.sweep.status import sweep_status
 
     begin = time.perf_counter()
-    with _told() as bar:
+    with told() as bar:
         result = run(
             plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
             command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
@@ -89,7 +89,7 @@ def sweep(
         out.print(f"part {part} is in {result.folder.path} after {took}; once all are: {again}", markup=False)
     else:
         out.print(f"wrote {output} with {number_of(result.gathered, 'run')} in {took}", markup=False)
-    _check_all_ran(result)
+    check_all_ran(result)
 
 
 def join(
@@ -170,7 +170,7 @@ def study(
     from warpmuscle.sweep.study.measured import measured
 
     begin, command = time.perf_counter(), f"warpmuscle study {shlex.quote(file.name)}"
-    with _told() as bar:
+    with told() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
         found = measured(plan, done)
@@ -182,7 +182,7 @@ def study(
     replace_file(page_file, page)
     took = f"{time.perf_counter() - begin:.1f} s"
     out.print(f"{study_page.counted(found)}; wrote {page_file}, {table_file} and {output} in {took}", markup=False)
-    _check_all_ran(done)
+    check_all_ran(done)
 
 
 def _study_file(file: Path) -> Path:
@@ -230,7 +230,7 @@ def _usual_output(file: Path) -> Path:
 
 
 @contextmanager
-def _told() -> Iterator[_Bar]:
+def told() -> Iterator[_Bar]:
     """A bar of what runs within; an interruption ends the program, after it has said that nothing is lost."""
     try:
         with searches_told(), _Bar() as bar:
@@ -240,7 +240,7 @@ def _told() -> Iterator[_Bar]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _check_all_ran(result: SweepResult) -> None:
+def check_all_ran(result: SweepResult) -> None:
     """Raise Error if a run has failed."""
     if result.failed:
         name, why = next(iter(result.failed.items()))

@@ -23,13 +23,14 @@ def device_powers(recording: Recording, devices: Iterable[str]) -> dict[str, Flo
     return {one: recording.recorded[:, names.index(name)] for one, name in places.items() if name in names}
 
 
-def device_work(steady: Recording, scene: Scene, cadence: float) -> dict[str, float | None]:
+def device_work(steady: Recording, scene: Scene, cadence: float | None) -> dict[str, float | None]:
     """Net and positive work of each device, J a stride over the mass of the body, as measures by name.
 
     Args:
-        steady: the part of a motion that counts. scene: without free parameters. cadence: steps/min.
+        steady: the part of a motion that counts. scene: without free parameters.
+        cadence: steps/min; None if there are no steps.
     """
-    if not scene.forces or steady.frames == 0 or not cadence > 0.0:
+    if not scene.forces or steady.frames == 0 or not cadence:
         return {}
     stride, mass = 120.0 / cadence, body_mass(scene.character)
     found: dict[str, float | None] = {}
