@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, start_warp, writable
+from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable
 from warpmuscle.cli.console import log, out
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
@@ -108,11 +108,11 @@ def inverse(
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
-            options=options, on=on, frame=frame, tracking=tracking,
+            options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None,
         )  # fmt: skip
-    about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
+    about = {"command": command_line(), "model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
              "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
-    _give(found, output, sto, about)
+    _give(found, output, sto, about, body)
     if report is not None:
         _page(report, body, found, forces, signals, about)
 
@@ -153,7 +153,9 @@ def _page(
     out.print(f"wrote {path}", markup=False)
 
 
-def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str]) -> None:
+def _give(
+    found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str], body: BodyModel
+) -> None:
     """Tell what was found, and write it."""
     from warpmuscle.inverse.output import write_result, write_storages
 
@@ -161,7 +163,7 @@ def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict
         _tell(trial)
         _tell_tracked(trial)
     if output is not None:
-        write_result(output, found, about)
+        write_result(output, found, about, body)
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)
     if sto is not None:
         out.print(f"wrote {number_of(len(write_storages(sto, found)), 'file')} to {sto}", markup=False)
