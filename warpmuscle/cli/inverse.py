@@ -110,8 +110,8 @@ def inverse(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
             options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None,
         )  # fmt: skip
-    about = {"command": command_line(), "model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
-             "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
+    about = {"command": command_line(), "model": str(model), "steps": ",".join(wanted)}
+    about |= {"options": json.dumps(_plain(options)), "filter": "none" if filter is None else f"{filter:g} Hz"}
     _give(found, output, sto, about, body)
     if report is not None:
         _page(report, body, found, forces, signals, about)
@@ -153,9 +153,7 @@ def _page(
     out.print(f"wrote {path}", markup=False)
 
 
-def _give(
-    found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str], body: BodyModel
-) -> None:
+def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str], body: BodyModel) -> None:
     """Tell what was found, and write it."""
     from warpmuscle.inverse.output import write_result, write_storages
 

@@ -245,6 +245,16 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
     return hdf5.member(runs, run)
 
 
+def holds_trials(path: str | Path) -> bool:
+    """Whether a file is one of `warpmuscle inverse`, whose motions were recorded rather than simulated.
+
+    Raises:
+        ResultError: it cannot be read.
+    """
+    with opened_file(Path(path)) as file:
+        return bool(file.attrs.get("format") == INVERSE_FORMAT)
+
+
 def check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
     if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT, INVERSE_FORMAT):
