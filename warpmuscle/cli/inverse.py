@@ -42,6 +42,9 @@ def inverse(
     emg: Annotated[
         list[Path] | None, typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles. One a motion.")
     ] = None,
+    no_plates: Annotated[
+        bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")
+    ] = False,
     steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr, track.")] = "id,so,jr",
     setup: Annotated[
         Path | None, typer.Option(help="Set-up file of OpenSim's InverseKinematicsTool, for markers.")
@@ -102,7 +105,7 @@ def inverse(
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         trials = [_motion(path, body, setup, device) for path in motions]
-        forces = _loads(loads or [], len(motions))
+        forces = _predicted(body, trials, loads, filter) if no_plates else _loads(loads or [], len(motions))
         signals = _emg(emg or [], len(motions), body)
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
@@ -206,6 +209,17 @@ def _loads(paths: list[Path], count: int) -> list[Loads | None]:
         raise Error(f"--loads is given {given}; give it once, or once for each")
     found: list[Loads | None] = [read_loads(path) for path in paths]
     return found * count if len(found) == 1 else found or [None] * count
+
+
+def _predicted(
+    body: BodyModel, motions: list[Coordinates], loads: list[Path] | None, cutoff: float | None
+) -> list[Loads | None]:
+    """Ground forces of all trials that the motions need."""
+    from warpmuscle.inverse.without_plates.ground_forces import ground_forces
+
+    if loads:
+        raise Error("--no-plates finds the ground's forces, so --loads gives none; leave one of them out")
+    return [ground_forces(body, motion, cutoff) for motion in motions]
 
 
 def _emg(paths: list[Path], count: int, body: BodyModel) -> list[Emg | None]:
