@@ -17,9 +17,13 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.emg import Emg
     from warpmuscle.inverse.output import Trial
+    from warpmuscle.inverse.tracking.track import TrackingOptions
     from warpmuscle.inverse.trial import Coordinates, Loads
 
 MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
@@ -93,15 +97,13 @@ def inverse(
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
-    from warpmuscle.inverse.tracking.track import TrackingOptions
 
     wanted = steps_of(steps)
     options = ActivationOptions(
         power=power, weight=_weight(weight), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
-    strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
-    tracking = TrackingOptions(window, reserve=strength, reserves=not no_reserves, residuals=not no_residuals)
+    tracking = _tracking(options, window, not no_reserves, not no_residuals)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         trials = [_motion(path, body, setup, device) for path in motions]
@@ -113,11 +115,24 @@ def inverse(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
             options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None,
         )  # fmt: skip
-    about = {"command": command_line(), "model": str(model), "steps": ",".join(wanted)}
-    about |= {"options": json.dumps(_plain(options)), "filter": "none" if filter is None else f"{filter:g} Hz"}
+    about = _about(model, wanted, options, filter)
     _give(found, output, sto, about, body)
     if report is not None:
         _page(report, body, found, forces, signals, about)
+
+
+def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff: float | None) -> dict[str, str]:
+    """How a result was made, as attributes of its file."""
+    about = {"command": command_line(), "model": model, "steps": ",".join(steps)}
+    return about | {"options": json.dumps(_plain(options)), "filter": "none" if cutoff is None else f"{cutoff:g} Hz"}
+
+
+def _tracking(options: ActivationOptions, window: float, reserves: bool, residuals: bool) -> TrackingOptions:
+    """Options of tracking, whose reserves are as strong as those of static optimisation."""
+    from warpmuscle.inverse.tracking.track import TrackingOptions
+
+    strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
+    return TrackingOptions(window, reserve=strength, reserves=reserves, residuals=residuals)
 
 
 def _weight(word: str) -> str:
