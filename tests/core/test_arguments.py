@@ -192,7 +192,8 @@ def cases(folder: Path) -> dict[str, Case]:
 
 # What is said where a strange value was no worse than the good one.
 TAKEN = (
-    "nothing was wrong", ": no such file", "there is no such file", "holds no", "'no torques'", "no quantity is called", "a mask takes",
+    "nothing was wrong", ": no such file",
+    "there is no such file", "holds no", "'no torques'", "no quantity is called", "a mask takes",
     "the mask cannot be taken", "there is no device", ": unknown key", "takes no command", "a scene is written as",
     "is of another character",
 )  # fmt: skip
