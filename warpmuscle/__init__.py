@@ -57,21 +57,19 @@ __all__ = [
     "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
     "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "load",
     "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show",
-    "simulate",
-    "static_optimization", "sweep", "track", "trust", "write",
+    "simulate", "static_optimization", "sweep", "track", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
     "convert": "session.conversion", "Evaluator": "optimization.evaluator", "inverse_dynamics": "inverse.dynamics",
-    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "learn": "session.training",
-    "load": "formats",
-   
+    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions",
+    "learn": "session.training", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "session.results", "plot": "plots",
     "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
-    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
+    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene.drawing.table",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
     "Sweep": "results.sweeps", "sweep": "sweep.first_line", "track": "inverse.tracking.track",
