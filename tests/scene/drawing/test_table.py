@@ -14,6 +14,5 @@ print(scene._repr_html_())
 def test_a_scene_made_by_hand_shows_itself_in_a_process_of_its_own():
     told = subprocess.run([sys.executable, "-c", MADE_BY_HAND], capture_output=True, text=True, check=True).stdout
     assert "a &lt;ball&gt;" in told
-    assert "<svg" in told
     assert "torques" in told
     assert "2 s" in told
