@@ -12,8 +12,8 @@ from warpmuscle.scene import Command, Curve, Excitation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
 from warpmuscle.scene.validation.scene import check_scene
-from warpmuscle.view.edits import Edits, Point, edited, key_now
 from warpmuscle.view.editing.numbers import CurveKnots, editable, slider_range
+from warpmuscle.view.edits import Edits, Point, edited, key_now
 
 HIP = "controller.states.0.trajectories.SWING_Hip.components.1"
 LEAN = "controller.states.0.trajectories.root.components.0"

@@ -111,7 +111,8 @@ DRAG = """([dx, dy, ctrl]) => { const scene = document.getElementById('scene'), 
     const say = (kind, px, py) => scene.dispatchEvent(new PointerEvent(kind, { pointerId: 1, button: 0, buttons: 1,
         clientX: box.left + px, clientY: box.top + py, ctrlKey: ctrl, bubbles: true }));
     scene.setPointerCapture = () => 0;
-    say('pointerdown', ...at); say('pointermove', at[0] + dx, at[1] + dy); say('pointerup', at[0] + dx, at[1] + dy); }"""
+    say('pointerdown', ...at);
+    say('pointermove', at[0] + dx, at[1] + dy); say('pointerup', at[0] + dx, at[1] + dy); }"""
 
 
 def test_live_biped_is_pushed_where_it_is_dragged_to(live):
@@ -139,10 +140,9 @@ def test_live_biped_is_pushed_where_it_is_dragged_to(live):
 
 def test_a_body_that_is_double_clicked_stays_in_the_middle_until_all_is_seen_again(live):
     viewer, page = live
-    x, y = (
-        page.evaluate("""(() => { const scene = document.getElementById('scene'), [x, y] = warpmuscle.state().places[0];
-        const box = scene.getBoundingClientRect(); return [box.left + x * scene.clientWidth, box.top + y * scene.clientHeight]; })()""")
-    )
+    x, y = page.evaluate("""(() => { const scene = document.getElementById('scene');
+        const [x, y] = warpmuscle.state().places[0], box = scene.getBoundingClientRect();
+        return [box.left + x * scene.clientWidth, box.top + y * scene.clientHeight]; })()""")
     page.mouse.dblclick(x, y)
     until(lambda: state(page)["followed"] != "")
     assert state(page)["followed"] in viewer.run.rollout.names.bodies

@@ -25,7 +25,7 @@ SILENCE = 9.0  # s, after which a line says what is going on
 
 
 class _Lines:
-    """Lines that say every now and then what is going on, from a thread of its own: a compiler lets nothing else run."""
+    """Lines that say now and then what is going on, from a thread of their own, as a compiler lets nothing else run."""
 
     def __init__(self, text: Callable[[], str], console: Console) -> None:
         self._text, self._console, self._begin = text, console, time.monotonic()

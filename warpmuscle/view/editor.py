@@ -21,7 +21,6 @@ from warpmuscle.view.editing.names import shown_unit
 from warpmuscle.view.editing.numbers import Editable, editable, slider_range
 from warpmuscle.view.edits import Edits, Point, edited, key_now
 from warpmuscle.view.messages import Edit
-
 from warpmuscle.view.packing import whole
 
 MOST_POINTS = 64  # of a curve

@@ -1,4 +1,4 @@
-"""What a page may send to a viewer: that a control, by its number, was given a value, that the scene is edited, or a push."""
+"""What a page may send to a viewer: that a control, by its number, has a value, that the scene is edited, a push."""
 
 from __future__ import annotations
 

@@ -16,7 +16,8 @@ Path = tuple[str, ...]
 DEGREES = float(np.degrees(1.0))
 FIELDS = {
     "kp": "stiffness (kp)", "kd": "damping (kd)", "torque_limit": "torque limit", "scale": "torque scale",
-    "f_max": "maximum force (f_max)", "l_opt": "optimal fibre length (l_opt)", "l_slack": "tendon slack length (l_slack)",
+    "f_max": "maximum force (f_max)", "l_opt": "optimal fibre length (l_opt)",
+    "l_slack": "tendon slack length (l_slack)",
     "cd": "distance feedback (cd)", "cv": "speed feedback (cv)", "d_limits": "distance feedback limit",
     "v_limits": "speed feedback limit", "time": "duration", "longest": "longest phase",
     "distance_x": "sideways distance", "distance_z": "forward distance",
