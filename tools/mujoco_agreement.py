@@ -15,9 +15,9 @@ from typing import Annotated
 import numpy as np
 import typer
 from mujoco_ours import computed
+from mujoco_poses import Floats, Oracle
 
 import warpmuscle as wm
-from mujoco_oracle import Floats, Oracle
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored
 
@@ -33,6 +33,7 @@ def row(path: Path, count: int, seed: int) -> str:
     except SceneError as error:
         return f"| {path.stem} | | | | {error} | | | |"
     oracle = Oracle(path)
+    oracle.keep(set(scene.character.muscles))
     found = oracle.poses(count, seed)
     length, _, arm, force, acceleration = computed(scene, found)
     f_max = np.array([float(scene.character.muscles[name].f_max) for name in found.muscles])  # type: ignore[arg-type]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
+from mujoco_poses import Floats, Poses
 
-from mujoco_oracle import Floats, Poses
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.mujoco.muscles import ON_TENDON
 from warpmuscle.formats.mujoco.reference import FREE, HINGE, SLIDE, Reference
 from warpmuscle.formats.mujoco.skeleton import followers, held_joints
+from warpmuscle.formats.mujoco.tendons import JOINT
 
 Floats = NDArray[np.float64]
 OFF = ("CONTACT", "LIMIT", "EQUALITY", "FRICTIONLOSS")  # what is not compared
@@ -61,6 +63,10 @@ class Oracle:
             raise SystemExit("models with several free joints are not compared")
         self.held = held
         self.muscles = [k for k in range(self.model.nu) if self.model.actuator_dyntype[k] == 4]
+
+    def keep(self, names: set[str]) -> None:
+        """Compare these muscles alone; the others pull on nothing."""
+        self.muscles = [k for k in self.muscles if (self.model.actuator(k).name or f"actuator{k}") in names]
 
     def poses(self, count: int, seed: int) -> Poses:
         """Draw states and compute."""
@@ -117,10 +123,11 @@ class Oracle:
         for k in range(model.nu):
             start, end = data.moment_rowadr[k], data.moment_rowadr[k] + data.moment_rownnz[k]
             arms[k, data.moment_colind[start:end]] = data.actuator_moment[start:end]
-        found.length[number] = data.actuator_length[self.muscles]
-        found.speed[number] = data.actuator_velocity[self.muscles]
-        found.arm[number] = arms[self.muscles] @ jacobian
-        found.force[number] = -data.actuator_force[self.muscles]
+        gears = np.array([self._gear(k) for k in self.muscles])
+        found.length[number] = data.actuator_length[self.muscles] / gears
+        found.speed[number] = data.actuator_velocity[self.muscles] / gears
+        found.arm[number] = arms[self.muscles] @ jacobian / gears[:, None]
+        found.force[number] = -data.actuator_force[self.muscles] * gears
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         pulls = arms[self.muscles].T @ data.actuator_force[self.muscles]
@@ -128,6 +135,13 @@ class Oracle:
         found.acceleration[number] = np.linalg.solve(jacobian.T @ mass @ jacobian, right)
         for joint in self.roots:
             self._root_rates(found, number, data, joint)
+
+    def _gear(self, actuator: int) -> float:
+        """Of an actuator of a spatial tendon, whose length counts as it is."""
+        model = self.model
+        spatial = model.actuator_trntype[actuator] == ON_TENDON
+        spatial = spatial and model.wrap_type[model.tendon_adr[model.actuator_trnid[actuator, 0]]] != JOINT
+        return float(model.actuator_gear[actuator, 0]) if spatial else 1.0
 
     def _root(self, found: Poses, number: int, data: Any, joint: int, random: np.random.Generator) -> None:
         """Draw the state of a free root, and what it is of its centre of mass."""
