@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from mujoco_ours import computed
-from mujoco_poses import Floats, Oracle
+from mujoco_poses import Floats, NotCompared, Oracle
 
 import warpmuscle as wm
 from warpmuscle.core.errors import SceneError
@@ -32,7 +32,10 @@ def row(path: Path, count: int, seed: int) -> str:
         scene = wm.load(path, ignored=lost)
     except SceneError as error:
         return f"| {path.stem} | | | | {error} | | | |"
-    oracle = Oracle(path)
+    try:
+        oracle = Oracle(path)
+    except NotCompared as error:
+        return f"| {path.stem} | {len(scene.character.bodies)} | | {len(scene.character.muscles)} | {error} | | | |"
     oracle.keep(set(scene.character.muscles))
     found = oracle.poses(count, seed)
     length, _, arm, force, acceleration = computed(scene, found)

@@ -44,6 +44,10 @@ class Poses:
     acceleration: Floats  # (N, F)
 
 
+class NotCompared(Exception):
+    """A model has what is not compared."""
+
+
 class Oracle:
     """A model and its free coordinates."""
 
@@ -57,10 +61,10 @@ class Oracle:
         kinds = self.model.jnt_type
         self.free = [k for k in range(self.model.njnt) if k not in held and k not in self.follows and kinds[k] != FREE]
         if set(kinds[self.free]) - {HINGE, SLIDE}:
-            raise SystemExit("ball joints are not compared")
+            raise NotCompared("loads; ball joints are not compared")
         self.roots = [k for k in range(self.model.njnt) if kinds[k] == FREE]
         if len(self.roots) > 1:
-            raise SystemExit("models with several free joints are not compared")
+            raise NotCompared("loads; several free joints are not compared")
         self.held = held
         self.muscles = [k for k in range(self.model.nu) if self.model.actuator_dyntype[k] == 4]
 

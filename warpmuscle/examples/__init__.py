@@ -100,6 +100,7 @@ EXAMPLES = {
     ),
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
+    "mujoco": Example("a model of MuJoCo, and a scene that moves it", shipped("elbow.xml", "curl.toml")),
     "study": Example("a study of weak calves, over seeds", shipped("weak_calves.toml")),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),

@@ -350,6 +350,7 @@ def mass_matrix(
             work.block_b[parent] = work.block_b[parent] + work.block_b[body]
             work.block_c[parent] = work.block_c[parent] + work.block_c[body]
     for body in range(1, model.body_count):
-        for k in range(moving_speeds(body, model)):
-            own = skeleton.plan[body].speed_start + k
-            matrix[i, own, own] = matrix[i, own, own] + armature_of(i, body, model, state)
+        if skeleton.plan[body].joint_type != FOLLOWER:  # whose armature its driver has
+            for k in range(moving_speeds(body, model)):
+                own = skeleton.plan[body].speed_start + k
+                matrix[i, own, own] = matrix[i, own, own] + armature_of(i, body, model, state)

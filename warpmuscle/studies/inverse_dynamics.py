@@ -210,7 +210,7 @@ def _armatures(character: Character, names: Topology, motion: Moving) -> Floats:
         for displacement in (*joint.rotations, *joint.translations):
             _, first, second = rates(displacement, of_driver)
             inertia = first * a[:, speeds.start] + second * v[:, speeds.start] ** 2
-            result[:, speeds.start] += own[:, 0] * first * inertia
+            result[:, speeds.start] += own * first * inertia
     return result
 
 
