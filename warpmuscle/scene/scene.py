@@ -41,7 +41,7 @@ from warpmuscle.scene.muscles import (
     Wrap,
 )
 from warpmuscle.scene.muscles.cables import Ligament, PathActuator
-from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, ThelenCurves
+from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, MujocoCurves, ThelenCurves
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
 from warpmuscle.scene.part import Part, Side
@@ -96,6 +96,7 @@ __all__ = [
     "Marker",
     "MillardCurves",
     "Motion",
+    "MujocoCurves",
     "Muscle",
     "MuscleModel",
     "Objective",
