@@ -102,6 +102,7 @@ EXAMPLES = {
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
     "devices": Example("weak ankles with a brace, a motor and a harness", shipped("braced.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
+    "mujoco": Example("a model of MuJoCo, and a scene that moves it", shipped("elbow.xml", "curl.toml")),
     "study": Example("a study of weak calves, over seeds", shipped("weak_calves.toml")),
     "studies": Example(
         "published studies, each of which `warpmuscle study NAME` runs", shipped(*(f"{name}.toml" for name in STUDIES))
