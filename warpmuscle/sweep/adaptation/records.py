@@ -102,9 +102,10 @@ def _record(entry: _Entry) -> Record:
     for name in ("metabolic_power_nd", "stride_frequency_nd"):
         if getattr(entry, name) is not None and not math.isfinite(getattr(entry, name)):
             raise ValueError(f"{name} is not finite")
+    place = entry.added_mass_where or BACKPACK
     return Record(
         entry.identifier, entry.study, entry.speed_m_s, entry.slope_pct / 100.0,
-        entry.added_mass_kg / entry.subject_mass_kg, (entry.added_mass_where or BACKPACK) if entry.added_mass_kg else "",
+        entry.added_mass_kg / entry.subject_mass_kg, place if entry.added_mass_kg else "",
         entry.leg_length_m, entry.metabolic_power_nd, entry.stride_frequency_nd, _angles(entry.curves_right),
     )  # fmt: skip
 
@@ -118,9 +119,7 @@ def _angles(curves: dict[str, Any]) -> tuple[Floats, ...]:
     except (TypeError, ValueError):
         raise ValueError("curves_right has an angle that is no list of numbers") from None
     if len({one.shape for one in found}) > 1 or found[0].ndim != 1 or len(found[0]) < 2:
-        raise ValueError(
-            f"the angles of curves_right are not as long as each other, but {number_of(2, 'point')} or more"
-        )
+        raise ValueError("the angles of curves_right are no lists of the same length, two points or more")
     if not np.isfinite(found).all():
         raise ValueError("curves_right has an angle that is not finite")
     return found
