@@ -26,7 +26,8 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
-READ = (*SUFFIXES, ".osim")
+MODELS = (".osim", ".xml")  # each a scene by itself
+READ = (*SUFFIXES, *MODELS)
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
@@ -46,7 +47,8 @@ def load(
     Args:
         sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
             any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
-            that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`.
+            that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`. Or one of
+            MuJoCo, `.xml`, for which the package `mujoco` must be installed.
         set: other values in the scene, by their paths, as `--set` of the command takes them, such as
             `{"objective.target_speed": 1.25, "character.muscles.?SOL.f_max": {"factor": 0.5}}`; see `overrides`.
         ignored: gets what was not used; without it, that is summed up in a warning.
@@ -95,11 +97,13 @@ def load(
             allow(scene, paths[0].absolute().parent)
         return scene
     for path, suffix in zip(paths, suffixes, strict=True):
-        if suffix not in SUFFIXES[1:] and suffixes != [".osim"]:
+        if suffix not in SUFFIXES[1:] and not (len(suffixes) == 1 and suffix in MODELS):
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
     if suffixes == [".osim"]:
         scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds, limit_stiffness)
+    elif suffixes == [".xml"]:
+        scene = _mujoco_model(paths[0], notes)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
     scene = with_values(scene, set)
@@ -180,6 +184,13 @@ def _model(
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
     return load_model(path, notes, ball_joints, hard_points, merge_welds, limit_stiffness)
+
+
+def _mujoco_model(path: Path, notes: Notes) -> Scene:
+    """The scene of a model of MuJoCo."""
+    from warpmuscle.formats.mujoco.build import load_mujoco
+
+    return load_mujoco(path, notes)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

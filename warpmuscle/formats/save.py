@@ -13,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_files
 from warpmuscle.formats import simbicon, toml
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.load import READ, SceneLike, load, scene_of, summary
+from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
 from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
@@ -21,6 +21,7 @@ from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.paths import usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 
+WRITTEN = (*SUFFIXES, ".osim")
 FIXED = "free parameters are written as their start values"
 ON_LINE = "a point on a line is written where it is"
 LOST = "these files cannot hold it"
@@ -42,8 +43,8 @@ def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = Non
     if ignored is not None:
         as_kind(list, ignored, "ignored")
     suffix = path.suffix.lower()
-    if suffix not in READ:
-        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(READ)}")
+    if suffix not in WRITTEN:
+        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(WRITTEN)}")
     if suffix == ".toml":
         toml.write(scene, path)
         return

@@ -24,6 +24,7 @@ from warpmuscle.scene.controller import SIMBICON, Command, Controller
 from warpmuscle.scene.custom_part import CustomPart
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
+from warpmuscle.scene.impairments.part import Impairment
 from warpmuscle.scene.learning.task import Task
 from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.muscles import (
@@ -40,7 +41,7 @@ from warpmuscle.scene.muscles import (
     Wrap,
 )
 from warpmuscle.scene.muscles.cables import Ligament, PathActuator
-from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, ThelenCurves
+from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, MujocoCurves, ThelenCurves
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
 from warpmuscle.scene.part import Part, Side
@@ -86,6 +87,7 @@ __all__ = [
     "Feedback",
     "Force",
     "Ground",
+    "Impairment",
     "InitialState",
     "Joint",
     "JointState",
@@ -94,6 +96,7 @@ __all__ = [
     "Marker",
     "MillardCurves",
     "Motion",
+    "MujocoCurves",
     "Muscle",
     "MuscleModel",
     "Objective",
@@ -198,6 +201,7 @@ class Scene(Part):
     muscle_model: MuscleModel = msgspec.field(default_factory=MuscleModel)
     actuation: dict[str, Actuation] = {}  # by joint
     forces: dict[str, Force] = {}  # by names of one's own
+    impairments: dict[str, Impairment] = {}  # of muscles, by names of one's own
     opensim: OpenSim | None = None
     motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
     duration: Annotated[float, "s"] = 10.0

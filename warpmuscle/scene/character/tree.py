@@ -34,7 +34,8 @@ class Joint(Part):
     translations' axes, which stay in the parent. All are functions of the joint's one coordinate, or of that of the
     joint which it `follows`, as a patella does the knee: then it has none of its own.
     `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist), of a slide in m; none if
-    empty. Their stiffness and damping are those of a slide in N/m and N s/m.
+    empty. Their stiffness and damping are those of a slide in N/m and N s/m; so is its own `damping`, and its
+    `armature` is in kg. Both of a joint that follows another one resist the rates of its displacements.
     """
 
     type: str  # ball, universal, hinge, slide, coupled, fixed, or another one of `scene.joints.TYPES`
@@ -49,6 +50,8 @@ class Joint(Part):
     rotations: list[Displacement] = []
     translations: list[Displacement] = []
     follows: str = ""  # joint with a single coordinate of its own, anywhere in the tree
+    armature: Annotated[Number, "kg m^2"] = 0.0  # inertia along its coordinates, as of a motor's rotor
+    damping: Annotated[Number, "N m s/rad"] = 0.0  # of its coordinates, whatever drives it
 
 
 class Character(Part):
@@ -60,7 +63,8 @@ class Character(Part):
     surface to straight, where an end of a segment goes inside; the long way round, where they begin to touch near an
     end; and on to an ellipsoid from the side that they may not be on. `smooth` is `opensim` without these: a surface
     shrinks to nothing as an end goes inside by a quarter of its radius, a cylinder takes the shorter of two ways on its
-    side, and a path comes over an ellipsoid to its side as it goes in.
+    side, and a path comes over an ellipsoid to its side as it goes in. `mujoco` is as MuJoCo has it: between the two
+    points of a wrap, round or inside of a cylinder without ends or a sphere, on the side of its `side_point`.
     """
 
     root: str
@@ -69,6 +73,6 @@ class Character(Part):
     root_joint: Literal["free", "planar", "fixed"] = "free"  # planar: moves in y and z, turns about x; fixed: welded
     muscles: dict[str, Muscle] = {}
     surfaces: dict[str, Surface] = {}  # that muscles wrap around
-    wrapping: Literal["opensim", "shortest", "smooth"] = "opensim"  # how paths run round surfaces, see above
+    wrapping: Literal["opensim", "shortest", "smooth", "mujoco"] = "opensim"  # how paths run round surfaces, see above
     constraints: dict[str, Constraint] = {}  # between bodies that joints do not join
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
