@@ -17,6 +17,7 @@ from typing import Any
 
 import msgspec
 import warp as wp
+from notebooks import notebooks
 from reference_scene import scene
 from reference_text import of_object, one_paragraph, prose, table
 from typer.main import get_command
@@ -280,8 +281,9 @@ def on_files(files: Any, config: Any) -> Any:
     """Add the pages to those that MkDocs found."""
     from mkdocs.structure.files import File
 
-    for path, make in PAGES.items():
-        files.append(File.generated(config, path, content=make()))
+    made = {path: make() for path, make in PAGES.items()} | notebooks()
+    for path, text in made.items():
+        files.append(File.generated(config, path, content=text))
     return files
 
 
