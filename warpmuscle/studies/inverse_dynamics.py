@@ -7,6 +7,7 @@ handled at once. Muscles, springs, dampers, limits and contacts play no part: th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,6 +98,32 @@ def points_of(character: Character, coordinates: ArrayLike) -> dict[str, tuple[F
     still = np.zeros((len(np.atleast_2d(np.asarray(coordinates))), names.speeds))
     bodies = _outward(character, names, _checked(names, coordinates, still, still))
     return {name: (body.position, body.orientation) for name, body in zip(names.bodies, bodies, strict=True)}
+
+
+class BodyMotion(NamedTuple):
+    """Motion of a body in n states, world axes."""
+
+    position: Floats  # (n, 3) m, of its joint
+    orientation: Floats  # (n, 4)
+    angular_velocity: Floats  # (n, 3) rad/s
+    turning: list[Floats]  # (n, 3) each, angular velocity by a unit of each of its joint's speeds
+
+
+def body_motions(scene: Scene, coordinates: ArrayLike, speeds: ArrayLike) -> dict[str, BodyMotion]:
+    """Motion of every body, by name, root first.
+
+    Args:
+        scene: without free parameters. coordinates, speeds: see `inverse_dynamics`.
+
+    Raises:
+        Error: see there.
+    """
+    names = topology(scene.character)
+    bodies = _outward(scene.character, names, _checked(names, coordinates, speeds, np.zeros(np.shape(speeds))))
+    return {
+        name: BodyMotion(one.position, one.orientation, one.angular_velocity, one.turning)
+        for name, one in zip(names.bodies, bodies, strict=True)
+    }
 
 
 def body_accelerations(
