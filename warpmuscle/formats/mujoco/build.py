@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
@@ -101,7 +102,7 @@ def _hinge_or_slide(reference: Reference, joint: int, value: float, speed: float
     return JointState((x, y, z, float(np.cos(0.5 * value))), vector(axis * speed))
 
 
-def _ball(reference: Reference, joint: int, turn: np.ndarray, spin: np.ndarray) -> JointState:  # type: ignore[type-arg]
+def _ball(reference: Reference, joint: int, turn: Floats, spin: Floats) -> JointState:
     """A ball's turn (w, x, y, z) and angular velocity in the axes of the body that it carries, as ours."""
     axes = reference.axes @ reference.data.xmat[reference.model.jnt_bodyid[joint]].reshape(3, 3)
     x, y, z, w = (float(number) for number in (*(axes @ turn[1:]), turn[0]))

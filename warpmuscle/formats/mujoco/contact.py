@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.mujoco.reference import WORLD, Reference
 from warpmuscle.formats.osim.placement import vector
@@ -52,7 +53,7 @@ def _plane(reference: Reference) -> int | None:
     return None
 
 
-def _shape(reference: Reference, geom: int, center: np.ndarray) -> Shape | None:  # type: ignore[type-arg]
+def _shape(reference: Reference, geom: int, center: Floats) -> Shape | None:
     """The shape of a geom with its centre in its body, if there is one for it."""
     model = reference.model
     turn = reference.axes @ reference.data.geom_xmat[geom].reshape(3, 3)

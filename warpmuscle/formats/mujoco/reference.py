@@ -84,7 +84,7 @@ class Reference:
         self.notes.ignore(self.path, 0, what, reason)
 
     def _groups(self) -> dict[int, Moved]:
-        found = {}
+        found: dict[int, Moved] = {}
         for body in range(self.model.nbody):
             lead = self.lead(body)
             name = self.name("body", lead) if lead != WORLD else "ground"

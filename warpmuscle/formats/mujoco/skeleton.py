@@ -143,7 +143,9 @@ def _links(reference: Reference, number: int, follows: dict[int, Follower]) -> l
 def _joint(kind: str, axes: list[Any], resists: dict[str, float]) -> Joint:
     """A joint whose bodies and places come later."""
     zero = (0.0, 0.0, 0.0)
-    return Joint(kind, "", "", zero, zero, axes=[vector(np.array(axis)) for axis in axes], **resists)
+    joint = Joint(kind, "", "", zero, zero, axes=[vector(np.array(axis)) for axis in axes])
+    joint.armature, joint.damping = resists.get("armature", 0.0), resists.get("damping", 0.0)
+    return joint
 
 
 def _pushes(solref: Floats) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.mujoco.reference import HINGE, SLIDE, WORLD, Reference
 from warpmuscle.formats.osim.placement import rotation_vector, vector
 from warpmuscle.scene import CylinderSurface, PolynomialPath, SphereSurface, Surface, ViaPoint, Wrap
@@ -74,7 +75,7 @@ class Tendons:
     def _body(self, kind: int, number: int) -> int:
         return int((self._model.site_bodyid if kind == SITE else self._model.geom_bodyid)[number])
 
-    def _site(self, number: int) -> np.ndarray:  # type: ignore[type-arg]
+    def _site(self, number: int) -> Floats:
         return np.asarray(self._reference.data.site_xpos[number])
 
     def _surface(self, kind: int, geom: int, side: int) -> str:

@@ -198,8 +198,7 @@ def bend_of(kind: RouteKind) -> Any:
             if from_surface == NOWHERE or from_surface != to_surface:
                 touch = Touch()
                 if wp.static(mujoco):
-                    point_on_side = at(routes.side_point, instance, span.first_wrap + w)
-                    touch = touch_at(here, there, wrap, own.size, point_on_side)
+                    touch = touch_at(here, there, wrap, own.size, at(routes.side_point, instance, span.first_wrap + w))
                 else:
                     touch = touch_at(here, there, wrap, own.size, where)
                 result = touch.kind
