@@ -26,7 +26,8 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
-READ = (*SUFFIXES, ".osim")
+SCONE = (".scone", ".hfd")
+READ = (*SUFFIXES, ".osim", *SCONE)
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
@@ -94,6 +95,8 @@ def load(
         if trust or trusts_everything():
             allow(scene, paths[0].absolute().parent)
         return scene
+    if suffixes and suffixes[0] in SCONE and suffixes[1:] in ([], [".par"]):
+        return _told(_scenario(paths, notes := Notes()), notes, set, ignored)
     for path, suffix in zip(paths, suffixes, strict=True):
         if suffix not in SUFFIXES[1:] and suffixes != [".osim"]:
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
@@ -102,12 +105,17 @@ def load(
         scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds, limit_stiffness)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
+    return _told(scene, notes, set, ignored)
+
+
+def _told(scene: Scene, notes: Notes, set: Mapping[str, Any] | None, ignored: list[Ignored] | None) -> Scene:
+    """A scene with other values, whose doubts and notes are told where `load` was called."""
     scene = with_values(scene, set)
-    _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
+    _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=4)
     if ignored is not None:
         ignored.extend(notes.ignored)
     elif notes.ignored:
-        warnings.warn(summary(notes.ignored), stacklevel=2)
+        warnings.warn(summary(notes.ignored), stacklevel=3)
     return scene
 
 
@@ -150,10 +158,10 @@ def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:"
     return "\n".join(lines)
 
 
-def _warn(doubts: Iterable[SceneError]) -> None:
+def _warn(doubts: Iterable[SceneError], stacklevel: int = 3) -> None:
     """A warning for each, at the place where `load` was called."""
     for doubt in doubts:
-        warnings.warn(str(doubt), SceneWarning, stacklevel=3)
+        warnings.warn(str(doubt), SceneWarning, stacklevel=stacklevel)
 
 
 def _shipped(name: str) -> Path:
@@ -180,6 +188,13 @@ def _model(
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
     return load_model(path, notes, ball_joints, hard_points, merge_welds, limit_stiffness)
+
+
+def _scenario(paths: Sequence[Path], notes: Notes) -> Scene:
+    """The scene of a scenario of SCONE, or of a model of Hyfydy."""
+    from warpmuscle.formats.scone.scenario import load_scenario  # with what no other scene waits for
+
+    return load_scenario(paths[0], notes, *paths[1:])
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

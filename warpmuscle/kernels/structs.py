@@ -56,6 +56,8 @@ from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
 from warpmuscle.kernels.muscle_structs import SharedMuscle as SharedMuscle
 from warpmuscle.kernels.muscle_structs import SharingState as SharingState
 from warpmuscle.kernels.muscle_structs import Straight as Straight
+from warpmuscle.kernels.gait_state_structs import GaitMemory as GaitMemory
+from warpmuscle.kernels.gait_state_structs import GaitStates as GaitStates
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.route_structs import Lever as Lever
 from warpmuscle.kernels.route_structs import Monomial as Monomial
@@ -218,6 +220,7 @@ class Model:
     paths: Paths
     motion: PrescribedMotion
     reflexes: Reflexes
+    gait: GaitStates
     couplings: Couplings
     routes: Routes
     constraints: Constraints
@@ -266,6 +269,7 @@ class State:
     part_memory: wp.array3d[float]  # (instances, rows, floats) of parts of the scene's own; no instances without any
     muscles: MuscleState
     simbicon: SimbiconState
+    gait: GaitMemory  # without instances where no states of gait control muscles
 
 
 @wp.struct
