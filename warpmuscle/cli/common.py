@@ -30,7 +30,9 @@ def scene_names_like(incomplete: str) -> list[str]:
 Sources = Annotated[
     list[str],
     typer.Argument(
-        metavar="SCENE...", help="Scene name, TOML file, .rbs .sbc [.rs], or .osim.", autocompletion=scene_names_like
+        metavar="SCENE...",
+        help="Scene name, TOML file, .rbs .sbc [.rs], .osim, .hfd, or .scone [.par].",
+        autocompletion=scene_names_like,
     ),
 ]
 Device = Annotated[

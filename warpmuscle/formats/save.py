@@ -13,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_files
 from warpmuscle.formats import simbicon, toml
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.load import READ, SceneLike, load, scene_of, summary
+from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
 from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
@@ -25,10 +25,13 @@ FIXED = "free parameters are written as their start values"
 ON_LINE = "a point on a line is written where it is"
 LOST = "these files cannot hold it"
 ABSENT = object()
+WRITTEN = (*SUFFIXES, ".osim", ".par")
 
 
 def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = None) -> None:
     """Write a scene: as TOML, as a model of OpenSim, or as `.rbs`, `.sbc` and `.rs` files next to each other.
+
+    As .par, SCONE's file of parameters, its free numbers are written that have a name there.
 
     Args:
         scene: what to write, a scene or the name or file of one; it is checked first.
@@ -42,13 +45,16 @@ def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = Non
     if ignored is not None:
         as_kind(list, ignored, "ignored")
     suffix = path.suffix.lower()
-    if suffix not in READ:
-        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(READ)}")
+    if suffix not in WRITTEN:
+        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(WRITTEN)}")
     if suffix == ".toml":
         toml.write(scene, path)
         return
     check_scene(scene)
-    lost = _write_model(scene, path) if suffix == ".osim" else _write_three(scene, path)
+    if suffix == ".par":
+        lost = _write_parameters(scene, path)
+    else:
+        lost = _write_model(scene, path) if suffix == ".osim" else _write_three(scene, path)
     if ignored is not None:
         ignored.extend(lost)
     elif lost:
@@ -62,6 +68,13 @@ def _write_model(scene: Scene, path: Path) -> list[Ignored]:
     plain = substitute(scene, start_values(scene))
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
     return free + write(plain, path)
+
+
+def _write_parameters(scene: Scene, path: Path) -> list[Ignored]:
+    """Write a file of parameters of SCONE; those that it has no names for."""
+    from warpmuscle.formats.scone.write import write_scene_parameters
+
+    return write_scene_parameters(scene, path)
 
 
 def _write_three(scene: Scene, path: Path) -> list[Ignored]:

@@ -40,6 +40,8 @@ from warpmuscle.kernels.control_structs import SimbiconRecord as SimbiconRecord
 from warpmuscle.kernels.control_structs import SimbiconState as SimbiconState
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.gait_state_structs import GaitMemory as GaitMemory
+from warpmuscle.kernels.gait_state_structs import GaitStates as GaitStates
 from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.kernels.muscle_structs import Contribution as Contribution
 from warpmuscle.kernels.muscle_structs import Crossing as Crossing
@@ -56,8 +58,6 @@ from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
 from warpmuscle.kernels.muscle_structs import SharedMuscle as SharedMuscle
 from warpmuscle.kernels.muscle_structs import SharingState as SharingState
 from warpmuscle.kernels.muscle_structs import Straight as Straight
-from warpmuscle.kernels.gait_state_structs import GaitMemory as GaitMemory
-from warpmuscle.kernels.gait_state_structs import GaitStates as GaitStates
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.route_structs import Lever as Lever
 from warpmuscle.kernels.route_structs import Monomial as Monomial

@@ -31,10 +31,13 @@ def refused(folder: Path, text: str) -> str:
 
 
 def test_keys_values_blocks_and_lists_are_read_with_their_lines(tmp_path: Path):
-    text = '# first\nOuter {\n  a = 1 b = "two words" /* not\n read */\n  Inner { c = -90..90 }\n  list [ 1 { d = 2 } 3 ]\n}\n'
+    text = (
+        '# first\nOuter {\n a = 1 b = "two words" /* not\n read */\n Inner { c = -90..90 }\n list [ 1 { d = 2 } 3 ]\n}'
+    )
     outer = read(tmp_path, text).need("Outer")
     assert [(node.key, node.line) for node in outer.children] == [("a", 3), ("b", 3), ("Inner", 5), ("list", 6)]
-    assert outer.need("a").number() == 1.0 and outer.string_of("b") == "two words"
+    assert outer.need("a").number() == 1.0
+    assert outer.string_of("b") == "two words"
     assert outer.need("Inner").string_of("c") == "-90..90"
     first, second, third = outer.need("list").every("")
     assert (first.number(), second.need("d").number(), third.number()) == (1.0, 2.0, 3.0)
@@ -42,7 +45,8 @@ def test_keys_values_blocks_and_lists_are_read_with_their_lines(tmp_path: Path):
 
 def test_vectors_are_x_y_z_or_three_numbers(tmp_path: Path):
     top = read(tmp_path, "a { x = 1 z = 3 } b = [ 4 5 6 ] c { x = 1 w = 2 }")
-    assert top.vector_of("a") == (1.0, 0.0, 3.0) and top.vector_of("b") == (4.0, 5.0, 6.0)
+    assert top.vector_of("a") == (1.0, 0.0, 3.0)
+    assert top.vector_of("b") == (4.0, 5.0, 6.0)
     assert top.vector_of("d", (7.0, 8.0, 9.0)) == (7.0, 8.0, 9.0)
     with pytest.raises(SceneError, match="w: not known in `c`"):
         top.vector_of("c")

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from warpmuscle.formats.scone.numbers import AUTO_FACTOR, FreeNumber, as_scene_number, read_number
 from warpmuscle.formats.scone.parameters import Parameter
 from warpmuscle.formats.scone.zml import Node
-from warpmuscle.scene import GaitReflex, GaitStates, Scene
+from warpmuscle.scene import Character, GaitReflex, GaitStates, Scene
 from warpmuscle.scene.gait_states.part import ROOT, STATES, sided
 from warpmuscle.scene.number import Number
 
@@ -122,7 +124,8 @@ class _Reader:
 
     def _states(self, node: Node) -> GaitStates:
         if self._scene.gait_states is None:
-            self._scene.gait_states = GaitStates({}, base=self._scene.character.root)
+            base, length = leg_of(self._scene.character)
+            self._scene.gait_states = GaitStates({}, base=base, leg_length=length)
         return self._scene.gait_states
 
     def _reflexes(self, node: Node, during: list[str], prefix: str) -> None:
@@ -186,6 +189,19 @@ class _Reader:
         for side in "lr":
             if sided(name, names, side) not in names:
                 node.fail(f"there is no {what} {name!r} in the model, nor {name}_{side}")
+
+
+def leg_of(character: Character) -> tuple[str, float]:
+    """The body that legs hang on, the root, and their length, m: of the lines between their bodies' centres of mass."""
+    joints = {joint.child: joint for joint in character.joints.values()}
+    length, body = 0.0, character.feet[0] if character.feet is not None else character.root
+    while body in joints and joints[body].parent != character.root:
+        joint = joints[body]
+        ends = (joint.position_in_parent, joint.position_in_child)
+        near, far = (np.array(end, dtype=float) for end in ends)
+        length += float(np.linalg.norm(near - far))
+        body = joint.parent
+    return character.root, length or 1.0
 
 
 def _labels(node: Node) -> None:

@@ -296,7 +296,9 @@ class _Builder:
                 self._notes.places[f"character.bodies.{body}.shapes.{len(shapes)}"] = (node.file, node.line)
                 scene.character.bodies[body].shapes = [*shapes, sphere]
             else:
-                node.fail(f"a {kind} on {body!r} is not known here; only spheres on bodies and a plane on the ground are")
+                node.fail(
+                    f"a {kind} on {body!r} is not known here; only spheres on bodies and a plane on the ground are"
+                )
             node.tell_unused()
 
     def _ground(self, scene: Scene, node: Node, place: tuple[float, ...], turn: tuple[float, ...]) -> None:

@@ -149,7 +149,9 @@ class _Scenario:
         speeds: dict[str, float] = {}
         if (file := node.find("state_init_file")) is not None:
             folder = self._path.absolute().parent
-            values, speeds = read_states(find_beside(file.text(), file, folder, self._notes, (".sto", ".zml")), self._notes)
+            values, speeds = read_states(
+                find_beside(file.text(), file, folder, self._notes, (".sto", ".zml")), self._notes
+            )
         offset, excluded = node.find("initial_state_offset"), node.string_of("initial_state_offset_exclude")
         symmetric = node.truth_of("initial_state_offset_symmetric", False)
         if offset is not None:

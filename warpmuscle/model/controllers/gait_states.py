@@ -12,8 +12,8 @@ import warp as wp
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels import gait_state_structs as structs
-from warpmuscle.kernels.control.gait_states import gait_state_stage, state_force
 from warpmuscle.kernels.control.control import ControllerKind
+from warpmuscle.kernels.control.gait_states import gait_state_stage, state_force
 from warpmuscle.kernels.reflex_structs import ReflexSpan
 from warpmuscle.kernels.structs import LEFT, RIGHT
 from warpmuscle.model.controllers.entry import Zeros

@@ -53,7 +53,7 @@ def _reflex(checks: Checks, key: str, reflex: GaitReflex, control_step: float) -
             known(sided(reflex.of, muscles, side), muscles, "muscle", f"{key}.of")
         for field in ("joint", "within_joint"):
             named = getattr(reflex, field)
-            if not named or named == ROOT and field == "joint":
+            if not named or (named == ROOT and field == "joint"):
                 continue
             joint = sided(named, character.joints, side)
             known(joint, character.joints, "joint", f"{key}.{field}")
