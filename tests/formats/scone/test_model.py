@@ -107,7 +107,11 @@ def test_options_of_a_scenario_change_muscles_and_friction(tmp_path: Path):
         ("mass = 40", "mass = 40 colour = 3", "colour: not known in `body`"),
         ("parent = trunk", "parent = tronk", "there is no body 'tronk' to hang on"),
         ("parent = trunk", "parent = foot_r", "its bodies hang on each other in a circle"),
-        ("limits { x = 0..0 y = 0..0 z = -60..90 }", "limits { x = -5..5 y = 0..0 z = -60..90 }", "turns about 2 axes"),
+        (
+            "limits { x = 0..0 y = 0..0 z = -60..90 }",
+            "limits { x = -5..5 y = 0..0 z = -60..90 }",
+            "turns about x, z; only",
+        ),
         ("z = -60..90", "z = 90..-60", "runs down from 90 to -60"),
         ("z = -60..90", "z = 60", "'60' is not a range such as -40..120"),
         ("source = trunk_rz", "source = trunk", "'trunk' is not the turn or shift of a body"),

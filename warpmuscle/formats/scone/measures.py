@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Any
+
+import msgspec
 
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Scene
 
 LABELS = ("name", "signature_prefix", "signature_postfix", "symmetric", "minimize", "threshold", "threshold_transition")
-ENERGY = {"Wang2012": ("wang", 2.5e5), "Uchida2016": ("umberger", 2.5e5)}
+ENERGY = {"Wang2012": "wang", "Uchida2016": "umberger"}
 EFFORT = {"SquaredMuscleActivation": "effort_squared", "CubedMuscleActivation": "effort_cubed"}
 APPROXIMATE = "the nearest term is another one: "
 
@@ -34,6 +37,11 @@ def _measure(node: Node, scene: Scene, notes: Notes, factor: float) -> None:
     node.tell_unused()
 
 
+def _weigh(scene: Scene, **fields: Any) -> None:
+    """Give some fields of the objective other values."""
+    scene.objective = msgspec.structs.replace(scene.objective, **fields)
+
+
 def _composite(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
     """The weighted sum of others."""
     for child in [*node.children, *(one for group in node.every("Measures") for one in group.children)]:
@@ -49,8 +57,7 @@ def _gait(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
     scene.failure.com_height = node.number_of("termination_height", 0.5)
     speed = node.number_of("min_velocity", 0.0)
     if speed > 0.0:
-        scene.objective.target_speed = speed
-        scene.objective.speed = weight / scene.duration
+        _weigh(scene, target_speed=speed, speed=weight / scene.duration)
         reason = f"squared error of the speed {speed:g} m/s, where SCONE counts what steps lack of it"
         notes.ignore(node.file, node.line, node.key, APPROXIMATE + reason)
 
@@ -67,13 +74,10 @@ def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
         muscle.slow_fibres = ratio
     scene.muscle_model.specific_tension = tension
     if kind.text() in ENERGY:
-        scene.objective.metabolic_model = ENERGY[kind.text()][0]  # type: ignore[assignment]
-        if transport:
-            scene.objective.cost_of_transport = weight
-        else:
-            scene.objective.metabolic = weight / scene.duration
+        term = {"cost_of_transport": weight} if transport else {"metabolic": weight / scene.duration}
+        _weigh(scene, metabolic_model=ENERGY[kind.text()], **term)
     elif kind.text() in EFFORT:
-        setattr(scene.objective, EFFORT[kind.text()], weight / scene.duration)
+        _weigh(scene, **{EFFORT[kind.text()]: weight / scene.duration})
     else:
         kind.fail(f"{kind.text()!r} is not known here; there are {', '.join((*ENERGY, *EFFORT))}")
 
@@ -93,8 +97,7 @@ def _ground_force(node: Node, scene: Scene, notes: Notes, weight: float) -> None
         node.find(key)
     for key in ("abs_penalty", "squared_penalty"):
         node.number_of(key, 0.0)
-    scene.objective.ground_force = weight / scene.duration
-    scene.objective.ground_force_bound = bound
+    _weigh(scene, ground_force=weight / scene.duration, ground_force_bound=bound)
     reason = "vertical force on each foot, from the start, where SCONE takes the length of that on both"
     notes.ignore(node.file, node.line, node.key, APPROXIMATE + reason)
 

@@ -207,10 +207,10 @@ class _Builder:
             bounds = {axis: None if one is None else read_range(one) for axis, one in ranges.items()}
             free = [axis for axis, ends in bounds.items() if ends != (0.0, 0.0)]
             if len(free) > 1:
-                node.fail(f"turns about {len(free)} axes; only joints that turn about one are known here")
+                node.fail(f"turns about {', '.join(free)}; only joints that turn about one axis are known here")
             parent = node.need("parent").text()
-            ends = tuple(vector(WORLD @ np.array(node.vector_of(key))) for key in ("pos_in_parent", "pos_in_child"))
-            joint = Joint("hinge" if free else "fixed", parent, child, *ends)
+            near, far = (vector(WORLD @ np.array(node.vector_of(key))) for key in ("pos_in_parent", "pos_in_child"))
+            joint = Joint("hinge" if free else "fixed", parent, child, near, far)
             name = node.string_of("name") or f"{child}_joint"
             if free:
                 own = next((one for one in found.coordinates.values() if self._is_of(one, name, child, free[0])), None)

@@ -88,9 +88,9 @@ class _Scenario:
         objective = optimizer.find(*OBJECTIVES)
         if objective is None:
             self._top.fail(f"there is no {OBJECTIVES[0]} in it, nor a model of Hyfydy")
-        for node in optimizer.every(*SEARCH):
-            if node.key not in ("signature_prefix", "signature_postfix", "name"):
-                self._notes.ignore(node.file, node.line, node.key, UNUSED)
+        for option in optimizer.every(*SEARCH):
+            if option.key not in ("signature_prefix", "signature_postfix", "name"):
+                self._notes.ignore(option.file, option.line, option.key, UNUSED)
         optimizer.tell_unused()
         for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time"):
             objective.find(key)

@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import about, rotate
 from warpmuscle.formats.lines import NUMBER, Notes, read_text
 from warpmuscle.formats.osim.build_skeleton import state_at
 from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.formats.scone.model import Coordinate
 from warpmuscle.formats.scone.zml import parse
-from warpmuscle.scene import Capsule, InitialState, Scene, Sphere
-from warpmuscle.scene.initial_pose import world_poses
+from warpmuscle.scene import InitialState, Scene, Sphere
+from warpmuscle.scene.initial_pose import plain_number, plain_vector, world_poses
 from warpmuscle.scene.parameters import start_values, substitute
 
 LIFT_STEPS = 60  # of a bisection, of 2 m
@@ -43,7 +44,8 @@ def read_states(path: Path, notes: Notes) -> tuple[dict[str, float], dict[str, f
     degrees = any(line.replace(" ", "").lower() == "indegrees=yes" for line in lines[:end])
     names, words = lines[end + 1].split(), lines[end + 2].split()
     if len(words) < len(names):
-        raise SceneError(f"a row has {len(words)} numbers for {len(names)} names", file=path, line=end + 3)
+        given, wanted = number_of(len(words), "number"), number_of(len(names), "name")
+        raise SceneError(f"a row has {given} for {wanted}", file=path, line=end + 3)
     row: dict[str, float] = {}
     for name, word in zip(names, words, strict=False):
         value = float(word) if NUMBER.fullmatch(word) else math.nan
@@ -92,23 +94,22 @@ def put_load(scene: Scene, load: float) -> None:
     """
     numbers = substitute(scene, start_values(scene))
     poses = world_poses(numbers)
-    weight = sum(float(body.mass) for body in numbers.character.bodies.values()) * float(numbers.gravity)
-    normal, height = np.array(numbers.ground.normal, dtype=float), float(numbers.ground.height)
-    spheres = []
+    weight = sum(plain_number(body.mass) for body in numbers.character.bodies.values()) * plain_number(numbers.gravity)
+    normal, height = plain_vector(numbers.ground.normal), plain_number(numbers.ground.height)
+    spheres: list[tuple[float, float, float]] = []
     for name, body in numbers.character.bodies.items():
         position, orientation = poses[name]
         for shape in body.shapes:
             if isinstance(shape, Sphere) and shape.material is not None:
-                center = position + rotate(orientation, np.array(shape.center, dtype=float))
-                spheres.append((float(normal @ center) - height, float(shape.radius), float(shape.material.stiffness)))
-            elif isinstance(shape, Capsule):
-                continue
+                center = position + rotate(orientation, plain_vector(shape.center))
+                above, stiffness = float(normal @ center) - height, plain_number(shape.material.stiffness)
+                spheres.append((above, plain_number(shape.radius), stiffness))
     if not spheres or load <= 0.0:
         return
 
     def force(lift: float) -> float:
         depths = [(max(radius - above - lift, 0.0), radius, e) for above, radius, e in spheres]
-        return sum(4.0 / 3.0 * math.sqrt(r) * (e ** (2.0 / 3.0) / 2.0 * d) ** 1.5 for d, r, e in depths)
+        return float(sum(4.0 / 3.0 * math.sqrt(r) * (e ** (2.0 / 3.0) / 2.0 * d) ** 1.5 for d, r, e in depths))
 
     low, high = -2.0, 2.0
     if not force(high) < load * weight < force(low):
@@ -117,4 +118,4 @@ def put_load(scene: Scene, load: float) -> None:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if force(middle) > load * weight else (low, middle)
     x, y, z = scene.initial_state.root_position
-    scene.initial_state.root_position = (x, float(y) + round(0.5 * (low + high), 9), z)  # type: ignore[arg-type]
+    scene.initial_state.root_position = (x, plain_number(y) + round(0.5 * (low + high), 9), z)
