@@ -119,7 +119,7 @@ def test_options_of_a_scenario_change_muscles_and_friction(tmp_path: Path):
         ("{ body = leg_r", "{ body = log_r", "there is no body 'log_r'"),
         ("stiffness = 6000", "stiffness = -1", "its stiffness must not be negative"),
         ("max_isometric_force = 3000", "max_isometric_force = lots", "'lots' is not a number"),
-        ("optimal_fiber_length = 0.06", "optimal_fiber_length = -0.06", "pair.hfd:24: character.muscles.calf_r.l_opt"),
+        ("optimal_fiber_length = 0.06", "optimal_fiber_length = -0.06", "pair.hfd:26: character.muscles.calf_r.l_opt"),
         ("name = calf_r", "name = seat_r", "two are called 'seat_r'"),
         ("mass = 40", "mass = 40 ori { z = 5 }", "bodies that are turned"),
         ("model {", "modle {", "there is no SimulationObjective in it, nor a model of Hyfydy"),
