@@ -1,5 +1,6 @@
 """What somebody new types first, in a script that type checkers read as well; `test_first_guesses` runs it."""
 
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import warpmuscle as wm
 
 
 def first_guesses(folder: Path) -> list[str]:
-    """Twenty-five guesses; what each gave, as text."""
+    """Twenty-seven guesses; what each gave, as text."""
     said: list[str] = []
 
     def say(value: object) -> None:
@@ -48,4 +49,14 @@ def first_guesses(folder: Path) -> list[str]:
     say(found.plot("convergence"))
     found.save(folder / "found.h5")
     say(found._repr_html_()[:7])
+    swept = wm.sweep(
+        "fwalk", folder / "swept.h5", grid={"seed": [1, 2]}, search={"candidates": 2}, set={"duration": 0.1}
+    )  # 26
+    say(swept)
+    say(swept._repr_html_()[:4])
+    if find_spec("torch") and find_spec("rsl_rl"):
+        learnt = wm.learn(
+            "fwalk", options={"instances": 8, "steps": 4, "minibatches": 1, "hidden": [4]}, iterations=1, device="cpu"
+        )  # 27
+        say(learnt.show())
     return said

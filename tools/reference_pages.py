@@ -11,20 +11,20 @@ import inspect
 import json
 import re
 import sys
-import types
-import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import warp as wp
+from reference_scene import scene
+from reference_text import of_object, one_paragraph, prose, table
 from typer.main import get_command
 
 import warpmuscle as wm
 from warpmuscle.cli.program import app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
-from warpmuscle.formats.schema import notes, scene_schema, unit_of
+from warpmuscle.formats.schema import scene_schema
 from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration
 from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
@@ -33,37 +33,71 @@ from warpmuscle.model.found_parts import IN_STEP, TERM_ARGUMENTS
 from warpmuscle.model.task_parts import DRAW, USES
 from warpmuscle.model.user_functions import name_of, signature
 from warpmuscle.results.recording import QUANTITIES
-from warpmuscle.scene import Scene
-from warpmuscle.scene.number import Free, Number, Vector
 from warpmuscle.session.public import PUBLIC
 
+# What the reference is about, by what one wants to do: names of Python, and commands.
+NAMES = {
+    "Load and describe scenes": ("load", "save", "scenes", "Scene", "trust", "convert"),
+    "Run simulations": ("simulate", "Run", "Rollout", "make_rollout", "MultiDeviceRollout", "Stages", "Status"),
+    "Search for parameters": ("optimize", "resume", "best_scene", "Evaluator", "sweep", "Sweep"),
+    "Learn policies": ("learn",),
+    "Look at motions": ("show", "plot", "measure"),
+    "Read, write and export": ("read", "write", "Result", "Recording", "Motions", "read_motions", "append_motions"),
+    "From recordings to muscles": (
+        "scale", "inverse_kinematics", "inverse_dynamics", "static_optimization", "track", "joint_reactions",
+    ),
+    "Errors": ("Error", "SceneError", "RolloutError", "ResultError"),
+}  # fmt: skip
+COMMANDS = {
+    "Load and describe scenes": ("scenes", "info", "convert", "example", "schema", "fit-muscles", "fit-paths"),
+    "Run simulations": ("simulate", "compile"),
+    "Search for parameters": ("optimize", "sweep", "join", "study", "apply"),
+    "Learn policies": ("learn",),
+    "Look at motions": ("view", "plot", "video", "report", "gait", "judge", "robustness"),
+    "Read, write and export": ("export",),
+    "From recordings to muscles": ("inverse", "arm-angles", "synergies extract", "synergies cluster"),
+    "Throws": ("throw fit", "throw goal", "throw predict", "throw compare"),
+}
 
-def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A table in Markdown."""
-    cells = [head, tuple("---" for _ in head), *rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in cells)
+
+def by_topic(topics: Mapping[str, tuple[str, ...]], names: Iterable[str]) -> dict[str, list[str]]:
+    """Names by what they are for; raises ValueError where one has no topic."""
+    left = set(names)
+    found = {topic: [name for name in listed if name in left] for topic, listed in topics.items()}
+    if none := left - {name for listed in found.values() for name in listed}:
+        raise ValueError(f"tools/reference_pages.py gives no topic to {', '.join(sorted(none))}")
+    return {topic: listed for topic, listed in found.items() if listed}
 
 
 def command_line() -> str:
-    """Every command with its arguments and options."""
+    """Every command with its arguments and options, by topic."""
     pages = ["# Command line", "", "`warpmuscle COMMAND --help` prints the same.", ""]
-    for name, command in commands(get_command(app).commands):
-        given = [p for p in command.params if p.name != "help" and not getattr(p, "hidden", False)]
-        arguments = [p.metavar or p.name.upper() for p in given if p.param_type_name == "argument"]
-        usage = " ".join(["warpmuscle", name, *arguments, "[OPTIONS]"])
-        pages += [f"## {name}", "", f"```text\n{usage}\n```", "", prose(command.help or ""), ""]
-        rows = []
-        for parameter, argument in [(p, p.param_type_name == "argument") for p in given]:
-            words = parameter.metavar or parameter.name.upper()
-            if not argument:
-                value = f" {parameter.metavar}" if parameter.metavar else ""
-                words = ", ".join((*parameter.opts, *parameter.secondary_opts)) + value
-            default = parameter.default
-            plain = default not in (None, False, (), []) and not callable(default)
-            rows.append((f"`{words}`", prose(parameter.help or ""), f"`{default}`" if plain else ""))
-        if rows:
-            pages += [table(("argument or option", "meaning", "default"), rows), ""]
+    known = dict(commands(get_command(app).commands))
+    for topic, names in by_topic(COMMANDS, known).items():
+        pages += [f"## {topic}", ""]
+        for name in names:
+            pages += of_command(name, known[name])
     return "\n".join(pages)
+
+
+def of_command(name: str, command: Any) -> list[str]:
+    """Usage, help, arguments and options of a command."""
+    given = [p for p in command.params if p.name != "help" and not getattr(p, "hidden", False)]
+    arguments = [p.metavar or p.name.upper() for p in given if p.param_type_name == "argument"]
+    usage = " ".join(["warpmuscle", name, *arguments, "[OPTIONS]"])
+    pages = [f"### {name}", "", f"```text\n{usage}\n```", "", prose(command.help or ""), ""]
+    rows = []
+    for parameter, argument in [(p, p.param_type_name == "argument") for p in given]:
+        words = parameter.metavar or parameter.name.upper()
+        if not argument:
+            value = f" {parameter.metavar}" if parameter.metavar else ""
+            words = ", ".join((*parameter.opts, *parameter.secondary_opts)) + value
+        default = parameter.default
+        plain = default not in (None, False, (), []) and not callable(default)
+        rows.append((f"`{words}`", prose(parameter.help or ""), f"`{default}`" if plain else ""))
+    if rows:
+        pages += [table(("argument or option", "meaning", "default"), rows), ""]
+    return pages
 
 
 def commands(named: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
@@ -75,191 +109,14 @@ def commands(named: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, 
             yield f"{before}{name}", command
 
 
-def prose(text: str) -> str:
-    """Help as Markdown: `Example:` and `Examples:` become code, and `[` is not escaped."""
-    text = inspect.cleandoc(text).replace("\\[", "[")
-    said, _, examples = re.sub(r"\bExamples?: (?=warpmuscle)", "\0", text, count=1).partition("\0")
-    said = re.sub(r"(?<![`\w])(--[a-z][\w-]*)", r"`\1`", said.strip())
-    if not examples:
-        return said
-    lines = [" ".join(line.split()).rstrip(".") for line in re.split(r";\s+", examples.strip())]
-    return f"{said}\n\n```text\n" + "\n".join(lines) + "\n```"
-
-
 def python() -> str:
-    """The names of the package with their signatures and docstrings."""
+    """The names of the package with their signatures and docstrings, by topic."""
     pages = ["# Python", "", "`import warpmuscle as wm` gives these names. `help(wm.Rollout)` prints the same.", ""]
-    for name in sorted(n for n in wm.__all__ if not n.startswith("__")):
-        pages += [*of_object(f"wm.{name}", getattr(wm, name), "##"), ""]
+    for topic, names in by_topic(NAMES, (name for name in wm.__all__ if not name.startswith("__"))).items():
+        pages += [f"## {topic}", ""]
+        for name in names:
+            pages += [*of_object(f"wm.{name}", getattr(wm, name), "###"), ""]
     return "\n".join(pages)
-
-
-def of_object(name: str, value: Any, level: str) -> Iterator[str]:
-    """Heading, signature and docstring of a class, with its methods, or of a function."""
-    yield f"{level} {name.removeprefix('wm.')}\n"
-    if not (isinstance(value, type) and issubclass(value, BaseException)):
-        yield f"```text\n{name}{signature_of(value)}\n```\n"
-    yield docstring(inspect.getdoc(value) or "")
-    if not isinstance(value, type) or issubclass(value, BaseException | msgspec.Struct):
-        return
-    for key, member in vars(value).items():
-        if key.startswith("_") or not (inspect.isfunction(member) or isinstance(member, property | classmethod)):
-            continue
-        if said := inspect.getdoc(member):
-            if isinstance(member, property):
-                yield f"\n`{key}`\n:   {one_paragraph(said)}\n"
-            else:
-                function = member.__func__ if isinstance(member, classmethod) else member
-                yield f"\n{level}# {key}\n"
-                yield f"```text\n{name}.{key}{signature_of(function)}\n```\n"
-                yield docstring(said)
-
-
-def signature_of(value: Any) -> str:
-    """The signature of a class or a function, a line a parameter if it is long."""
-    try:
-        signature = inspect.signature(value)
-    except (TypeError, ValueError):
-        return "(...)"
-
-    def plain(text: str) -> str:
-        unquoted = re.sub(r": '([^']+)'", r": \1", text)
-        return re.sub(r"\b(warpmuscle|numpy|pathlib|collections)(\.\w+)*\.(?=\w)", "", unquoted)
-
-    given = [plain(str(p)) for name, p in signature.parameters.items() if name not in ("self", "cls")]
-    kinds = [p.kind for name, p in signature.parameters.items() if name not in ("self", "cls")]
-    if inspect.Parameter.KEYWORD_ONLY in kinds and inspect.Parameter.VAR_POSITIONAL not in kinds:
-        given.insert(kinds.index(inspect.Parameter.KEYWORD_ONLY), "*")
-    back = signature.return_annotation
-    result = "" if back in (inspect.Signature.empty, "None", None) else f" -> {plain(f': {back!r}')[2:]}"
-    line = f"({', '.join(given)}){result}"
-    return line if len(line) < 70 else "(\n" + "".join(f"    {text},\n" for text in given) + f"){result}"
-
-
-def one_paragraph(text: str) -> str:
-    return " ".join(escaped(text).split())
-
-
-def escaped(text: str) -> str:
-    return text.replace("<", "&lt;").replace("*", "\\*") if "`" not in text else text
-
-
-def docstring(text: str) -> str:
-    """A docstring of this project as Markdown: sections become lists, examples code."""
-    out: list[str] = []
-    section = ""
-    for line in text.splitlines():
-        if match := re.fullmatch(r"(Args|Attributes|Raises|Returns|Example|Examples):(.*)", line.strip()):
-            section = match[1]
-            out += ["", f"**{section}**", ""]
-            if section.startswith("Example"):
-                out.append("```text")
-            elif match[2].strip():
-                out.append(match[2].strip())
-        elif section.startswith("Example"):
-            out.append(line)
-        elif section and line.startswith("    ") and not line.startswith("     "):
-            name, colon, rest = line.strip().partition(":")
-            known = colon and re.fullmatch(r"[\w, *`]+", name)
-            out.append(f"- `{name}`:{rest}" if known else f"- {line.strip()}")
-        elif section and line.strip():
-            out.append(f"  {line.strip()}")
-        else:
-            out.append(line)
-    if section.startswith("Example"):
-        out.append("```")
-    return "\n".join(out)
-
-
-def scene() -> str:
-    """Every structure of a scene with its fields, from the scene downwards."""
-    pages = [
-        "# Scene", "", *SCENE_INTRODUCTION, "",
-    ]  # fmt: skip
-    for part in structures():
-        pages += [f"## {part.__name__}", "", re.sub(r"\s*\n\s*\n\s*", "\n\n", inspect.getdoc(part) or ""), ""]
-        rows = []
-        hints = typing.get_type_hints(part)
-        tag = part.__struct_config__.tag
-        if tag:
-            rows.append(("`type`", f'`"{tag}"`', "", "", ""))
-        for field in msgspec.structs.fields(part):
-            said = notes(part).get(field.name, "") or summary_of(hints[field.name])
-            row = (f"`{field.name}`", kind(hints[field.name]), unit_of(part, field.name), default(field), said)
-            rows.append(row)
-        pages += [table(("field", "type", "unit", "default", "meaning"), rows), ""]
-    return "\n".join(pages)
-
-
-SCENE_INTRODUCTION = (
-    "A scene is a TOML file whose fields are those of [Scene](#scene_1). Units are SI and radians; y is up, x to the",
-    "left, z forward; quaternions are x, y, z, w. Every *number* may also be a table that makes it a free parameter,",
-    "see [Free](#free). `base` names another scene, a file or a shipped one, from which a file takes all that it does",
-    "not say itself; `character` may be the name of a file, or a list of files whose tables add up. A list may be",
-    "written as a table of the items that change, counted from 0: `[controller.states.0]`.",
-    "",
-    "`warpmuscle schema` writes the same as a [JSON schema](scene.schema.json), which editors complete from:",
-    "see [how to edit with completion](../how-to/edit-with-completion.md).",
-)
-
-
-def summary_of(hint: Any) -> str:
-    """The first sentence of what the structures of a field are, if they are of one kind."""
-    found = [inner for inner in (hint, *typing.get_args(hint)) if isinstance(inner, type) and inner is not Free]
-    of_scene = [inner for inner in found if issubclass(inner, msgspec.Struct)]
-    return (inspect.getdoc(of_scene[0]) or "").split(". ")[0].splitlines()[0].rstrip(".") if len(of_scene) == 1 else ""
-
-
-def structures() -> list[type]:
-    """The structures that a scene may have, each after the one that names it first."""
-    found: list[type] = []
-
-    def follow(hint: Any) -> None:
-        known = (*found, Free)
-        if isinstance(hint, type) and issubclass(hint, msgspec.Struct) and hint not in known:
-            found.append(hint)
-            for inner in typing.get_type_hints(hint).values():
-                follow(inner)
-        for inner in typing.get_args(hint):
-            follow(inner)
-
-    follow(Scene)
-    return [*found, Free]
-
-
-def kind(hint: Any) -> str:
-    """A type in words."""
-    origin, inner = typing.get_origin(hint), typing.get_args(hint)
-    if hint == Number:
-        return "number"
-    if hint == Vector:
-        return "3 numbers"
-    if origin is typing.Literal:
-        return ", ".join(f'`"{word}"`' for word in inner)
-    if origin in (typing.Union, types.UnionType):
-        if set(typing.get_args(Number)) <= set(inner):
-            inner = (Number, *(i for i in inner if i not in typing.get_args(Number)))
-        return " or ".join(dict.fromkeys(kind(i) for i in inner if i is not type(None)))
-    if origin is list:
-        return f"list of {kind(inner[0])}"
-    if origin is dict:
-        return f"table of {kind(inner[1])} by name"
-    if origin is tuple:
-        return f"list of {kind(inner[0])}" if inner[-1] is ... else f"{len(inner)} of {kind(inner[0])}"
-    if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
-        anchor = "scene_1" if hint is Scene else hint.__name__.lower()
-        return f"[{hint.__name__}](#{anchor})"
-    return {float: "fixed number", int: "whole number", str: "text", bool: "true or false"}.get(hint, str(hint))
-
-
-def default(field: Any) -> str:
-    """A default as TOML has it; empty if there is none, or it says nothing."""
-    value = field.default if field.default is not msgspec.NODEFAULT else None
-    if field.default is msgspec.NODEFAULT and field.default_factory is msgspec.NODEFAULT:
-        return "needed"
-    if value is None or value == "" or isinstance(value, msgspec.Struct):
-        return ""
-    return f"`{json.dumps(value)}`"
 
 
 def objective() -> str:

@@ -10,7 +10,9 @@ Example:
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from warpmuscle.core.errors import Error, ResultError, RolloutError, SceneError
@@ -41,9 +43,11 @@ if TYPE_CHECKING:
     from warpmuscle.session.results import optimize, read, resume
     from warpmuscle.session.runs import Run, simulate
     from warpmuscle.session.scene_table import scenes
+    from warpmuscle.session.training import learn
     from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
     from warpmuscle.simulation.rollout import Rollout
     from warpmuscle.simulation.stages import Stages
+    from warpmuscle.sweep.first_line import sweep
     from warpmuscle.view.notebook import show
 
     __version__: str
@@ -51,25 +55,37 @@ if TYPE_CHECKING:
 __all__ = [
     "Error", "Evaluator", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout",
     "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
-    "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "load", "make_rollout",
-    "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show", "simulate",
-    "static_optimization", "track", "trust", "write",
+    "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "load",
+    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show",
+    "simulate", "static_optimization", "sweep", "track", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
     "convert": "session.conversion", "Evaluator": "optimization.evaluator", "inverse_dynamics": "inverse.dynamics",
-    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions", "load": "formats",
+    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions",
+    "learn": "session.training", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "session.results", "plot": "plots",
     "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
-    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene",
+    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene.drawing.table",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
-    "Sweep": "results.sweeps", "track": "inverse.tracking.track", "trust": "scene.trusted_code",
-    "write": "results.result",
+    "Sweep": "results.sweeps", "sweep": "sweep.first_line", "track": "inverse.tracking.track",
+    "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
+
+
+class _Package(ModuleType):
+    """This package, whose functions are not hidden by sub-packages of the same names, once these are imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __dir__() -> list[str]:

@@ -6,6 +6,7 @@ import time
 import pytest
 from typer.testing import CliRunner
 
+from command_line import run
 from warpmuscle.cli import console
 from warpmuscle.cli.console import PlainConsole, tell_of_compiling
 from warpmuscle.cli.program import TRY, app
@@ -39,6 +40,34 @@ def test_a_status_counts_seconds_and_names_stay_plain(terminal, monkeypatch):
         time.sleep(0.2)
         shown.update("drawing")
     assert "reading [red]a.h5[/red], 3 s" in terminal.file.getvalue()
+
+
+def test_what_takes_long_is_told_without_a_terminal_too(monkeypatch):
+    shown = PlainConsole(file=io.StringIO(), force_terminal=False)
+    monkeypatch.setattr(console, "log", shown)
+    monkeypatch.setattr(console, "SILENCE", 0.05)
+    with shown.status("reading"):
+        time.sleep(0.3)
+    assert "reading, 0 s" in shown.file.getvalue()
+    done = tell_of_compiling("joints for cpu")  # beside a bar
+    time.sleep(0.3)
+    done()
+    written = shown.file.getvalue()
+    assert "compiling joints for cpu, once, 0 s" in written
+    time.sleep(0.2)
+    assert shown.file.getvalue() == written
+
+
+def test_compile_says_what_was_compiled_and_how_far_it_is(tmp_path):
+    done = run("compile", "fwalk", "fwalk", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("1 of 2: fwalk ")
+    assert lines[1] == "2 of 2: fwalk was compiled before"
+    assert not list(tmp_path.iterdir())
+    wrong = run("compile", "fwalk", "nosuch", folder=tmp_path)
+    assert wrong.returncode == 2
+    assert "nosuch" in wrong.stderr
 
 
 def test_the_program_alone_says_what_to_try_and_each_of_it_is_a_command():

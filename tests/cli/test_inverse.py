@@ -147,3 +147,11 @@ def test_what_cannot_be_done_is_one_line(folder, words, said):
     assert said in done.stderr
     assert "Traceback" not in done.stderr
     assert not (folder / "two.h5").exists()
+
+
+def test_ground_forces_of_a_motion_ask_for_two_feet_and_no_plates(folder, tmp_path):
+    for more, told in (([], "need two feet"), (["--loads", "walk_loads.xml"], "leave one of them out")):
+        done = run(folder, "small.osim", "walk.sto", "--no-plates", *more, "-o", tmp_path / "out.h5")
+        assert done.returncode == 2
+        assert told in done.stderr
+        assert not list(tmp_path.iterdir())

@@ -30,9 +30,11 @@ STRANGE: list[Any] = [
 ]  # fmt: skip
 
 
-# Made by the package itself, or of trials, whose mistakes tests/inverse has.
+# Made by the package itself; or of trials and trainings, whose mistakes tests/inverse and tests/learning have.
 MADE = ("Motions", "Recording", "Result", "Run", "Scene", "Status", "Sweep")  # by this package or msgspec alone
-OF_TRIALS = ("inverse_dynamics", "inverse_kinematics", "joint_reactions", "scale", "static_optimization", "track")
+OF_TRIALS = (
+    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "scale", "static_optimization", "track",
+)  # fmt: skip
 
 
 class Case(NamedTuple):
@@ -141,6 +143,13 @@ def cases(folder: Path) -> dict[str, Case]:
             },
         ),
         "scenes": Case(wm.scenes, {}),
+        "sweep": Case(
+            wm.sweep,
+            {
+                "file": folder / "none.toml", "output": folder / "swept.h5", "grid": None, "search": None, "set": None,
+                "device": "cpu", "threads": 1, "progress": None, "trust": False,
+            },
+        ),
         "convert": Case(wm.convert, {"source": p.scene, "target": folder / "converted.toml"}),
         "save": Case(wm.save, {"scene": p.scene, "path": folder / "saved.toml", "ignored": None}),
         "trust": Case(wm.trust, {"scene": p.scene, "folder": folder}),
@@ -183,7 +192,8 @@ def cases(folder: Path) -> dict[str, Case]:
 
 # What is said where a strange value was no worse than the good one.
 TAKEN = (
-    "nothing was wrong", ": no such file", "holds no", "'no torques'", "no quantity is called", "a mask takes",
+    "nothing was wrong", ": no such file",
+    "there is no such file", "holds no", "'no torques'", "no quantity is called", "a mask takes",
     "the mask cannot be taken", "there is no device", ": unknown key", "takes no command", "a scene is written as",
     "is of another character",
 )  # fmt: skip

@@ -12,7 +12,7 @@ from warpmuscle.formats import load, toml
 from warpmuscle.model.controllers.table import compiled_controller
 from warpmuscle.model.muscles import driven
 from warpmuscle.model.reflexes import has_reflexes
-from warpmuscle.scene import Actuation, Reflex, Scene
+from warpmuscle.scene import Actuation, Reflex, Reflexes, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.topology import topology
@@ -118,3 +118,27 @@ def test_reflexes_walk(name: str):
     assert rollout.status()[0] == Status.RUNNING
     speed = rollout.recording(start=2.0).com_velocity[:, 2].mean()
     assert 1.1 < speed < 1.5
+
+
+def test_spastic_muscles_add_what_they_feel_to_what_torques_ask_for():
+    """Until muscles hear of it, the motion is that without: what is wanted of them differs by the reflex alone."""
+    gain, threshold, delay = 0.8, 0.02, 0.03
+    scene = load("walk56", set={"duration": 0.1, "character.muscles.*.delay": delay})
+    stretch = Reflex(Free(0.0, 0.0, 2.0), "velocity", offset=threshold, part="positive", side="right")
+    assert scene.controller is not None
+    scene.controller.reflexes = Reflexes({"SOL": {"stretch": stretch}}, besides=True)
+    rollout = Rollout(scene, 2, "cpu", record=[0, 1], record_rate=1.0 / scene.time_step)
+    rollout.set_parameters({"controller.reflexes.muscles.SOL.stretch.gain": [0.0, gain]})
+    rollout.run()
+    without, spastic = (rollout.recording(instance) for instance in (0, 1))
+    same = round(delay / scene.time_step)
+    added = (spastic.muscle_desired_force - without.muscle_desired_force)[1:same]
+    right = list(without.muscle_names).index("rSOL")
+    muscle = rollout.numeric.character.muscles["rSOL"]
+    f_max, l_opt = (float(np.ravel(number)[0]) for number in (muscle.f_max, muscle.l_opt))
+    felt = without.muscle_fibre_velocity[: same - 1, right] / l_opt  # in the step before
+    wanted = f_max * np.clip(gain * np.maximum(felt - threshold, 0.0), 0.0, 1.0)
+    assert added[:, right] == pytest.approx(wanted, abs=1e-3 * f_max)
+    assert wanted.max() > 0.05 * f_max
+    assert np.all(np.delete(added, right, axis=1) == 0.0)
+    assert np.any(spastic.muscle_activation[same + 2 :, right] > without.muscle_activation[same + 2 :, right])

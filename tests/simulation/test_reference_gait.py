@@ -8,10 +8,11 @@ import pytest
 
 from warpmuscle.core.errors import ResultError, RolloutError, SceneError
 from warpmuscle.formats import load, toml
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
 from warpmuscle.scene import Objective, Scene, Tracking
-from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation import reference_gait
 from warpmuscle.simulation.rollout import Rollout
@@ -143,3 +144,24 @@ def test_a_motion_without_a_joint_or_a_side_is_an_error():
     motion = rollout.recording()
     with pytest.raises(RolloutError, match="never stands on the right"):
         reference_gait.reference_table(motion.window(0.0, 0.1), biped, [])
+
+
+def test_phases_of_a_recording_without_a_controller_follow_from_contacts():
+    time = np.arange(300) / 100.0
+    loaded = (time % 1.0 > 0.2) & (time % 1.0 < 0.8)  # the left foot comes down at 0.2, 1.2 and 2.2 s
+    force = np.zeros((300, 3))
+    force[:, 1] = np.where(loaded, 800.0, 0.0)
+    turn = np.zeros((300, 1, 4))
+    turn[..., 3] = 1.0
+    motion = Recording.of(
+        {"time": time, "joint_orientation": turn, "foot_force_left": force}, ("knee",), ("thigh", "shank"),
+        kept=["joint_orientation", "foot_force_left"],
+    )  # fmt: skip
+    scene = load("fwalk")
+    found = reference_gait._by_contact(motion, substitute(scene, start_values(scene)), "a.h5")
+    assert found.by_contact
+    assert found.time[0] == pytest.approx(0.21)
+    assert found.time[-1] == pytest.approx(2.19)
+    assert set(found.stance.tolist()) == {0, 1}
+    with pytest.raises(RolloutError, match=r"a\.h5 has no phases.* nor ground forces of a whole gait cycle"):
+        reference_gait._by_contact(motion.window(0.0, 1.0), substitute(scene, start_values(scene)), "a.h5")

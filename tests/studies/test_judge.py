@@ -218,9 +218,9 @@ def test_only_who_is_fast_runs_unless_the_scene_says_so(monkeypatch):
     for flight, speed, gait in ((5.0, 1.2, "walk"), (5.0, 2.5, "run"), (0.0, 2.5, "walk")):
         found = {"flight": flight, "speed": speed}
         monkeypatch.setattr(judging, "gait_measures", lambda *_, found=found: found)
-        assert judging._gait_of(None, scene) == gait
+        assert judging.gait_of(None, scene) == gait
     scene.objective.gait = "run"
-    assert judging._gait_of(None, scene) == "run"
+    assert judging.gait_of(None, scene) == "run"
 
 
 def test_a_policy_is_judged_as_it_acts_in_its_scene(tmp_path):

@@ -12,8 +12,8 @@ from warpmuscle.scene import Command, Curve, Excitation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.view.editing.numbers import CurveKnots, editable, slider_range
 from warpmuscle.view.edits import Edits, Point, edited, key_now
-from warpmuscle.view.numbers import CurveKnots, editable, slider_range
 
 HIP = "controller.states.0.trajectories.SWING_Hip.components.1"
 LEAN = "controller.states.0.trajectories.root.components.0"
@@ -43,9 +43,9 @@ def test_every_number_of_a_controller_and_every_knot_of_its_curves_can_be_edited
     assert {f"character.muscles.{name}.f_max" for name in scene.character.muscles} <= keys
     assert not [key for key in keys if key.endswith((".next", ".start_state"))]  # those are no numbers
     named = {one.key: one for one in (*numbers, *curves)}
-    assert (named[HIP].group, named[HIP].name, named[HIP].unit) == ("state 0, SWING_Hip", "angle about x", "rad")
+    assert (named[HIP].group, named[HIP].name, named[HIP].unit) == ("swing hip", "angle", "rad")
     gain = named[f"{HIP}.feedback.cd"]
-    assert (gain.group, gain.name, gain.unit) == ("state 0, SWING_Hip", "feedback cd about x", "rad/m")
+    assert (gain.group, gain.name, gain.unit) == ("swing hip", "angle, distance feedback (cd)", "rad/m")
     assert named["controller.pd.lKnee.kp"].unit == "N m/rad"
     assert named["controller.states.0.time"].unit == "s"
 

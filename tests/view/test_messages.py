@@ -9,7 +9,7 @@ import pytest
 
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, for_page, use
-from warpmuscle.view.messages import LARGEST, read_message
+from warpmuscle.view.messages import LARGEST, read_message, read_push
 
 
 def controls(got: list[Any]) -> dict[str, Control]:
@@ -79,3 +79,12 @@ def test_garbage_is_dropped_whatever_it_is():
             cut[chance.randrange(len(cut))] = chance.randrange(256)
         message = read_message(bytes(cut[: chance.randrange(len(cut) + 1)] if chance.random() < 0.3 else cut), 2)
         assert message is None or (message.control in (0, 1) and isinstance(message.value, bool | int | float | str))
+
+
+def test_a_push_is_three_numbers_and_nothing_else():
+    assert read_push('{"push": [1, -2.5, 0]}').push == (1.0, -2.5, 0.0)
+    for raw in (
+        '{"push": [1, 2]}', '{"push": [1, 2, 3, 4]}', '{"push": [1, 2, NaN]}', '{"push": [1, 2, 1e999]}',
+        '{"push": [1e300, 0, 0]}', '{"push": "1"}', '{"push": [1, 2, 3], "control": 0}', "[" * 4000, b"\xff", "",
+    ):  # fmt: skip
+        assert read_push(raw) is None, raw

@@ -106,6 +106,54 @@ def test_live_biped_is_pushed_and_told_by_a_slider_of_others(live):
     until(lambda: viewer.speed == 1.0)
 
 
+DRAG = """([dx, dy, ctrl]) => { const scene = document.getElementById('scene'), [x, y] = warpmuscle.state().places[0];
+    const at = [x * scene.clientWidth, y * scene.clientHeight], box = scene.getBoundingClientRect();
+    const say = (kind, px, py) => scene.dispatchEvent(new PointerEvent(kind, { pointerId: 1, button: 0, buttons: 1,
+        clientX: box.left + px, clientY: box.top + py, ctrlKey: ctrl, bubbles: true }));
+    scene.setPointerCapture = () => 0;
+    say('pointerdown', ...at);
+    say('pointermove', at[0] + dx, at[1] + dy); say('pointerup', at[0] + dx, at[1] + dy); }"""
+
+
+def test_live_biped_is_pushed_where_it_is_dragged_to(live):
+    viewer, page = live
+    page.evaluate("warpmuscle.look('front')")
+    page.wait_for_timeout(200)
+    before, yaw = len(viewer.pushes), state(page)["camera"]["yaw"]
+    page.evaluate(DRAG, [40, 0, True])
+    until(lambda: len(viewer.pushes) == before + 1)
+    impulse = viewer.pushes[-1]
+    assert impulse[0] > 5.0  # from the front, the right edge of the picture is the body's left
+    assert abs(impulse[1]) < 1e-6
+    page.locator("#push").click()
+    page.evaluate(DRAG, [0, -4000, False])
+    until(lambda: len(viewer.pushes) == before + 2)
+    assert np.linalg.norm(viewer.pushes[-1]) == pytest.approx(100.0)
+    assert state(page)["camera"]["yaw"] == yaw
+    page.locator("#push").click()
+    page.evaluate(DRAG, [40, 0, False])  # turns the camera
+    until(lambda: state(page)["camera"]["yaw"] != yaw)
+    assert len(viewer.pushes) == before + 2
+    page.evaluate("warpmuscle.look('oblique')")
+    viewer.restart()
+
+
+def test_a_body_that_is_double_clicked_stays_in_the_middle_until_all_is_seen_again(live):
+    viewer, page = live
+    x, y = page.evaluate("""(() => { const scene = document.getElementById('scene');
+        const [x, y] = warpmuscle.state().places[0], box = scene.getBoundingClientRect();
+        return [box.left + x * scene.clientWidth, box.top + y * scene.clientHeight]; })()""")
+    page.mouse.dblclick(x, y)
+    until(lambda: state(page)["followed"] != "")
+    assert state(page)["followed"] in viewer.run.rollout.names.bodies
+    page.keyboard.press("f")
+    until(lambda: state(page)["followed"] == "")
+    page.keyboard.press("t")
+    yaw = state(page)["camera"]["yaw"]
+    until(lambda: abs(state(page)["camera"]["yaw"] - yaw) > 0.1)
+    page.keyboard.press("t")
+
+
 def test_live_sliders_are_found_bound_by_the_parameters_and_count(live):
     viewer, page = live
     slider = viewer.parameters["controller.pd.lKnee.kp"]

@@ -40,6 +40,7 @@ class Verdict:
     refused: bool = False  # with an error of one line
     skipped: bool = False  # for want of a compiled kernel
     seconds: float = 0.0
+    said: str = ""  # errors and notes
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,7 @@ def judged(commands: list[list[str]], folder: Path, inside: Path) -> Verdict:
             return verdict
         verdict.seconds += outcome.seconds
         verdict.refused |= outcome.code == 2
+        verdict.said += outcome.log
         shown = " ".join(["warpmuscle", *command])
         for complaint in _complaints(outcome):
             verdict.complaints.append(f"{shown}: {complaint}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,24 @@ if TYPE_CHECKING:
 
 
 LINES = 10.0  # s between two lines of progress where there is no terminal to draw it in
+SILENCE = 9.0  # s, after which a line says what is going on
+
+
+class _Lines:
+    """Lines that say now and then what is going on, from a thread of their own, as a compiler lets nothing else run."""
+
+    def __init__(self, text: Callable[[], str], console: Console) -> None:
+        self._text, self._console, self._begin = text, console, time.monotonic()
+        self._ended = threading.Event()
+        threading.Thread(target=self._tell, daemon=True).start()
+
+    def _tell(self) -> None:
+        while not self._ended.wait(SILENCE):
+            self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
+
+    def end(self) -> None:
+        """Say no more."""
+        self._ended.set()
 
 
 class _Timed:
@@ -36,6 +55,8 @@ class _Timed:
 class _Status(Status):
     """Of a work, with plain text beside the spinner, and the time that it has taken so far."""
 
+    _lines: _Lines | None = None
+
     def __init__(self, status: str, console: PlainConsole, **options: Any) -> None:
         self.text, self._console, self._line = status, console, time.monotonic()
         super().__init__(_Timed(status), console=console, **options)
@@ -50,10 +71,14 @@ class _Status(Status):
 
     def __enter__(self) -> Status:
         self._console.working = self
+        if not self._console.is_terminal:
+            self._lines = _Lines(lambda: self.text, self._console)
         return super().__enter__()
 
     def __exit__(self, *error: Any) -> None:
         self._console.working = None
+        if self._lines is not None:
+            self._lines.end()
         super().__exit__(*error)
 
 
@@ -93,7 +118,7 @@ def tell_of_compiling(what: str) -> Callable[[], None]:
     """Say in the status that is shown what is compiled, until what this returns is called."""
     working = log.working
     if working is None:
-        return lambda: None
+        return _Lines(lambda: f"compiling {what}, once", log).end
     before = working.text
     working.update(f"compiling {what}, once (usually 5 to 20 s)")
     return lambda: working.update(before)

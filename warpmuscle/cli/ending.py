@@ -34,6 +34,28 @@ def _end(code: int) -> NoReturn:
     sys.exit(code)
 
 
+def _came_of_an_interruption(error: BaseException) -> bool:
+    """Whether an error was raised while an interruption was, such as by the release of a lock that it had broken."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause is not None
+
+
+def _explain(error: Exception) -> NoReturn:
+    """End with what an error in the command's own arguments says, or a full machine; raise any other again."""
+    usage = getattr(error, "show", None)
+    if usage is None:
+        why = shortage(error)
+        if not why:
+            raise error
+        _refuse(shortened(why))
+    if "\n" not in getattr(error, "message", "\n"):  # which quotes what was typed; of several lines it is help
+        error.message = printable(error.message)  # type: ignore[attr-defined]
+    usage()
+    sys.exit(2)
+
+
 def run_to_end(work: Callable[[], Any]) -> NoReturn:
     """Do what the program is asked for, and end it; an error that a user can mend is one line and exit code 2.
 
@@ -50,16 +72,9 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
     except Error as error:
         _refuse(shortened(str(error)))
     except Exception as error:
-        usage = getattr(error, "show", None)  # an error in the command's own arguments
-        if usage is None:
-            why = shortage(error)
-            if not why:
-                raise
-            _refuse(shortened(why))
-        if "\n" not in getattr(error, "message", "\n"):  # which quotes what was typed; of several lines it is help
-            error.message = printable(error.message)  # type: ignore[attr-defined]
-        usage()
-        sys.exit(2)
+        if not _came_of_an_interruption(error):
+            _explain(error)
+        code = INTERRUPTED
     finally:
         gc.freeze()  # what is left goes with the process; to look for garbage in it takes 0.15 s
     if code == INTERRUPTED and not received():

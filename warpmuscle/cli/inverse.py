@@ -11,15 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, start_warp, writable
+from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable
 from warpmuscle.cli.console import log, out
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.emg import Emg
     from warpmuscle.inverse.output import Trial
+    from warpmuscle.inverse.tracking.track import TrackingOptions
     from warpmuscle.inverse.trial import Coordinates, Loads
 
 MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
@@ -42,6 +46,9 @@ def inverse(
     emg: Annotated[
         list[Path] | None, typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles. One a motion.")
     ] = None,
+    no_plates: Annotated[
+        bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")
+    ] = False,
     steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr, track.")] = "id,so,jr",
     setup: Annotated[
         Path | None, typer.Option(help="Set-up file of OpenSim's InverseKinematicsTool, for markers.")
@@ -90,31 +97,42 @@ def inverse(
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
-    from warpmuscle.inverse.tracking.track import TrackingOptions
 
     wanted = steps_of(steps)
     options = ActivationOptions(
         power=power, weight=_weight(weight), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
-    strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
-    tracking = TrackingOptions(window, reserve=strength, reserves=not no_reserves, residuals=not no_residuals)
+    tracking = _tracking(options, window, not no_reserves, not no_residuals)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         trials = [_motion(path, body, setup, device) for path in motions]
-        forces = _loads(loads or [], len(motions))
+        forces = _predicted(body, trials, loads, filter) if no_plates else _loads(loads or [], len(motions))
         signals = _emg(emg or [], len(motions), body)
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
-            options=options, on=on, frame=frame, tracking=tracking,
+            options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None,
         )  # fmt: skip
-    about = {"model": str(model), "steps": ",".join(wanted), "options": json.dumps(_plain(options)),
-             "filter": "none" if filter is None else f"{filter:g} Hz"}  # fmt: skip
-    _give(found, output, sto, about)
+    about = _about(model, wanted, options, filter)
+    _give(found, output, sto, about, body)
     if report is not None:
         _page(report, body, found, forces, signals, about)
+
+
+def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff: float | None) -> dict[str, str]:
+    """How a result was made, as attributes of its file."""
+    about = {"command": command_line(), "model": model, "steps": ",".join(steps)}
+    return about | {"options": json.dumps(_plain(options)), "filter": "none" if cutoff is None else f"{cutoff:g} Hz"}
+
+
+def _tracking(options: ActivationOptions, window: float, reserves: bool, residuals: bool) -> TrackingOptions:
+    """Options of tracking, whose reserves are as strong as those of static optimisation."""
+    from warpmuscle.inverse.tracking.track import TrackingOptions
+
+    strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
+    return TrackingOptions(window, reserve=strength, reserves=reserves, residuals=residuals)
 
 
 def _weight(word: str) -> str:
@@ -153,7 +171,7 @@ def _page(
     out.print(f"wrote {path}", markup=False)
 
 
-def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str]) -> None:
+def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict[str, str], body: BodyModel) -> None:
     """Tell what was found, and write it."""
     from warpmuscle.inverse.output import write_result, write_storages
 
@@ -161,7 +179,7 @@ def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict
         _tell(trial)
         _tell_tracked(trial)
     if output is not None:
-        write_result(output, found, about)
+        write_result(output, found, about, body)
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)
     if sto is not None:
         out.print(f"wrote {number_of(len(write_storages(sto, found)), 'file')} to {sto}", markup=False)
@@ -206,6 +224,17 @@ def _loads(paths: list[Path], count: int) -> list[Loads | None]:
         raise Error(f"--loads is given {given}; give it once, or once for each")
     found: list[Loads | None] = [read_loads(path) for path in paths]
     return found * count if len(found) == 1 else found or [None] * count
+
+
+def _predicted(
+    body: BodyModel, motions: list[Coordinates], loads: list[Path] | None, cutoff: float | None
+) -> list[Loads | None]:
+    """Ground forces of all trials that the motions need."""
+    from warpmuscle.inverse.without_plates.ground_forces import ground_forces
+
+    if loads:
+        raise Error("--no-plates finds the ground's forces, so --loads gives none; leave one of them out")
+    return [ground_forces(body, motion, cutoff) for motion in motions]
 
 
 def _emg(paths: list[Path], count: int, body: BodyModel) -> list[Emg | None]:

@@ -45,11 +45,15 @@ def judge(
     from warpmuscle.studies.judge import judge as judged
     from warpmuscle.studies.verdicts import RUNS
 
-    name, walker = walker_of(
-        sources, policy=policy, settings=settings, commands=commands, device=device, threads=threads
-    )
-    with log.status("compiling, which may take some seconds") as shown:
-        judgement = judged(walker, pushes=pushes, tell=shown.update)
+    recorded = None if policy or settings or commands else _of_recording(sources)
+    if recorded is not None:
+        name, judgement = recorded
+    else:
+        name, walker = walker_of(
+            sources, policy=policy, settings=settings, commands=commands, device=device, threads=threads
+        )
+        with log.status("compiling, which may take some seconds") as shown:
+            judgement = judged(walker, pushes=pushes, tell=shown.update)
     speed = judgement.measures.get("speed")
     at = "" if speed is None else f" at {speed:.2f} m/s"
     out.print(f"{name}, judged as a {'run' if judgement.running else 'walk'}{at}: {judgement.end}", markup=False)
@@ -57,10 +61,25 @@ def judge(
         out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
     _print_table(judgement.verdicts)
     fallen = [f"{what}: {number} of {RUNS}" for what, number in judgement.felled_by.items() if number]
-    out.print("fells it: " + (", ".join(fallen) or "none of these disturbances by itself"), markup=False)
+    if recorded is None:
+        out.print("fells it: " + (", ".join(fallen) or "none of these disturbances by itself"), markup=False)
     if output is not None:
         replace_file(output, json.dumps(_numbers(name, judgement), indent=1).encode() + b"\n")
         out.print(f"wrote {output}", markup=False)
+
+
+def _of_recording(sources: list[str]) -> tuple[str, Judgement] | None:
+    """Name and judgement of a file of `warpmuscle inverse`, of its first trial; None of anything else."""
+    from warpmuscle.optimization.best_scene import recorded_scene
+    from warpmuscle.results.result import holds_trials, read
+    from warpmuscle.studies.judge_recording import judge_recording
+    from warpmuscle.view.sources import is_result
+
+    if len(sources) != 1 or not is_result(sources[0]) or not holds_trials(sources[0]):
+        return None
+    result = read(sources[0], replay=0)
+    name = Path(sources[0]).stem if not result.replay_names else result.replay_names[0]
+    return name, judge_recording(result.replays[0], recorded_scene(result))
 
 
 def _print_table(verdicts: list[Verdict]) -> None:

@@ -26,7 +26,8 @@ from warpmuscle.cli.results import apply, export, report
 from warpmuscle.cli.scene_list import scenes
 from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info
 from warpmuscle.cli.simulate import simulate
-from warpmuscle.cli.start import example, schema
+from warpmuscle.cli.start import compile, example, schema
+from warpmuscle.cli.studies.adaptation import adaptation
 from warpmuscle.cli.sweep import join, study, sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
@@ -41,8 +42,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
-    scenes, info, simulate, optimize, learn, sweep, join, study, apply, report, gait, robustness, judge, view, plot,
-    video, export, fit_muscles, fit_paths, convert, arm_angles, inverse, example, schema,
+    scenes, info, simulate, optimize, learn, sweep, join, study, adaptation, apply, report, gait, robustness, judge,
+    view, plot, video, export, fit_muscles, fit_paths, convert, arm_angles, inverse, compile, example, schema,
 )  # fmt: skip
 GROUPS = {"synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}

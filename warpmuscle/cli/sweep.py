@@ -77,7 +77,7 @@ def sweep(
     from warpmuscle.sweep.status import sweep_status
 
     begin = time.perf_counter()
-    with _told() as bar:
+    with told() as bar:
         result = run(
             plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
             command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
@@ -89,7 +89,7 @@ def sweep(
         out.print(f"part {part} is in {result.folder.path} after {took}; once all are: {again}", markup=False)
     else:
         out.print(f"wrote {output} with {number_of(result.gathered, 'run')} in {took}", markup=False)
-    _check_all_ran(result)
+    check_all_ran(result)
 
 
 def join(
@@ -133,7 +133,9 @@ def join(
 
 
 def study(
-    file: Annotated[Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table [study].")],
+    file: Annotated[
+        Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table [study], or a shipped study.")
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
     ] = None,
@@ -144,10 +146,12 @@ def study(
     """Run a sweep, measure its gaits, compare conditions over seeds, and put them beside what is expected.
 
     Writes a page and a table of runs (.html, .csv) beside the results. Given again, the command goes on where it was;
-    what is measured and expected may have changed. Example: warpmuscle study weak_calves.toml
+    what is measured and expected may have changed. Of a shipped study, such as brace, a copy is written here first;
+    `warpmuscle example studies` writes all of them. Examples: warpmuscle study weak_calves.toml; warpmuscle study brace
     """
     from warpmuscle.core.files import check_output, replace_file
 
+    file = _study_file(file)
     start_driver(device)
     from warpmuscle.sweep.plan import read
 
@@ -166,7 +170,7 @@ def study(
     from warpmuscle.sweep.study.measured import measured
 
     begin, command = time.perf_counter(), f"warpmuscle study {shlex.quote(file.name)}"
-    with _told() as bar:
+    with told() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
         found = measured(plan, done)
@@ -178,7 +182,29 @@ def study(
     replace_file(page_file, page)
     took = f"{time.perf_counter() - begin:.1f} s"
     out.print(f"{study_page.counted(found)}; wrote {page_file}, {table_file} and {output} in {took}", markup=False)
-    _check_all_ran(done)
+    check_all_ran(done)
+
+
+def _study_file(file: Path) -> Path:
+    """The file of a study: the given one, or a copy of a shipped one of this name, which is written unless it is there.
+
+    Raises:
+        Error: there is neither.
+    """
+    from warpmuscle.core.files import replace_file
+    from warpmuscle.examples.studies import STUDIES, study_text
+    from warpmuscle.scene.validation.checks import near
+
+    name = str(file)
+    if file.is_file() or file.suffix:
+        return file
+    if name not in STUDIES:
+        raise Error(f"{name}: no such file, and no shipped study{near(name, STUDIES)}; there are {', '.join(STUDIES)}")
+    copy = Path(f"{name}.toml")
+    if not copy.exists():
+        replace_file(copy, study_text(name))
+        log.print(f"wrote {copy}: {STUDIES[name]}", markup=False)
+    return copy
 
 
 def _write_script(plan: Plan, output: Path, parts: int, device: str | None, threads: int | None) -> None:
@@ -204,7 +230,7 @@ def _usual_output(file: Path) -> Path:
 
 
 @contextmanager
-def _told() -> Iterator[_Bar]:
+def told() -> Iterator[_Bar]:
     """A bar of what runs within; an interruption ends the program, after it has said that nothing is lost."""
     try:
         with searches_told(), _Bar() as bar:
@@ -214,7 +240,7 @@ def _told() -> Iterator[_Bar]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _check_all_ran(result: SweepResult) -> None:
+def check_all_ran(result: SweepResult) -> None:
     """Raise Error if a run has failed."""
     if result.failed:
         name, why = next(iter(result.failed.items()))

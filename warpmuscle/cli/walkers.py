@@ -21,7 +21,7 @@ Walkers = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENE...|FILE",
-        help="Scene name, TOML file, .rbs .sbc [.rs], or .osim; or a result file, of a search or of `learn`.",
+        help="Scene name, TOML file, .rbs .sbc [.rs], .osim or .xml; or a result file, of a search or of `learn`.",
         autocompletion=scene_names_like,
     ),
 ]

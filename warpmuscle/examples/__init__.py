@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_files, unwritable
+from warpmuscle.examples.studies import STUDIES
 
 Files = Iterable[tuple[str, str | bytes]]
 
@@ -99,8 +100,13 @@ EXAMPLES = {
         "a controller with gains of each joint, and a record of its own", shipped("steady.py", "steady.toml")
     ),
     "force": Example("an ankle exoskeleton, air drag, and a custom force", shipped("glider.py", "exo.toml")),
+    "devices": Example("weak ankles with a brace, a motor and a harness", shipped("braced.toml")),
     "stages": Example("a search in stages, every candidate disturbed", shipped("stages.toml")),
+    "mujoco": Example("a model of MuJoCo, and a scene that moves it", shipped("elbow.xml", "curl.toml")),
     "study": Example("a study of weak calves, over seeds", shipped("weak_calves.toml")),
+    "studies": Example(
+        "published studies, each of which `warpmuscle study NAME` runs", shipped(*(f"{name}.toml" for name in STUDIES))
+    ),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "task": Example(

@@ -26,8 +26,9 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
+MODELS = (".osim", ".xml")  # each a scene by itself
 SCONE = (".scone", ".hfd")
-READ = (*SUFFIXES, ".osim", *SCONE)
+READ = (*SUFFIXES, *MODELS, *SCONE)
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
@@ -47,7 +48,8 @@ def load(
     Args:
         sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
             any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
-            that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`.
+            that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`. Or one of
+            MuJoCo, `.xml`, for which the package `mujoco` must be installed.
         set: other values in the scene, by their paths, as `--set` of the command takes them, such as
             `{"objective.target_speed": 1.25, "character.muscles.?SOL.f_max": {"factor": 0.5}}`; see `overrides`.
         ignored: gets what was not used; without it, that is summed up in a warning.
@@ -98,11 +100,13 @@ def load(
     if suffixes and suffixes[0] in SCONE and suffixes[1:] in ([], [".par"]):
         return _told(_scenario(paths, notes := Notes()), notes, set, ignored)
     for path, suffix in zip(paths, suffixes, strict=True):
-        if suffix not in SUFFIXES[1:] and suffixes != [".osim"]:
+        if suffix not in SUFFIXES[1:] and not (len(suffixes) == 1 and suffix in MODELS):
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
     notes = Notes()
     if suffixes == [".osim"]:
         scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds, limit_stiffness)
+    elif suffixes == [".xml"]:
+        scene = _mujoco_model(paths[0], notes)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
     return _told(scene, notes, set, ignored)
@@ -195,6 +199,13 @@ def _scenario(paths: Sequence[Path], notes: Notes) -> Scene:
     from warpmuscle.formats.scone.scenario import load_scenario  # with what no other scene waits for
 
     return load_scenario(paths[0], notes, *paths[1:])
+
+
+def _mujoco_model(path: Path, notes: Notes) -> Scene:
+    """The scene of a model of MuJoCo."""
+    from warpmuscle.formats.mujoco.build import load_mujoco
+
+    return load_mujoco(path, notes)
 
 
 def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool, notes: Notes) -> Scene:

@@ -12,8 +12,8 @@ A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<
 conditional ones, which MuJoCo does not know, are left out. Cylinders and spheres that it wraps around become geoms (see
 `mjcf_wraps.py`). A path actuator becomes a motor on its tendon, and a straight ligament the tendon's spring. A muscle
 that acts on the character also becomes a muscle actuator, whose control is its excitation: MuJoCo's own law with our
-maximum force and speed, time constants, and fibre and tendon lengths. MuJoCo's curves differ from ours, its tendon is
-rigid and its fibre has no pennation. Delays and excitations of their own are not written.
+maximum force and speed, time constants, and fibre and tendon lengths. MuJoCo's curves are those of the type `mujoco`,
+its tendon is rigid and its fibre has no pennation. Delays and excitations of their own are not written.
 
 Shapes and bones have the colours of the viewer; bones are capsules that touch nothing. The default camera looks from
 the right, and `side` goes along.
@@ -263,6 +263,9 @@ def _motions(name: str, joint: Joint, place: tuple[float, ...], limits: bool) ->
             motion.set("axis", texts(numbers(joint.axes[index])))
         if limits and joint.limits:
             motion.set("range", texts(_range(joint, kind, index)))
+        for field in ("armature", "damping"):
+            if (resistance := plain_number(getattr(joint, field))) != 0.0:
+                motion.set(field, text(resistance))
         yield motion
 
 

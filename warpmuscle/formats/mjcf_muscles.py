@@ -9,7 +9,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.mjcf_text import numbers, text, texts
 from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
 from warpmuscle.model.muscles import driven
-from warpmuscle.scene import Character, Ligament, Muscle, MuscleModel, Scene
+from warpmuscle.scene import Character, Ligament, MujocoCurves, Muscle, MuscleModel, Scene
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.muscles import given, is_cable
@@ -98,6 +98,7 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
     """
     cosine = math.cos(plain_number(muscle.pennation))
     optimal = plain_number(muscle.l_slack) + plain_number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
+    shape = given(muscle, model, "curve_shape")
     lengths = (optimal + (relative - 1.0) * plain_number(muscle.l_opt) / cosine for relative in _OPERATING)
     return {
         "ctrlrange": "0 1",
@@ -106,4 +107,10 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
         "lengthrange": texts(lengths),
         "vmax": text(plain_number(given(muscle, model, "v_max"))),
         "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
-    }
+    } | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+
+
+def _curves(shape: MujocoCurves) -> dict[str, str]:
+    """Attributes of MuJoCo's own curves."""
+    fields = {"lmin": "active_from", "lmax": "active_until", "fpmax": "passive_force", "fvmax": "lengthening_force"}
+    return {name: text(plain_number(getattr(shape, field))) for name, field in fields.items()}

@@ -51,7 +51,8 @@ def wrap_geoms(tendons: Element, name: str, muscle: Muscle, character: Character
 def add_geom(tendon: Element, surface: Surface, name: str, bodies: Mapping[str | None, Element]) -> None:
     """Let a tendon go round a surface, which its body gets when it is first needed."""
     body = bodies[surface.body]
-    side = f"{name}_side" if surface.side else ""
+    point = getattr(surface, "side_point", None)
+    side = f"{name}_side" if surface.side or point is not None else ""
     if body.find(f"geom[@name='{name}']") is None:
         turn = from_rotation_vector(plain_vector(surface.orientation))
         place = plain_vector(surface.position)
@@ -64,7 +65,8 @@ def add_geom(tendon: Element, surface: Surface, name: str, bodies: Mapping[str |
         )  # fmt: skip
         if side:
             axis, sign = half_of(surface)
-            beside = place + rotate(turn, BESIDE * radius * sign * np.eye(3)[axis])
+            own = BESIDE * radius * sign * np.eye(3)[axis] if point is None else plain_vector(point)
+            beside = place + rotate(turn, own)
             SubElement(body, "site", name=side, pos=texts(beside), size="0.005")
     around = SubElement(tendon, "geom", geom=name)
     if side:

@@ -73,7 +73,7 @@ def overridden(scene: Scene, overrides: Sequence[Override], file: Path | None = 
         check_scene(scene)
     except SceneError as error:
         wrong = error.key
-        guilty = max(touched, key=lambda path: _common(path, wrong), default="")
+        guilty = max(touched, key=lambda path: (_in_line(path, wrong), _common(path, wrong)), default="")
         if not guilty or _common(guilty, wrong) == 0:
             raise
         raise _placed(error, touched[guilty], file) from None
@@ -96,6 +96,11 @@ def _common(path: str, other: str) -> int:
     """How many parts two paths have in common from the front."""
     parts = zip(path.split("."), other.split("."), strict=False)
     return next((i for i, (a, b) in enumerate(parts) if a != b), min(path.count("."), other.count(".")) + 1)
+
+
+def _in_line(path: str, other: str) -> bool:
+    """Whether one of two paths leads through the other."""
+    return f"{path}.".startswith(f"{other}.") or f"{other}.".startswith(f"{path}.")
 
 
 def _applied(scene: Scene, override: Override) -> tuple[Scene, Iterable[str]]:

@@ -108,7 +108,7 @@ def _along_x(joint: Joint) -> float:
         return 1.0
     if joint.axes:
         return first_number(joint.axes[0][0])
-    if kind.unit(joint) != "rad":
+    if not kind.angles or kind.unit(joint) != "rad":
         return 0.0
     angles = np.zeros((2, len(kind.angles)))
     angles[1, 0] = SMALL

@@ -22,6 +22,7 @@ from warpmuscle.gait.cycles import (
     steady_strides,
     vertical_forces,
 )
+from warpmuscle.gait.device_work import device_work
 from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
 from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
@@ -89,6 +90,7 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
         | _of_force(recording, scene, cycles, normal and not running)
         | (_of_moments(recording, scene, cycles, normal and not running) if curves else {})
         | _of_muscles(steady, scene, gait.speed_horizontal)
+        | device_work(steady, scene, gait.cadence)
         | body_measures(recording, scene, cycles, gait.speed_forward, gait.cadence, normal and not running)
         | _of_timing(recording, cycles, normal and not running)
         | _of_headings(recording, scene, cycles)

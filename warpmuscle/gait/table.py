@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.gait.body_motion import CADENCE_AT_SPEED, FORCE_AT_SPEED
+from warpmuscle.gait.device_work import POSITIVE, WORK
+from warpmuscle.gait.device_work import UNIT as WORK_UNIT
 from warpmuscle.gait.joint_moments import MOMENTS_AT
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import AT, Measures
@@ -82,7 +84,7 @@ DECIMALS = {
     "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-widths": 2, "% of the cycle": 1, "body weights": 2,
     "N m/kg": 2, "cm": 1, "% of the time": 0, "correlation": 2,
     "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
-    "% of the foot": 0, "% beyond chance": 0,
+    WORK_UNIT: 3, "% of the foot": 0, "% beyond chance": 0,
 }  # fmt: skip
 _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle
 
@@ -151,6 +153,8 @@ def unit_of(name: str) -> str:
         return "SD"
     if name.startswith("likeness"):
         return "correlation"
+    if name.startswith((WORK, POSITIVE)):
+        return WORK_UNIT
     if name.startswith("timing of"):
         return "% beyond chance"
     return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")

@@ -15,18 +15,23 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
-from warpmuscle.inverse.loads import on_feet
+from warpmuscle.inverse.loads import on_feet, placed_forces
+from warpmuscle.inverse.plausibility.ground_forces import place_notes, weight_notes
+from warpmuscle.inverse.plausibility.motions import range_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
-from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
 MOST = 20.0  # rad, that no angle comes to
+FREE = 3  # coordinates of a root at least, with which a body may fall
+LOOKED_AT = 40  # frames of a trial at most, whose loads are held against the motion
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,9 @@ def inverse_dynamics(
         times: s, of the frames that are wanted, or a list of them by trial; by default all of the motion's.
         device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one.
 
+    Warns:
+        TrialWarning: what cannot well be, such as holes between frames, or loads that do not carry the body.
+
     Raises:
         ArgumentError: a motion of another model, loads of another time, or a cut-off that is none.
         SceneError: the model cannot be read.
@@ -140,8 +148,52 @@ def prepare(
     starts = [0, *np.cumsum([len(at) for at, _ in moving]).tolist()]
     for k, load in enumerate(given):
         part = slice(starts[k], starts[k + 1])
-        parts.append(loads_at(body, load, moving[k][0], states, part))
+        try:
+            parts.append(loads_at(body, load, moving[k][0], states, part))
+        except ArgumentError as error:
+            raise ArgumentError(f"trial {k + 1}: {error}" if len(given) > 1 else str(error)) from None
+    _warn(body, motions, given, states, starts, parts)
     return Prepared([at for at, _ in moving], states, joined(parts), rates[0])
+
+
+def _warn(
+    body: BodyModel, motions: Sequence[Coordinates], given: Sequence[Loads | None], states: States,
+    starts: Sequence[int], parts: Sequence[BodyLoads],
+) -> None:  # fmt: skip
+    """Warn of what cannot well be in trials."""
+    limits = _ranges(body)
+    units = dict(zip(body.map.names, body.map.units, strict=True))
+    for k, (motion, loads) in enumerate(zip(motions, given, strict=True)):
+        known = [name for name in motion.names if name in units]
+        values = np.stack([motion.of(name) for name in known], axis=1)
+        notes = time_notes("the motion", motion.times)
+        notes += value_notes(known, [units[name] for name in known], motion.times, values)
+        notes += range_notes(known, values, limits)
+        if loads is not None and loads.plates:
+            notes += time_notes("the loads", loads.times)
+            notes += _load_notes(body, loads, states, slice(starts[k], starts[k + 1]), parts[k])
+        for note in notes:
+            warnings.warn(f"trial {k + 1}: {note}" if len(motions) > 1 else note, TrialWarning, stacklevel=4)
+
+
+def _ranges(body: BodyModel) -> dict[str, tuple[float, float]]:
+    """Ranges of the coordinates that have one, rad or m, clamped or not."""
+    found = dict(body.scene.opensim.ranges) if body.scene.opensim is not None else {}
+    for name, joint in body.scene.character.joints.items():
+        if name in body.map.names and len(joint.limits) == 1:
+            found.setdefault(name, (first_number(joint.limits[0][0]), first_number(joint.limits[0][1])))
+    units = dict(zip(body.map.names, body.map.units, strict=True))
+    return {name: span for name, span in found.items() if units.get(name) == "rad"}
+
+
+def _load_notes(body: BodyModel, loads: Loads, states: States, part: slice, own: BodyLoads) -> list[str]:
+    """Notes on loads, for which some of a trial's frames are looked at."""
+    notes = []
+    if body.map.roots >= FREE:
+        masses = [float(one.mass) for one in body.scene.character.bodies.values()]  # type: ignore[arg-type]
+        notes += weight_notes(own.force.sum(axis=1), sum(masses))
+    rows = np.unique(np.linspace(0, part.stop - part.start - 1, LOOKED_AT).astype(int))
+    return notes + place_notes(placed_forces(body, [plate.name for plate in loads.plates], own, states, part, rows))
 
 
 def wanted_times(motion: Coordinates, times: Floats | None) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,11 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.inverse.plausibility.motions import time_notes
+from warpmuscle.inverse.trial import TrialWarning
 from warpmuscle.synergy.tables import read_table
+
+LISTED = 4
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,9 @@ def read_emg(path: str | Path, muscles: Sequence[str]) -> Emg:
     Args:
         muscles: of the model.
 
+    Warns:
+        TrialWarning: columns that no muscle has the name of, envelopes that are zero throughout, holes in time.
+
     Raises:
         SignalError: the file cannot be read, has no times or muscles, or values that are not from 0 to 1.
     """
@@ -67,12 +75,36 @@ def read_emg(path: str | Path, muscles: Sequence[str]) -> Emg:
     if not known:
         raise SignalError(f"no column has the name of a muscle; the model's are {', '.join(list(muscles)[:6])}, ...",
                           file=path)  # fmt: skip
+    twice = next((name for name in ("time", *known) if names.count(name) > 1), None)
+    if twice is not None:
+        raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=path)
     values = table.columns([names.index("time"), *map(names.index, known)])
+    if not len(values):
+        raise SignalError("has no rows", file=path)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         what = ["time", *known][int(column)]
         raise SignalError(f"column {what!r} is not a finite number", file=path, line=int(table.lines[int(row)]))
+    if np.any(np.diff(values[:, 0]) <= 0.0):
+        row = int(np.argmax(np.diff(values[:, 0]) <= 0.0)) + 1
+        raise SignalError("times must increase from row to row", file=path, line=int(table.lines[row]))
+    left = [name for name in names if name not in (*known, "time")]
+    for note in _notes(left, known, values):
+        warnings.warn(f"{path}: {note}", TrialWarning, stacklevel=2)
     try:
         return Emg(tuple(known), values[:, 0], values[:, 1:])
     except ArgumentError as error:
         raise SignalError(str(error), file=path) from None
+
+
+def _notes(left: Sequence[str], known: Sequence[str], values: Floats) -> list[str]:
+    """What is to be known of envelopes: columns of no muscle, dead channels, holes."""
+    notes = time_notes("EMG", values[:, 0])
+    if left:
+        some = ", ".join(map(repr, left[:LISTED])) + (f" and {len(left) - LISTED} more" if len(left) > LISTED else "")
+        notes.append(f"no muscle of the model is called {some}: what stands there does not count")
+    dead = [name for name, column in zip(known, values[:, 1:].T, strict=True) if not column.any()]
+    if dead:
+        notes.append(f"{', '.join(dead[:LISTED])} is zero throughout, as of a dead channel: its muscle is held back; "
+                     "remove the column if it was not measured")  # fmt: skip
+    return notes

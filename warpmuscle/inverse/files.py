@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from warpmuscle.core.errors import ResultError, SignalError
 from warpmuscle.core.files import replace_file
 from warpmuscle.formats.npz import LARGEST_ANGLE
 from warpmuscle.formats.sto import rows_text, storage_text
-from warpmuscle.inverse.trial import Coordinates, Markers
+from warpmuscle.inverse.plausibility.motions import unit_notes
+from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.markers.arm import AXES
 from warpmuscle.markers.files import read_markers as read_file
 from warpmuscle.scene import Scene
@@ -69,6 +71,9 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
     Args:
         degrees: whether angles are in degrees, whatever the header says.
 
+    Warns:
+        TrialWarning: angles that may well be rad where the file says degrees.
+
     Raises:
         SignalError: the file cannot be read, has no times or coordinates, does not tell the unit, or holds something
             else than finite numbers.
@@ -100,6 +105,7 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
     if np.any(np.diff(times) <= 0.0):
         frame = int(np.argmax(np.diff(times) <= 0.0)) + 1
         raise SignalError("times must increase from row to row", file=path, line=int(table.lines[frame]))
+    told = degrees is not None
     degrees = table.degrees if degrees is None else degrees
     if degrees is None and Path(path).suffix.lower() in STORAGE:
         raise SignalError(
@@ -113,6 +119,8 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
         if name in angles and np.abs(column).max() > 8.0 * LARGEST_ANGLE:
             unit = "rad, as inDegrees=no says" if degrees is False else "degrees"
             raise SignalError(f"column {name!r} goes beyond eight turns in {unit}", file=path)
+    for note in [] if told else unit_notes(values[:, 1:][:, turned]):
+        warnings.warn(f"{path}: {note}", TrialWarning, stacklevel=2)
     return Coordinates(tuple(columns), times, found)
 
 

@@ -152,7 +152,7 @@ class _Trial:
             self.weights = chosen_markers(list(chain.markers), self.markers, own)
             columns = [self.markers.names.index(name) for name in self.weights]
             self.positions = self.markers.positions[:, columns] @ TO_OPENSIM  # world axes of scenes
-            check_size(chain, [chain.markers[name] for name in self.weights], self.positions)
+            check_size(chain, list(self.weights), self.positions)
         except SignalError as error:
             raise SignalError(error.message, file=None if isinstance(given, Markers) else Path(given)) from None
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)

@@ -13,12 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.osim.elements import Element, parse
-from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
+from warpmuscle.inverse.plausibility.ground_forces import Applied
 from warpmuscle.inverse.trial import Loads, Plate
 from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.synergy.tables import Table, read_table
@@ -66,6 +67,8 @@ def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
         if named is None or not named.word():
             top.fail("it names no <datafile> with the numbers")
         data = path.parent / Path(named.word().replace("\\", "/")).name
+        if not data.exists():
+            raise SignalError(f"it names the table {data.name!r}, and there is no such file beside it", file=path)
     return _loads(read_table(data), described)
 
 
@@ -135,6 +138,9 @@ def _loads(table: Table, described: Sequence[_Described]) -> Loads:
         lacking = next((name for name in wanted if name not in names), None)
         if lacking is not None:
             raise SignalError(f"no column {lacking!r}, which the force {one.name!r} asks for", file=table.path)
+        twice = next((name for name in wanted if names.count(name) > 1), None)
+        if twice is not None:
+            raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=table.path)
         return [names.index(name) for name in wanted]
 
     wanted = [[columns(one, start) if start else [] for start in one[2:]] for one in described]
@@ -202,6 +208,20 @@ def on_feet(
     return found
 
 
+def placed_forces(
+    body: BodyModel, plates: Sequence[str], loads: BodyLoads, states: States, part: slice, rows: Integers
+) -> list[Applied]:
+    """Loads and the bodies they act on in some rows of frames `part`, to be held against each other."""
+    bodies = body.topology.bodies
+    places = _places(body, states, part, rows)
+    where = {bodies[number]: places[:, number] for number in dict.fromkeys(loads.body)}
+    names = plates if len(plates) == len(loads.body) else [bodies[number] for number in loads.body]
+    return [
+        Applied(name, bodies[number], loads.force[rows, k], loads.point[rows, k], where)
+        for k, (name, number) in enumerate(zip(names, loads.body, strict=True))
+    ]
+
+
 def _feet(body: BodyModel) -> list[int]:
     """Numbers of the bodies that plates may be under."""
     scene, bodies = body.scene, body.topology.bodies
@@ -214,11 +234,11 @@ def _feet(body: BodyModel) -> list[int]:
     raise ArgumentError("the model's feet are not known by their names; say in the loads which body each force acts on")
 
 
-def _places(body: BodyModel, states: States, part: slice) -> Floats:
-    """Where centres of mass of all bodies are in some frames, (n, B, 3) m."""
+def _places(body: BodyModel, states: States, part: slice, rows: Integers | slice = slice(None)) -> Floats:
+    """Where centres of mass of all bodies are in some rows of some frames, (n, B, 3) m."""
     from warpmuscle.studies.inverse_dynamics import body_points
 
-    points = body_points(body.scene, states.coordinates[part])
+    points = body_points(body.scene, states.coordinates[part][rows])
     found = []
     for number, name in enumerate(body.topology.bodies):
         place, orientation = points[name]

@@ -9,7 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.inverse.chain import Chain, Place
+from warpmuscle.inverse.chain import Chain
 from warpmuscle.inverse.fit_plan import seen_in
 from warpmuscle.inverse.marker_fit import Fit
 from warpmuscle.inverse.trial import Markers
@@ -21,6 +21,8 @@ FAR = 0.1  # m, that a marker misses: more than skin moves
 OUTLYING = 4.0  # times the median of all markers
 SWAPPED = 0.5  # of the error, that is left once two labels are exchanged
 LISTED = 6
+BEYOND = 1e5  # m, that no marker of any unit is away
+UPRIGHT = -0.3  # correlation of heights in the model with recorded ones, below which a body is upside down
 
 
 def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, float] | None) -> dict[str, float]:
@@ -47,12 +49,16 @@ def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, fl
     return found
 
 
-def check_size(chain: Chain, places: list[Place], positions: Floats) -> None:
+def check_size(chain: Chain, names: Sequence[str], positions: Floats) -> None:
     """SignalError if the recorded body is of another size than the model, as in another unit.
 
     Args:
-        positions: (F, K, 3), NaN where one is missing.
+        names: (K,) of the markers. positions: (F, K, 3), NaN where one is missing.
     """
+    for frame, marker, _ in np.argwhere(np.abs(positions) > BEYOND)[:1].tolist():
+        far = f"{np.nanmax(np.abs(positions[frame, marker])):.3g} m"
+        raise SignalError(f"marker {names[marker]!r} is {far} away in frame {frame + 1}: cut it out, or give the unit")
+    places = [chain.markers[name] for name in names]
     body = chain.places(chain.poses(np.array([chain.neutral])), places)[0]
     full = seen_in(positions)
     frame = int(full.sum(axis=1).argmax())
@@ -72,6 +78,7 @@ def check_size(chain: Chain, places: list[Place], positions: Floats) -> None:
 def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> list[str]:
     """What is to be known of a fit: coordinates that no marker tells, markers that miss, labels that seem swapped."""
     notes = list(_loose(chain, fit))
+    notes += _upside_down(names, chain, positions)
     slow = np.flatnonzero(fit.iterations < 0)
     if len(slow):
         notes.append(
@@ -93,6 +100,16 @@ def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> lis
     if bad and not swaps:
         notes.append(f"markers miss by far, {_worst(names, rms, bad)}: is a label wrong?")
     return notes + swaps
+
+
+def _upside_down(names: list[str], chain: Chain, positions: Floats) -> list[str]:
+    """A note where markers that are high up in the model are low in the recording."""
+    model = chain.places(chain.poses(np.array([chain.neutral])), [chain.markers[name] for name in names])[0, :, 1]
+    seen = seen_in(positions)
+    recorded = np.where(seen, positions[..., 1], 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    if np.ptp(model) == 0.0 or np.ptp(recorded) == 0.0 or np.corrcoef(model, recorded)[0, 1] > UPRIGHT:
+        return []
+    return ["the body is upside down: is y the axis that points up? Moments and loads are wrong if it is another"]
 
 
 def _worst(names: list[str], rms: Floats, bad: list[int]) -> str:

@@ -21,14 +21,18 @@ from warpmuscle.core.files import replace_file, replace_files
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import Activations
+from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
 from warpmuscle.inverse.joint_reactions import JointReactions
 from warpmuscle.inverse.named_array import NamedArray
+from warpmuscle.inverse.recordings.result import motions_result
 from warpmuscle.inverse.tracking.output import tracked_arrays, tracked_storages
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.trial import Coordinates
+from warpmuscle.results.layout import put
+from warpmuscle.results.recording import Recording
+from warpmuscle.results.result import INVERSE_FORMAT
 
-FORMAT = "warpmuscle inverse 1"
 TIMES = {"time": "of the frames", "tracking_time": "between windows of tracking", "window_time": "when these begin"}
 
 
@@ -42,13 +46,17 @@ class Trial:
     activations: Activations | None = None
     reactions: JointReactions | None = None
     tracked: Tracked | None = None
+    recording: Recording | None = None  # the same as a motion of the model's scene
 
 
-def write_result(path: str | Path, trials: Sequence[Trial], about: Mapping[str, str]) -> None:
+def write_result(
+    path: str | Path, trials: Sequence[Trial], about: Mapping[str, str], body: BodyModel | None = None
+) -> None:
     """Write trials into an HDF5 file, whole or not at all.
 
     Args:
         about: attributes of the file, such as the model and the options.
+        body: the model, with which recordings of the trials are written so that other commands read them as motions.
 
     Raises:
         ResultError: two trials have one name, a value is not finite, or the file cannot be written.
@@ -59,7 +67,11 @@ def write_result(path: str | Path, trials: Sequence[Trial], about: Mapping[str, 
         raise ResultError(f"two trials are called {twice!r}; rename one of their files")
     content = io.BytesIO()
     with h5py.File(content, "w", track_order=True) as file:
-        file.attrs["format"] = FORMAT
+        motions = [trial.recording for trial in trials if trial.recording is not None]
+        if body is not None and motions:
+            put(file, motions_result(body, names, motions, about.get("command", "")), INVERSE_FORMAT)
+        else:
+            file.attrs["format"] = INVERSE_FORMAT
         for key, value in about.items():
             file.attrs[key] = value
         group = file.create_group("trials", track_order=True)

@@ -121,7 +121,7 @@ def _by_frames(
     )
     chain = SizedChain(record, common, symmetric)
     usual = chain.chain(chain.usual)
-    check_size(usual, [usual.markers[name] for name in common], positions)
+    check_size(usual, common, positions)
     fixed = {one.name for one in record.markers if one.fixed}
     movable = np.array([move_markers and name not in fixed for name in common])
     found = fit_sizes(chain, positions, np.array([chosen[0][name] for name in common]), movable, find_device(device))

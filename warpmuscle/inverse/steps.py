@@ -14,6 +14,7 @@ from warpmuscle.inverse.dynamics import Moments, prepare
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.joint_reactions import reactions_of
 from warpmuscle.inverse.output import Trial
+from warpmuscle.inverse.recordings.motion import recorded_motions
 from warpmuscle.inverse.static_optimization import activations_of
 from warpmuscle.inverse.tracking.track import TrackingOptions, track_trials
 from warpmuscle.inverse.tracking.tracked import Tracked
@@ -45,6 +46,7 @@ def run_steps(
     on: str = "child",
     frame: str = "child",
     tracking: TrackingOptions | None = None,
+    recorded: bool = False,
 ) -> list[Trial]:
     """What the steps find of all trials.
 
@@ -52,6 +54,7 @@ def run_steps(
         steps: of `STEPS`; joint reactions count muscles if there is static optimisation. names: of the trials.
         motions, loads, filter, times: see `inverse_dynamics`. emg, options: see `static_optimization`.
         on, frame: see `joint_reactions`. tracking: see `track`; each trial is followed from its first time on.
+        recorded: whether trials get their motion as a `Recording`, too.
 
     Raises:
         ArgumentError: see these.
@@ -75,10 +78,11 @@ def run_steps(
     if "track" in steps:
         begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))
         tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end)
-    found = zip(names, motions, moments, activations or nothing, reactions, tracked, strict=True)
+    shown = recorded_motions(body, trials, dynamics.effort, activations) if recorded else nothing
+    found = zip(names, motions, moments, activations or nothing, reactions, tracked, shown, strict=True)
     return [
-        Trial(name, motion, own if "id" in steps else None, acting, reaction, followed)
-        for name, motion, own, acting, reaction, followed in found
+        Trial(name, motion, own if "id" in steps else None, acting, reaction, followed, recording)
+        for name, motion, own, acting, reaction, followed, recording in found
     ]
 
 

@@ -104,6 +104,7 @@ class Couplings:
         wp.mat33
     ]  # (rows, bodies) principal axes in the body; only kernels with turned ones read it
     piece: wp.array2d[CubicPiece]  # (rows, pieces)
+    resistance: wp.array2d[wp.vec2]  # (rows, bodies) armature and damping of joints; only kernels with some read it
 
 
 @wp.struct

@@ -142,16 +142,16 @@ class OwnExcitation:
 class CurveRow:
     """The numbers of a muscle's curves and tendon, where muscles differ in them; see `shaped_curves.py`."""
 
-    curves: int  # MILLARD, THELEN or DE_GROOTE
+    curves: int  # MILLARD, THELEN, DE_GROOTE or MUJOCO
     tendon: int  # RIGID or COMPLIANT
     table: int  # where that of Millard's curves starts
     minimum_activation: float
     shortest: float  # l_opt, of the fibre
     tendon_rate: float  # 1 over the tendon's strain at f_max
-    active_width: float  # Thelen: of the bell; De Groote: 1 over the scale of its widths
+    active_width: float  # Thelen: of the bell; De Groote: 1 over the scale of its widths; MuJoCo: where it ends, l_opt
     passive_rate: float  # of the exponential over length
     passive_floor: float
-    passive_scale: float
+    passive_scale: float  # of MuJoCo: the force where the active one ends
     velocity_shape: float  # of Thelen's hyperbolas
     lengthening_force: float
     straight_speed: float  # beyond which they are straight, over v_max at full activation

@@ -120,6 +120,7 @@ class Routes:
     place: wp.array2d[wp.vec3]  # (rows, points) m, from the joint of the point's body
     wrap: wp.array[RouteWrap]  # (wraps,)
     wrap_row: wp.array2d[WrapRow]  # (rows, wraps)
+    side_point: wp.array2d[wp.vec3]  # (rows, wraps) m, surface's axes; only MuJoCo's wrapping reads it
     lever: wp.array[Lever]  # (levers,)
     motion: wp.array[RouteMotion]  # (motions,)
     motion_axis: wp.array2d[wp.vec3]  # (rows, motions) unit vectors, axes of the point's body

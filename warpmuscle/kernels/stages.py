@@ -18,6 +18,7 @@ from warpmuscle.kernels.body.dynamics import leave_for_parent
 from warpmuscle.kernels.body.inertia import body_inertia_of
 from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide_motion, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.body.resistance import armature_of
 from warpmuscle.kernels.body.speed_axes import angular_axis, linear_axis, moving_speeds, speed_rate_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
 from warpmuscle.kernels.contact.terrain import FLAT
@@ -51,7 +52,7 @@ KNOWN_JOINTS = (  # as `model.joints` numbers them
     MotionOf(FIRST_OF_TABLE, slide_motion),
     MotionOf(FIRST_OF_TABLE + 1, coupled_motion),
 )
-OF_JOINTS = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True))
+OF_JOINTS = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, resistance=True))
 kinematics_stage, inertia_stage = OF_JOINTS.kinematics, OF_JOINTS.inertia
 body_inertia = body_inertia_of(True)
 
@@ -263,7 +264,7 @@ def forward_dynamics_of(followed: int = 0, constraints: int = 0) -> Any:
     own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints))
     accelerate, views = own.acceleration, own.work_at
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", enable_backward=False)
     def forward_dynamics(
         # in
         model: Model, state: State, workspace: wp.array2d[float], torque: wp.array2d[wp.vec3],
@@ -348,3 +349,8 @@ def mass_matrix(
             work.block_a[parent] = work.block_a[parent] + work.block_a[body]
             work.block_b[parent] = work.block_b[parent] + work.block_b[body]
             work.block_c[parent] = work.block_c[parent] + work.block_c[body]
+    for body in range(1, model.body_count):
+        if skeleton.plan[body].joint_type != FOLLOWER:  # whose armature its driver has
+            for k in range(moving_speeds(body, model)):
+                own = skeleton.plan[body].speed_start + k
+                matrix[i, own, own] = matrix[i, own, own] + armature_of(i, body, model, state)

@@ -17,6 +17,7 @@ from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.contact.terrain import FLAT, above_terrain
 from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of, record_controller_of
+from warpmuscle.kernels.force.device_power import record_powers_of
 from warpmuscle.kernels.force.extensions import extension_list
 from warpmuscle.kernels.force.forces import ForceKind, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.functions import func
@@ -205,6 +206,8 @@ def account_of(kind: StepKind, lap: Any) -> Any:
     _, record_stage = recorders_of(kind.recorded)
     record_controller, recalled = record_controller_of(kind.controller), whole and kind.controller.recorded
     record_own, own, extensions_struct = own_recorder_of(kind.recorded, False), bool(kind.recorded.own), kind.extensions
+    record_powers, devices = record_powers_of(kind.forces), whole and any(force.device for force in kind.forces)
+    first_power = sum(3 if one.vector else 1 for one in kind.recorded.own)
 
     @wp.func(inline=True)
     def account(
@@ -227,6 +230,10 @@ def account_of(kind: StepKind, lap: Any) -> Any:
                 record_controller(instance, frame, state, record, extensions.first)
         if wp.static(own) and lane == 0:
             record_own(instance, frame, model, state, record, work)
+        if wp.static(devices):  # noqa: SIM102, as above
+            if lane == 0 and frame >= 0:
+                row = record.slot[instance]
+                record_powers(instance, row, frame, wp.static(first_power), model, state, record, work, extensions.rest)
         synchronize()
         lap(instance, lane, RECORDING, wp.uint64(0))
 

@@ -14,6 +14,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.c3d import read_points
 from warpmuscle.synergy.columns import TIMES, plain_name
@@ -70,8 +71,12 @@ def read_markers(path: str | Path, unit: str | None = None) -> Markers:
             f"holds {number_of(len(time), 'frame')} of {number_of(len(names), 'marker')}; there must be two frames",
             file=path,
         )
-    if not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0):
-        raise SignalError("times must be numbers that increase", file=path)
+    wrong_time = ~np.isfinite(time)
+    wrong_time[1:] |= ~(np.diff(time) > 0.0)
+    if wrong_time.any():
+        raise SignalError(
+            f"times must be numbers that increase; that of frame {int(np.argmax(wrong_time)) + 1} does not", file=path
+        )
     if len(wrong := np.argwhere(np.isinf(position))):
         frame, marker, _ = wrong[0]
         raise SignalError(f"marker {names[marker]!r} is infinitely far away in frame {frame + 1}", file=path)
@@ -93,6 +98,8 @@ def _trc(path: Path) -> Read:
     if unit not in UNITS:
         raise SignalError(f"unit {unit!r} is not known; use {', '.join(UNITS)}", file=path, line=3)
     names = tuple(cell.strip() for cell in lines[3].split("\t")[2:] if cell.strip())
+    _check_promised(path, values, "NumMarkers", len(names))
+    check_size("samples", 3 * len(names) * len(lines), lambda text: SignalError(text, file=path))
     rows, written = [], []
     for number, line in enumerate(lines[TRC_HEAD:], start=TRC_HEAD + 1):
         if not line.strip():
@@ -104,9 +111,20 @@ def _trc(path: Path) -> Read:
         except ValueError:
             raise SignalError("holds a cell that is no number", file=path, line=number) from None
         written.append(cells[0].strip())
+    _check_promised(path, values, "NumFrames", len(rows))
     table = np.array(rows, dtype=np.float64).reshape(-1, 1 + 3 * len(names))
     time = _even(table[:, 0], written, values.get("DataRate", ""))
     return time, names, table[:, 1:].reshape(len(table), -1, 3), unit
+
+
+def _check_promised(path: Path, head: Mapping[str, str], key: str, count: int) -> None:
+    """Raise SignalError if a head promises another number of frames or markers, as that of a truncated file does."""
+    word = head.get(key, "").strip()
+    if word and word != str(count):
+        raise SignalError(
+            f"the head promises {key}={word[:20]}, but there are {count}: the file is cut off, or write {count}",
+            file=path, line=3,
+        )  # fmt: skip
 
 
 def _even(time: Floats, written: list[str], rate: str) -> Floats:

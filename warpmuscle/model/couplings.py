@@ -60,6 +60,9 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     turned = [normalized(rows(character.bodies[name].inertia_axes)) for name in names.bodies]
     axes = rotate(stacked(turned)[:, :, None], np.eye(3))  # (rows, bodies, axis, 3)
     c.inertia_axes = to_device(np.swapaxes(axes, 2, 3), wp.mat33, device)
+    own = [character.joints[name] for name in names.joints]
+    armature, damping = (rows([0.0, *(getattr(one, field) for one in own)]) for field in ("armature", "damping"))
+    c.resistance = to_device(np.stack(np.broadcast_arrays(armature, damping), axis=-1), wp.vec2, device)
     return c
 
 

@@ -16,7 +16,7 @@ from warpmuscle.model.extensions import BODY, check_declaration
 from warpmuscle.model.user_functions import declared
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.forces import check_place, check_values
+from warpmuscle.scene.validation.forces import check_leg, check_place, check_values
 
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), "wrench": (BODY, Wrench)}
 
@@ -32,6 +32,14 @@ class ForceEntries:
     second: tuple[int, ...] = ()  # 1 if it acts on the second of both
     ends: tuple[tuple[int, int], ...] = ()  # both bodies of each pair that may touch
 
+    @property
+    def devices(self) -> tuple[str, ...]:
+        """Those whose power recordings have, each once."""
+        if not self.kind.device:
+            return ()
+        second = self.second or (0,) * len(self.names)
+        return tuple(str(name) for name, end in zip(self.names, second, strict=True) if end == 0)
+
 
 def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
     """The forces of a checked scene by their kinds, in the order in which they are added.
@@ -45,6 +53,8 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
         kind = _kind(force.type, "effort" if force.joint else "wrench", f"{key}.type")
         place = "joint" if kind.effort is not None else "body"
         check_place(force, place, key, kind.pair is not None)
+        if kind.of_leg:
+            check_leg(scene, force.joint, f"{key}.joint")
         acts_on = getattr(force, place)
         check_values(kind.parameters, force.parameters, f"{key}.parameters")
         body = names.body_of_joint(acts_on) if place == "joint" else names.bodies.index(acts_on)
@@ -96,4 +106,6 @@ def _kind(entry: str, alone: str, key: str) -> ForceKind:
     if kind.effort is not None and kind.wrench is not None:
         raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
     check_declaration(kind, FUNCTIONS, entry, key)
+    if kind.device and kind.state:
+        raise SceneError(f"{entry!r} has a state, so that its power cannot be recorded: leave `device` out", key=key)
     return kind

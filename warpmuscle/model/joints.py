@@ -9,7 +9,7 @@ from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES
-from warpmuscle.scene import Body, Character, Ground
+from warpmuscle.scene import Body, Character, Ground, Joint
 from warpmuscle.scene.constraints.pose import row_count
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
 from warpmuscle.scene.topology import followed_drivers, followers, topology
@@ -46,7 +46,10 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
     followed = len(followed_drivers(character, topology(character)))
     turned = any(map(has_turned_axes, character.bodies.values()))
-    return SkeletonKind(joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground))
+    return SkeletonKind(
+        joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground),
+        any(map(resists, character.joints.values())),
+    )  # fmt: skip
 
 
 def compiled_terrain(ground: Ground) -> int:
@@ -59,6 +62,11 @@ def compiled_terrain(ground: Ground) -> int:
 def has_turned_axes(body: Body) -> bool:
     """Whether the principal axes of a body, in some instance, are not those of its frame."""
     return any(not isinstance(number, int | float) or number != 0.0 for number in body.inertia_axes[:3])
+
+
+def resists(joint: Joint) -> bool:
+    """Whether a joint has armature or damping of its own, in some instance."""
+    return any(not isinstance(number, int | float) or number != 0.0 for number in (joint.armature, joint.damping))
 
 
 def _number(entry: JointType | RootType) -> int:

@@ -21,6 +21,7 @@ from warpmuscle.scene import (
     Displacement,
     Ligament,
     MillardCurves,
+    MujocoCurves,
     Muscle,
     MuscleModel,
     ThelenCurves,
@@ -30,7 +31,9 @@ from warpmuscle.scene.muscles import given, is_cable
 from warpmuscle.scene.muscles.curves import LEAST_DAMPING, SHAPED, STRAINS, family
 
 TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
-DEFAULTS: dict[str, CurveShape] = {"millard": MillardCurves(), "thelen": ThelenCurves(), "de_groote": DeGrooteCurves()}
+DEFAULTS: dict[str, CurveShape] = {
+    "millard": MillardCurves(), "thelen": ThelenCurves(), "de_groote": DeGrooteCurves(), "mujoco": MujocoCurves(),
+}  # fmt: skip
 LEAST_END_SLOPE, LEAST_ACTIVE, LEAST_ACTIVATION = 0.1, 0.1, 0.01  # of a compliant Millard muscle without damping
 
 
@@ -120,6 +123,13 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: _Tables) ->
         return entry | {"table": tables.start(numbers, lambda: table_of(numbers)), "shortest": shape.active_from}
     if isinstance(shape, ThelenCurves):
         return entry | _thelen(shape, passive)
+    if isinstance(shape, MujocoCurves):
+        return entry | {
+            "shortest": shape.active_from,
+            "active_width": shape.active_until,
+            "passive_scale": shape.passive_force,
+            "lengthening_force": shape.lengthening_force,
+        }
     assert isinstance(shape, DeGrooteCurves)
     floor = np.exp(4.0 * (0.2 - 1.0) / passive)
     return entry | {

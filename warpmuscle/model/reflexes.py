@@ -15,6 +15,7 @@ from warpmuscle.scene.reflexes import OF_MUSCLES
 from warpmuscle.scene.topology import Topology
 
 SIDES = {"l": structs.LEFT, "r": structs.RIGHT}  # by the first letter of a name
+SIDE_NAMES = {"l": "left", "r": "right"}
 SIGNAL = {
     "constant": reflex_structs.CONSTANT, "force": reflex_structs.FORCE, "length": reflex_structs.LENGTH,
     "velocity": reflex_structs.VELOCITY, "lean": reflex_structs.LEAN, "lean_at_lift": reflex_structs.LEAN_AT_LIFT,
@@ -36,7 +37,8 @@ def reflexes_of(scene: Scene, muscle: str) -> dict[str, Reflex]:
     controller = scene.simbicon
     if controller is None or controller.reflexes is None or muscle[:1] not in SIDES:
         return {}
-    return controller.reflexes.muscles.get(muscle[1:], {})
+    own = controller.reflexes.muscles.get(muscle[1:], {})
+    return {name: reflex for name, reflex in own.items() if reflex.side in ("both", SIDE_NAMES[muscle[0]])}
 
 
 def has_reflexes(scene: Scene, muscles: Sequence[str]) -> bool:
@@ -76,7 +78,8 @@ def reflexes_struct(scene: Scene, names: Topology, muscles: Sequence[str], devic
     )  # fmt: skip
     columns = {field: rows([getattr(reflex, field) for reflex in terms]) for field in reflex_structs.ReflexRow.vars}
     s.row = structs_to_device(reflex_structs.ReflexRow, columns, device)
-    s.bounds = to_device(rows([[controller.reflexes.stance_load, controller.reflexes.least]]), wp.vec2, device)
+    least = 0.0 if controller.reflexes.besides else controller.reflexes.least
+    s.bounds = to_device(rows([[controller.reflexes.stance_load, least]]), wp.vec2, device)
     return s
 
 

@@ -15,6 +15,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.path.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
 from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
+from warpmuscle.kernels.path.wrap_mujoco import SIDED
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.polynomials import monomial_room, put_polynomials
 from warpmuscle.scene import (
@@ -60,8 +61,9 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         tuple(sorted({KINDS[type(character.surfaces[wrap.surface])] for wrap in wraps})),
         max(len(point.motion) for muscle in routes for point in muscle.path),
         any(point.condition is not None for muscle in routes for point in muscle.path),
-        character.wrapping == "shortest",
+        character.wrapping in ("shortest", "mujoco"),
         character.wrapping == "smooth",
+        character.wrapping == "mujoco",
     )
 
 
@@ -215,12 +217,14 @@ def _put_wraps(
 ) -> None:
     """What routes wrap around, with places and sizes of the surfaces; `counts` has the points of each wrap's route."""
     surfaces = [character.surfaces[wrap.surface] for wrap in wraps]
+    points = [getattr(surface, "side_point", None) for surface in surfaces]
     every = list(character.surfaces)
     r.wrap = records_to_device(
         structs.RouteWrap, device,
         body=[names.bodies.index(surface.body) for surface in surfaces],
         kind=[KINDS[type(surface)] for surface in surfaces],
-        axis=[SIDES[surface.side][0] for surface in surfaces], side=[SIDES[surface.side][1] for surface in surfaces],
+        axis=[SIDES[surface.side][0] for surface in surfaces],
+        side=[SIDES[one.side][1] if point is None else SIDED for one, point in zip(surfaces, points, strict=True)],
         first=[(wrap.first or 1) - 1 for wrap in wraps],
         last=[(wrap.last or count) - 1 for wrap, count in zip(wraps, counts, strict=True)],
         surface=[every.index(wrap.surface) for wrap in wraps],
@@ -228,6 +232,7 @@ def _put_wraps(
     )  # fmt: skip
     if not surfaces:
         r.wrap_row = wp.zeros((1, 1), dtype=structs.WrapRow, device=device)
+        r.side_point = wp.zeros((1, 1), dtype=wp.vec3, device=device)
         return
     turns = stacked([from_rotation_vector(rows(surface.orientation)) for surface in surfaces])
     places = [from_joint(rows(surface.position), surface.body, names, character) for surface in surfaces]
@@ -237,6 +242,7 @@ def _put_wraps(
         "size": stacked([size_of(surface) for surface in surfaces]),
     }
     r.wrap_row = structs_to_device(structs.WrapRow, columns, device)
+    r.side_point = to_device(stacked([rows(point or ZERO) for point in points]), wp.vec3, device)
 
 
 def size_of(surface: Surface) -> Floats:

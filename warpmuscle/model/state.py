@@ -62,4 +62,6 @@ def _ring_capacity(scene: Scene, actuation: ActuationMap) -> int:
     """Steps that the delay lines hold: a power of two beyond the longest delay that a search may ask for."""
     muscles = [scene.character.muscles[name] for name in actuation.muscles]
     longest = max((greatest(scene, muscle.delay) for muscle in muscles), default=0.0)
+    for impairment in scene.impairments.values():
+        longest *= max(greatest(scene, impairment.delay), 1.0)
     return int(2 ** math.ceil(math.log2(longest / scene.time_step + 2.0)))

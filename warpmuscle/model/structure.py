@@ -18,6 +18,7 @@ from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.model.parts import OwnParts, own_parts
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
 from warpmuscle.scene import Scene
+from warpmuscle.scene.force import power_name
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
 
 
@@ -42,6 +43,21 @@ class Structure:
         """Kinds of forces that a step has compiled in."""
         return tuple(entries.kind for entries in self.forces)
 
+    @property
+    def devices(self) -> tuple[str, ...]:
+        """Forces whose power recordings have, in the order of a step."""
+        return tuple(name for entries in self.forces for name in entries.devices)
+
+    @property
+    def recorded_names(self) -> tuple[str, ...]:
+        """Of the numbers that are recorded of what only some scenes have: their own quantities, powers of devices."""
+        return (*self.parts.recorded_names, *map(power_name, self.devices))
+
+    @property
+    def recorded_units(self) -> tuple[str, ...]:
+        """The unit of each."""
+        return (*self.parts.recorded_units, *("W" for _ in self.devices))
+
 
 def structure_of(scene: Scene) -> Structure:
     """The structure of a checked scene, whose numbers may be free.
@@ -53,6 +69,9 @@ def structure_of(scene: Scene) -> Structure:
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
     parts = own_parts(scene, actuation.muscles, counted_terms(scene.objective))
+    forces = force_kinds(scene, names)
+    objective = objective_kind(scene, not actuation.by_torque_alone, parts)
+    cycles = objective.cycles or any(entries.kind.of_leg for entries in forces)
     found = Structure(
         names=names,
         coordinate_names=coordinates,
@@ -61,9 +80,9 @@ def structure_of(scene: Scene) -> Structure:
         kinematic=kinematic(scene, names, actuation.drives),
         collision_pairs=collision_pairs(scene, names),
         skeleton=compiled_skeleton(scene.character, scene.ground),
-        objective=objective_kind(scene, not actuation.by_torque_alone, parts),
+        objective=objective._replace(cycles=cycles),
         controller=compiled_controller(scene, actuation.muscles),
-        forces=force_kinds(scene, names),
+        forces=forces,
         parts=parts,
     )
     check_reads(scene)

@@ -28,7 +28,8 @@ The layout is a contract with readers in other languages; `docs/reference/files.
 - `/replay/...` of several motions of one body: arrays (instance, time, ...), see `warpmuscle.results.motion_layout`;
   its attribute `quantities` names those that were kept, if not all were
 
-Files of `warpmuscle throw` have `/scene`, `/parameters` and `/replay` as well, besides groups of their own.
+Files of `warpmuscle throw` and `warpmuscle inverse` have `/scene`, `/parameters` and `/replay` as well, besides groups
+of their own.
 
 There are no time stamps, so that the same result gives the same bytes.
 """
@@ -76,6 +77,7 @@ from warpmuscle.scene.validation.checks import near
 SWEEP_FORMAT = "warpmuscle sweep"  # see `warpmuscle.sweep.gather`
 SWEEP_VERSION = 4  # of that format
 THROW_FORMAT = "warpmuscle throw"  # see `warpmuscle.throw.report`
+INVERSE_FORMAT = "warpmuscle inverse"  # see `warpmuscle.inverse.output`
 
 
 def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None = None, single: bool = False) -> None:
@@ -228,6 +230,8 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
     if file.attrs["format"] != SWEEP_FORMAT:
         if run is not None:
             raise ResultError(f"{path}: the file of one optimisation, not of a sweep; it has no run {run!r}")
+        if "scene" not in file and file.attrs["format"] == INVERSE_FORMAT:
+            raise ResultError(f"{path}: trials without their motions; `warpmuscle inverse -o` writes both")
         if "scene" not in file:
             raise ResultError(f"{path}: a fit without its scene and motions; `warpmuscle throw fit -o` writes both")
         return file
@@ -241,9 +245,19 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
     return hdf5.member(runs, run)
 
 
+def holds_trials(path: str | Path) -> bool:
+    """Whether a file is one of `warpmuscle inverse`, whose motions were recorded rather than simulated.
+
+    Raises:
+        ResultError: it cannot be read.
+    """
+    with opened_file(Path(path)) as file:
+        return bool(file.attrs.get("format") == INVERSE_FORMAT)
+
+
 def check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
-    if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT):
+    if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT, INVERSE_FORMAT):
         raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
     found = int(hdf5.attribute(file, "format_version"))
     newest = SWEEP_VERSION if file.attrs["format"] == SWEEP_FORMAT else FORMAT_VERSION

@@ -20,3 +20,8 @@ class Force(Part):
     body: str = ""  # or on which body
     other_body: str = ""  # and on which other one, if it acts between two
     parameters: Annotated[dict[str, Number], "1"] = {}
+
+
+def power_name(force: str) -> str:
+    """What recordings call the power of a device, W, positive where it gives energy to the body."""
+    return f"forces.{force}.power"

@@ -14,6 +14,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Scene
+from warpmuscle.scene.impairments.impaired import impaired
 from warpmuscle.scene.number import Free, Number, Scale
 from warpmuscle.scene.units import unit_below
 
@@ -168,7 +169,7 @@ def substitute(
 
     Returns:
         A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
-        a number that follows another one holds the same array as that one.
+        a number that follows another one holds the same array as that one. Its muscles have their impairments.
 
     Raises:
         Error: `values` has another number of columns than the scene has free parameters.
@@ -191,7 +192,8 @@ def substitute(
         return number.following(columns[name])
 
     within = None if copied else {"", *(path for key, _, _ in found for path in _down_to(key))}
-    return rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf, within=within)
+    numeric = rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf, within=within)
+    return impaired(numeric)
 
 
 def _down_to(key: str) -> Iterator[str]:

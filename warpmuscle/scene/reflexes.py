@@ -26,6 +26,7 @@ class Reflex(Part):
     ground; load, the vertical ground force on the leg in body weights, or other_load, that on the other one.
     `rate` is the signal's own, of what has one: length, lean and angle.
     `during`: stance, the leg is loaded; swing, it is not; trailing, in stance after the other leg has landed.
+    `side`: of which leg's muscle.
     """
 
     gain: Annotated[Number, "1"]
@@ -37,6 +38,7 @@ class Reflex(Part):
     moving: Literal["either", "rising", "falling"] = "either"  # it acts only while the signal rises, or falls
     during: Literal["always", "stance", "swing", "trailing"] = "always"
     times: Literal["once", "load", "other_load"] = "once"
+    side: Literal["both", "left", "right"] = "both"
 
 
 class Reflexes(Part):
@@ -44,9 +46,11 @@ class Reflexes(Part):
 
     A muscle hears the sum of its reflexes after its own delay; it does not listen to wanted torques then. Those drive
     all muscles without reflexes, and what torques drive. As in Geyer and Herr 2010.
+    With `besides`, muscles hear what torques want of them and their reflexes together, as spastic ones do.
     """
 
     muscles: dict[str, dict[str, Reflex]]
     trunk: str = "torso"  # the body whose lean is felt
     stance_load: Annotated[Number, "1"] = 0.05  # body weights; a leg that carries more stands
-    least: Annotated[Number, "1"] = 0.01  # excitation that a muscle with reflexes always has
+    least: Annotated[Number, "1"] = 0.01  # excitation that a muscle with reflexes always has, unless `besides`
+    besides: bool = False

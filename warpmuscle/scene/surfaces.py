@@ -25,6 +25,7 @@ class CylinderSurface(Part, tag_field="type", tag="cylinder"):
     length: Annotated[Number, "m"]
     orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
     side: HalfSpace = ""
+    side_point: Annotated[Vector | None, "m"] = None  # of MuJoCo's wrapping, from the centre, in the surface's axes
 
 
 class SphereSurface(Part, tag_field="type", tag="sphere"):
@@ -35,6 +36,7 @@ class SphereSurface(Part, tag_field="type", tag="sphere"):
     radius: Annotated[Number, "m"]
     orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
     side: HalfSpace = ""
+    side_point: Annotated[Vector | None, "m"] = None  # of MuJoCo's wrapping, from the centre, in the surface's axes
 
 
 class EllipsoidSurface(Part, tag_field="type", tag="ellipsoid"):

@@ -83,7 +83,7 @@ def shapes(structure: Structure) -> dict[str, tuple[int, ...]]:
     names, muscles = structure.names, structure.actuation.muscles
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
     sizes["muscles"], sizes["recorded"] = max(len(muscles), 1), len(structure.controller.custom.recorded)
-    sizes["own"] = len(structure.parts.recorded_names)
+    sizes["own"] = len(structure.recorded_names)
     return {
         name: tuple(sizes[size] if isinstance(size, str) else size for size in shape) for name, shape in SIZES.items()
     }
@@ -141,7 +141,8 @@ class Recorder:
             RolloutError: so many frames are too long, or do not fit into the memory.
         """
         check_room(structure, len(chosen), -(-steps // every), device)
-        self.names, self.muscles, self._parts = structure.names, structure.actuation.muscles, structure.parts
+        self.names, self.muscles = structure.names, structure.actuation.muscles
+        self._own = structure.recorded_names, structure.recorded_units
         self.chosen, self.every, self.kind = chosen, every, kind
         slot = np.full(instances, -1, dtype=np.int32)
         slot[chosen] = np.arange(len(chosen))
@@ -216,10 +217,9 @@ class Recorder:
             centers=self._centers(scene, instance),
         )
         named = *coordinate_names(names, scene.character), *coordinate_units(names, scene.character)
-        own = self._parts.recorded_names, self._parts.recorded_units
         motion = Recording.from_frames(
             frames, names.joints, names.bodies, self.muscles, *named,
-            tuple(name for name, _ in self._recorded), tuple(unit for _, unit in self._recorded), *own,
+            tuple(name for name, _ in self._recorded), tuple(unit for _, unit in self._recorded), *self._own,
         )  # fmt: skip
         return with_joint_angles(motion, scene, instance)
 

@@ -76,15 +76,39 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
         motion = record(tracked)
     part = motion.window(tracking.start)
     if isinstance(part, Recording) and "phase" in part.missing:
-        raise RolloutError(
-            f"the motion of {tracking.file or tracking.scene} has no phases, which a simbicon controller gives it; "
-            "track a table of it with a column `cycle`"
-        )
+        motion = part = _by_contact(part, substitute(scene, start_values(scene)), tracking.file or tracking.scene)
     if not len(part.phase):
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
     orientation, counts = reference_table(part, structure.names, tracking.joints)
     return ReferenceGait(orientation, counts, not isinstance(motion, Recording) and motion.by_contact)
+
+
+def _by_contact(motion: Recording, scene: Scene, source: str) -> JointMotion:
+    """A motion without phases of a controller, over the gait cycles between touch-downs of the left foot.
+
+    Raises:
+        RolloutError: it has no whole one.
+    """
+    from warpmuscle.formats.npz import JointMotion, steps
+    from warpmuscle.gait.cycles import body_weight
+    from warpmuscle.gait.foot_contact import contacts
+
+    there = "foot_force_left" not in motion.missing
+    force = motion.foot_force_left[:, 1] if there else np.zeros(motion.frames)
+    spells = contacts(motion.time, force, body_weight(scene))
+    down = [spell.touch_down for spell in spells if spell.touch_down is not None]
+    if len(down) < 2:
+        raise RolloutError(
+            f"the motion of {source} has no phases, which a simbicon controller gives it, nor ground forces of a whole "
+            "gait cycle of the left foot; track a table of it with a column `cycle`"
+        )
+    inside = (motion.time >= down[0]) & (motion.time < down[-1])
+    time = motion.time[inside]
+    cycle = np.interp(time, down, np.arange(len(down))) % 1.0
+    phase, stance = steps({"cycle": cycle})
+    orientation = np.asarray(motion.joint_orientation, np.float64)[inside]
+    return JointMotion(motion.joint_names, time, phase, stance, orientation, by_contact=True)
 
 
 def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:

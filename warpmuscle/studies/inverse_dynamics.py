@@ -1,12 +1,13 @@
 """Forces that a motion needs: inverse dynamics of a character's tree by recursive Newton-Euler, in float64.
 
 World axes about each body's joint, as in `kernels.body.dynamics` (Featherstone 2008, ch. 5). All states of a motion are
-handled at once. Muscles, springs, joint limits and contacts play no part: the result is what they must sum up to.
+handled at once. Muscles, springs, dampers, limits and contacts play no part: the result is what they must sum up to.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate
 from warpmuscle.scene import Body, Character, Joint, Scene
 from warpmuscle.scene.joints import JointKinematics, RootType, joint_type, root_type
+from warpmuscle.scene.joints.displacement import rates
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 
@@ -56,7 +58,8 @@ def inverse_dynamics(
     names = topology(character)
     motion = _checked(names, coordinates, speeds, accelerations)
     bodies = _outward(character, names, motion)
-    return _inward(character, names, bodies, float(plain.gravity))  # type: ignore[arg-type]
+    needed = _inward(character, names, bodies, float(plain.gravity))  # type: ignore[arg-type]
+    return needed + _armatures(character, names, motion)
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,32 @@ def points_of(character: Character, coordinates: ArrayLike) -> dict[str, tuple[F
     still = np.zeros((len(np.atleast_2d(np.asarray(coordinates))), names.speeds))
     bodies = _outward(character, names, _checked(names, coordinates, still, still))
     return {name: (body.position, body.orientation) for name, body in zip(names.bodies, bodies, strict=True)}
+
+
+class BodyMotion(NamedTuple):
+    """Motion of a body in n states, world axes."""
+
+    position: Floats  # (n, 3) m, of its joint
+    orientation: Floats  # (n, 4)
+    angular_velocity: Floats  # (n, 3) rad/s
+    turning: list[Floats]  # (n, 3) each, angular velocity by a unit of each of its joint's speeds
+
+
+def body_motions(scene: Scene, coordinates: ArrayLike, speeds: ArrayLike) -> dict[str, BodyMotion]:
+    """Motion of every body, by name, root first.
+
+    Args:
+        scene: without free parameters. coordinates, speeds: see `inverse_dynamics`.
+
+    Raises:
+        Error: see there.
+    """
+    names = topology(scene.character)
+    bodies = _outward(scene.character, names, _checked(names, coordinates, speeds, np.zeros(np.shape(speeds))))
+    return {
+        name: BodyMotion(one.position, one.orientation, one.angular_velocity, one.turning)
+        for name, one in zip(names.bodies, bodies, strict=True)
+    }
 
 
 def body_accelerations(
@@ -190,6 +219,25 @@ def _inward(character: Character, names: Topology, bodies: list[_Body], gravity:
         start = names.speeds_of(number).start
         for i, (turning, moving) in enumerate(zip(body.turning, body.moving, strict=True)):
             result[:, start + i] += np.sum(turning * moment[number] + moving * force[number], axis=-1)
+    return result
+
+
+def _armatures(character: Character, names: Topology, motion: Moving) -> Floats:
+    """Generalised forces (n, S) that the armatures of joints need, also of those that follow others."""
+    q, v, a = motion
+    result = np.zeros_like(v)
+    for number, name in enumerate(names.joints, start=1):
+        joint = character.joints[name]
+        own, driver = rows(joint.armature), names.driver[number]
+        speeds = names.speeds_of(driver)
+        if not joint.follows:
+            result[:, speeds] += own * a[:, speeds]
+            continue
+        of_driver = q[:, names.coordinates_of(driver).start]
+        for displacement in (*joint.rotations, *joint.translations):
+            _, first, second = rates(displacement, of_driver)
+            inertia = first * a[:, speeds.start] + second * v[:, speeds.start] ** 2
+            result[:, speeds.start] += own * first * inertia
     return result
 
 

@@ -127,9 +127,9 @@ def judge(
     tell(f"walking {LONG:g} s")
     walks = walker.walk(LONG, none(1), record=True)
     end = Status(walks.status[0])
-    gait = _gait_of(walks.recordings[0], scene)
+    gait = gait_of(walks.recordings[0], scene)
     running = gait == "run"
-    measures, why = _measured(walks.recordings[0], scene, gait)
+    measures, why = measured(walks.recordings[0], scene, gait)
     found: dict[str, Finding] = {}
     if measures:
         found = {name: Finding(value) for name, value in (measures | of_force(measures)).items()}
@@ -148,14 +148,14 @@ def judge(
         found |= _over_conditions(commanded, scene)
     without = Finding(None, why, failed=end != Status.COMPLETED)
     bars = [bar for bar in (RUN if running else WALK) if drives.muscles or bar.name not in OF_MUSCLES]
-    found |= _bodies_and_norms(walks.recordings[0], scene, measures | of_force(measures), running)
+    found |= bodies_and_norms(walks.recordings[0], scene, measures | of_force(measures), running)
     impossible = APART.reached(found[APART.name].value or 0.0) == "missed"
     verdicts = [Verdict(bar, *found.get(bar.name, without), void=impossible) for bar in bars]
     tell(f"{RUNS} runs of {SHORT:g} s with each disturbance by itself")
     return Judgement(verdicts, running, end.meaning, measures, commanded, impossible, felled_by(walker))
 
 
-def _bodies_and_norms(recording: Recording, scene: Scene, measures: Measures, running: bool) -> dict[str, Finding]:
+def bodies_and_norms(recording: Recording, scene: Scene, measures: Measures, running: bool) -> dict[str, Finding]:
     """How deep bodies are inside each other, also of who falls; and by which norms angles are judged."""
     deepest = penetration(recording, scene)
     if deepest is None:
@@ -195,7 +195,7 @@ def felled_by(walker: Walker) -> dict[str, int]:
     return {name: int(RUNS - stood.sum()) for name, stood in zip(tried, upright, strict=True)}
 
 
-def _gait_of(recording: Recording, plain: Scene) -> str:
+def gait_of(recording: Recording, plain: Scene) -> str:
     """Walk or run, by which a motion is judged: as the scene says, else a run is fast, and has a flight."""
     if plain.objective.gait:
         return plain.objective.gait
@@ -266,7 +266,7 @@ def at_conditions(walker: Walker, *, tell: Callable[[str], None] = lambda _: Non
     for number, (one, recording, lasted) in enumerate(zip(every, walks.recordings, walks.upright, strict=True)):
         told = {name: value for name, value in one.numbers.items() if name in walker.commands}
         scene = under(walker.scene(told), conditions, number)
-        measures = _measured(recording, scene, "walk")[0] if lasted else {}
+        measures = measured(recording, scene, "walk")[0] if lasted else {}
         why = "" if measures else "has no gait cycle" if lasted else "falls"
         found.append(Walked(one.numbers, measures, why))
     return found
@@ -287,7 +287,7 @@ def _takes(command: Command | None, value: float) -> bool:
     return command is None or command.min <= value <= command.max
 
 
-def _measured(recording: Recording, plain: Scene, gait: str) -> tuple[Measures, str]:
+def measured(recording: Recording, plain: Scene, gait: str) -> tuple[Measures, str]:
     """All measures of a motion as of a walk or a run, its energy among them; or none, and why."""
     plain = msgspec.structs.replace(plain, objective=msgspec.structs.replace(plain.objective, gait=gait))
     try:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, Interrupted
+from warpmuscle.core.interruption import interruption_noticed
 from warpmuscle.core.status import Status
 from warpmuscle.optimization.evaluation import BatchEvaluator, Generation
 from warpmuscle.optimization.options import MakeBatches
@@ -97,20 +98,18 @@ class _Worker(threading.Thread):
         self._raise: BaseException | None = None
 
     def advance(self, error: BaseException | None = None) -> None:
-        """Let it run up to its next request or its end; the error is raised from its last request."""
+        """Let it run up to its next request or its end; the error is raised from its last request.
+
+        An interruption waits until it is back: raised within the locks of `threading`, it would leave one held.
+        """
         self._raise = error
-        if not self.is_alive():
-            self.start()
-        self._go.release()
-        interrupt: KeyboardInterrupt | None = None
-        while True:
-            try:
-                self._back.acquire()
-                break
-            except KeyboardInterrupt as raised:  # once it is back
-                interrupt = raised
-        if interrupt is not None:
-            raise interrupt
+        with interruption_noticed() as interrupted:
+            if not self.is_alive():
+                self.start()
+            self._go.release()
+            self._back.acquire()
+        if interrupted():
+            raise KeyboardInterrupt
 
     def run(self) -> None:
         """See `threading.Thread`."""

@@ -17,9 +17,10 @@ from warpmuscle.formats import toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves, start_values, substitute
+from warpmuscle.view.editing.names import shown_unit
+from warpmuscle.view.editing.numbers import Editable, editable, slider_range
 from warpmuscle.view.edits import Edits, Point, edited, key_now
 from warpmuscle.view.messages import Edit
-from warpmuscle.view.numbers import Editable, editable, slider_range
 from warpmuscle.view.packing import whole
 
 MOST_POINTS = 64  # of a curve
@@ -175,7 +176,9 @@ class Editor:
             value = self._begin[one.key]
             field = next(name for name in reversed(one.path) if not name.isdigit())
             low, high = slider_range(field, one.unit, value)
+            unit, factor = shown_unit(one.unit)
             entry = self._named(one, groups) | {"value": value, "min": low, "max": high}
+            entry |= {"unit": whole(unit), "factor": factor}
             numbers.append(entry | ({"follows": whole(follows[one.key])} if follows.get(one.key) else {}))
         curves = [
             self._named(one, groups)

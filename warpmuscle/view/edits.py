@@ -12,7 +12,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Excitation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import rebuilt
-from warpmuscle.view.numbers import CurveKnots
+from warpmuscle.view.editing.numbers import CurveKnots
 
 
 class Point(NamedTuple):

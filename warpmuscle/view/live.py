@@ -16,10 +16,10 @@ from warpmuscle.core.status import Status
 from warpmuscle.view.content import curve_arrays, moving_content, track_arrays
 from warpmuscle.view.controls import Button, Choice, Control, Slider, Toggle, for_page, use
 from warpmuscle.view.curves import panels_of
+from warpmuscle.view.editing.parameters import ParameterSliders
 from warpmuscle.view.editor import ASKS, Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
-from warpmuscle.view.messages import Edit, Used, read_edit, read_message
-from warpmuscle.view.numbers import group_of
+from warpmuscle.view.messages import Edit, Pushed, Used, read_edit, read_message, read_push
 from warpmuscle.view.page import ground_content, page_of
 from warpmuscle.view.server import PROTOCOL, Message, PageServer
 from warpmuscle.view.track import Track
@@ -62,7 +62,8 @@ class Live(Viewer):
         self.lock = threading.RLock()
         self.pushes: list[Floats] = []
         self.pictures = 0
-        self.parameters: dict[str, Slider] = {}
+        self._sliders = ParameterSliders(run.scene, run.parameters, self._set_number)
+        self.parameters = self._sliders.sliders
         self.editor = None if run.given is None else Editor(run.given)
         self._epoch, self._told_until = 0, -1.0
         self._asked: list[Edit] = []  # what pages want to have of the scene as it is
@@ -70,12 +71,12 @@ class Live(Viewer):
         self._ground = ground_content(run.numeric.ground)  # that pages know
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
         self._fate = ""  # how the motion before this one ended
-        self._waiting: list[Used | Edit] = []  # what pages have sent since the last step
+        self._waiting: list[Used | Edit | Pushed] = []  # what pages have sent since the last step
         self.bar = self._bar()
         self.commands = {name: self._command(name) for name, one in run.scene.commands.items() if one.max > one.min}
         self.controls: list[Control] = [*self.bar.values(), *self.commands.values(), *controls]
         self.controls += [*self._push_controls(), *self._steering()]
-        self.controls += [*self._parameter_sliders(), self._again()]
+        self.controls += [*self.parameters.values(), self._again()]
         page = self._page(run.track()).encode()
         super().__init__(PageServer(host, port, page) if server is None else server)
         self.server.on_message = self._hear
@@ -87,6 +88,7 @@ class Live(Viewer):
             "protocol": PROTOCOL,
             "order": [[name, int(values[0].size)] for name, values in self._arrays(first).items()],
             "window": SEEN,
+            "hardest": HARDEST,
             "controls": for_page(self.controls),
             "bar": {name: self.controls.index(control) for name, control in self.bar.items()},
             "edits": None if self.editor is None else self.editor.for_page(),
@@ -109,8 +111,18 @@ class Live(Viewer):
 
     def _push(self) -> None:
         impulse = self.run.push(self.impulse.value, np.radians(DIRECTIONS[self.direction.value]))
+        self._was_pushed(impulse, f"{self.impulse.value:g} N s {self.direction.value}")
+
+    def _push_by_hand(self, push: Pushed) -> None:
+        impulse = np.array(push.push, dtype=np.float64)
+        size = float(np.linalg.norm(impulse))
+        impulse *= min(1.0, HARDEST / max(size, 1e-9))
+        self.run.push_by(impulse)
+        self._was_pushed(impulse, f"{min(size, HARDEST):.0f} N s by hand")
+
+    def _was_pushed(self, impulse: Floats, words: str) -> None:
         self.pushes.append(impulse)
-        self._pushed = self.run.time, f"{self.impulse.value:g} N s {self.direction.value}"
+        self._pushed = self.run.time, words
         self._tell({"push": impulse.tolist()})
 
     def _command(self, name: str) -> Slider:
@@ -140,25 +152,9 @@ class Live(Viewer):
     def _turn(self, value: float) -> None:
         self.run.turned = float(np.radians(value))
 
-    def _parameter_sliders(self) -> list[Control]:
-        for parameter in self.run.parameters:
-            low, high = float(parameter.min), float(parameter.max)
-            if not high > low:
-                continue
-            group = group_of(parameter.name)
-            name = parameter.name.removeprefix(group).strip(".")
-            self.parameters[parameter.name] = Slider(
-                name, low, high, float(parameter.value), self._setter(parameter.name), parameter.unit, parameter.name,
-                "Parameters", group, parameter.step,
-            )  # fmt: skip
-        return [*self.parameters.values()]
-
-    def _setter(self, name: str) -> Any:
-        def set_value(value: float) -> None:
-            if self.editor is not None:
-                self.editor.set_number(name, value)
-
-        return set_value
+    def _set_number(self, name: str, value: float) -> None:
+        if self.editor is not None:
+            self.editor.set_number(name, value)
 
     def _again(self) -> Toggle:
         return Toggle("again after a fall", True, lambda on: setattr(self, "again", on), section="Simulation")
@@ -208,8 +204,11 @@ class Live(Viewer):
         """Note what a page sends, to be done between two steps."""
         message = read_message(raw, len(self.controls))
         edit = read_edit(raw) if message is None else None
+        push = read_push(raw) if message is None and edit is None else None
         if edit is not None and self.editor is not None and self.editor.takes(edit):
             self._waiting.append(edit)
+        elif push is not None:
+            self._waiting.append(push)
         elif message is not None and self.controls[message.control].bounded(message.value) is not None:
             self._waiting.append(message)
         else:
@@ -221,6 +220,9 @@ class Live(Viewer):
         for message in waiting:
             if isinstance(message, Edit):
                 self._use_edit(message)
+                continue
+            if isinstance(message, Pushed):
+                self._push_by_hand(message)
                 continue
             control = self.controls[message.control]
             taken = use(control, message.value)
@@ -257,14 +259,9 @@ class Live(Viewer):
                 self._tell(editor.answer(edit))
 
     def _parameter_values(self, editor: Editor) -> dict[int, float]:
-        """Values of the parameters' sliders, by number; those that were moved farther reach farther now."""
-        now, values = editor.parameters(), {}
-        for name, slider in self.parameters.items():
-            if name in now:
-                value = now[name]
-                slider.min, slider.max, slider.value = min(slider.min, value), max(slider.max, value), value
-            values[self.controls.index(slider)] = slider.value
-        return values
+        """Values of the parameters' sliders, by number."""
+        self._sliders.follow(editor.parameters())
+        return {self.controls.index(slider): slider.value for slider in self.parameters.values()}
 
     def advance(self, passed: float) -> None:
         """Go on by a wall time, s, and tell pages; the viewer's own thread does so once it was started."""

@@ -224,11 +224,15 @@ class LiveRun:
         impulse = impulse if np.isfinite(impulse) else 0.0
         facing = about(UP, twist_angle(self.window(0.0).root_orientation[-1], UP) + angle)
         vector = rotate(facing, np.array([0.0, 0.0, impulse]))
+        self.push_by(vector)
+        return vector
+
+    def push_by(self, impulse: Floats) -> None:
+        """Push the root from now on for 0.1 s by an impulse (3,), N s, world."""
         state, steps = self.rollout.state, max(round(PUSH_DURATION / self.scene.time_step), 1)
-        state.push.assign((vector[None] / (steps * self.scene.time_step)).astype(np.float32))
+        state.push.assign((impulse[None] / (steps * self.scene.time_step)).astype(np.float32))
         first = self._step_now()
         state.push_steps.assign(np.array([[first, first + steps]], dtype=np.int32))
-        return vector
 
     def _step_now(self) -> int:
         """Steps of the simulation so far."""

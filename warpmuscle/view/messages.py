@@ -1,10 +1,13 @@
-"""What a page may send to a viewer: that a control, by its number, was given a value, or that the scene is edited."""
+"""What a page may send to a viewer: that a control, by its number, has a value, that the scene is edited, a push."""
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import msgspec
+
+from warpmuscle.core.limits import GREATEST_NUMBER
 
 LARGEST = 1 << 12  # bytes of a message
 LONGEST = 1000  # letters of a value
@@ -37,8 +40,15 @@ class Edit(msgspec.Struct, forbid_unknown_fields=True):
     value: float | None = None
 
 
+class Pushed(msgspec.Struct, forbid_unknown_fields=True):
+    """The body was pushed by hand, by an impulse in the world, N s."""
+
+    push: tuple[float, float, float]
+
+
 _decoder = msgspec.json.Decoder(Used)
 _edits = msgspec.json.Decoder(Edit)
+_pushes = msgspec.json.Decoder(Pushed)
 
 
 def read_message(raw: str | bytes, controls: int) -> Used | None:
@@ -57,3 +67,12 @@ def read_edit(raw: str | bytes) -> Edit | None:
         return _edits.decode(raw)
     except (msgspec.MsgspecError, ValueError, OverflowError, RecursionError):
         return None
+
+
+def read_push(raw: str | bytes) -> Pushed | None:
+    """What a page says of a push by hand, of finite numbers; None for all else."""
+    try:
+        message = _pushes.decode(raw)
+    except (msgspec.MsgspecError, ValueError, OverflowError, RecursionError):
+        return None
+    return message if all(math.isfinite(number) and abs(number) <= GREATEST_NUMBER for number in message.push) else None

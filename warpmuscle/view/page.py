@@ -31,13 +31,13 @@ from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
-    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "renderer.js", "biped.js",
-    "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js", "live.js",
-    "editor.js", "curve_editor.js", "waiting.js", "player.js",
+    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "floor.js", "renderer.js",
+    "biped.js", "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js",
+    "pushing.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
     "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
-    "strides", "follow", "split",
+    "strides", "follow", "turntable", "split",
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
@@ -202,7 +202,8 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding
         "norms": any("norm" in panel for listed in panels for panel in listed),
         "strides": striding,
     }
-    off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False, "split": split}
+    off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False}
+    off |= {"turntable": False, "split": split}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 
 

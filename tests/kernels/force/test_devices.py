@@ -1,35 +1,162 @@
-"""Laws of devices on joints, against NumPy."""
+"""Devices on a pendulum against closed forms and double precision, and the power that recordings have of them."""
 
 import numpy as np
 import pytest
 import warp as wp
+from probes import filled
 
-from warpmuscle.kernels.force.devices import RangeLimit, range_limit_effort
+from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.force.cycle_torque import KNOTS, CycleTorque, side_of, torque_at
+from warpmuscle.kernels.force.devices import FORCES
+from warpmuscle.kernels.structs import LEFT, RIGHT, BodyPlan, Feet, Model, Skeleton
+from warpmuscle.scene import Actuation, Force, InitialState, JointState, Scene
+from warpmuscle.scene.force import power_name
+from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.simulation.rollout import Rollout
+
+STEP, STEPS, GRAVITY, START = 0.0005, 1000, 9.8, 3.0  # s, steps, m/s^2, rad/s
+WHERE = {
+    "bilinear_spring": {"joint": "elbow"}, "cycle_torque": {"joint": "elbow"}, "weight_support": {"body": "tip"},
+    "point_spring": {"body": "base", "other_body": "tip"},
+}  # fmt: skip
+
+
+def device(kind: str, **values: float) -> Force:
+    names = FORCES[kind].parameters.vars
+    return Force(kind, **WHERE[kind], parameters=dict.fromkeys(names, 0.0) | values)
+
+
+def pendulum(**devices: Force) -> Scene:
+    """A body on a hinge without friction that is pushed at the start; all its scenes share a kernel."""
+    idle = {kind: device(kind) for kind in WHERE}
+    scene = arm(
+        actuation={"elbow": Actuation("torque")}, forces=idle | devices, duration=STEPS * STEP, time_step=STEP,
+        initial_state=InitialState((0.0, 1.0, 0.0)),
+    )  # fmt: skip
+    scene.character.feet = ("tip", "base")
+    scene.initial_state.joints = {"elbow": JointState(angular_velocity=(START, 0.0, 0.0))}
+    check_scene(scene)
+    return scene
+
+
+def swing(**devices: Force) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Angles, speeds and powers of devices at every step."""
+    rollout = Rollout(pendulum(**devices), 1, "cpu", record=[0], record_rate=1.0 / STEP)
+    rollout.run()
+    seen = rollout.recording()
+    assert set(seen.recorded_names) == {power_name(name) for name in {*WHERE, *devices}}
+    assert set(seen.recorded_units) == {"W"}
+    powers = {name: seen.recorded[:, seen.recorded_names.index(power_name(name))] for name in {*WHERE, *devices}}
+    q, v = (rollout.recorded(name)[0].astype(float) for name in ("coordinates", "speeds"))
+    return q[:, 7], v[:, -1], powers
+
+
+def expected(torque) -> np.ndarray:
+    """Angles by leapfrog in double precision, under a torque (angle, speed) besides gravity."""
+    q, middle = 0.0, START
+    found = np.empty(STEPS)
+    for step in range(STEPS):
+        found[step] = q
+        a = (torque(q, middle) - MASS * GRAVITY * REACH * np.sin(q)) / ABOUT_JOINT
+        middle += (STEP if step else 0.5 * STEP) * a
+        q += STEP * middle
+    return found
+
+
+def test_an_orthosis_stores_what_it_takes_and_gives_it_back():
+    k, rest = 40.0, 0.1
+    angle, speed, power = swing(bilinear_spring=device("bilinear_spring", rest_angle=rest, stiffness_above=k))
+    stretch = np.maximum(angle - rest, 0.0)
+    assert angle == pytest.approx(expected(lambda q, v: -k * max(q - rest, 0.0)), abs=2e-4)
+    assert power["bilinear_spring"] == pytest.approx(-k * stretch * speed, abs=1e-3)
+    work = np.concatenate(
+        [[0.0], np.cumsum(0.5 * STEP * (power["bilinear_spring"][1:] + power["bilinear_spring"][:-1]))]
+    )
+    assert work == pytest.approx(-0.5 * k * stretch**2, abs=2e-3)
+    assert work.min() < -0.3
+    assert np.all(power["weight_support"] == 0.0)
+
+
+def test_a_harness_that_carries_all_that_hangs_leaves_the_speed_as_it_is():
+    """Both bodies weigh the same: half of the weight of the character is that of the one that swings."""
+    angle, speed, power = swing(weight_support=device("weight_support", share=0.5))
+    assert speed == pytest.approx(START, abs=1e-4)
+    assert power["weight_support"] == pytest.approx(MASS * GRAVITY * REACH * np.sin(angle) * speed, abs=1e-3)
+
+
+def test_a_cord_between_points_pulls_by_its_stretch_and_does_nothing_where_it_is_slack():
+    k, d, rest = 300.0, 2.0, 0.29
+    base, tip = np.array([0.1, -0.15]), np.array([0.02, -0.03])  # (y, z), from the centres of mass
+
+    def place(q: float) -> np.ndarray:
+        y, z = tip[0] - REACH, tip[1]
+        return np.array([y * np.cos(q) - z * np.sin(q), y * np.sin(q) + z * np.cos(q)])
+
+    def length(q: float) -> float:
+        return float(np.linalg.norm(place(q) - base))
+
+    def arm_of(q: float) -> float:
+        return (length(q + 1e-6) - length(q - 1e-6)) / 2e-6
+
+    def torque(q: float, v: float) -> float:
+        stretch = length(q) - rest
+        return -(k * stretch + d * arm_of(q) * v) * arm_of(q) if stretch > 0.0 else 0.0
+
+    cord = device(
+        "point_spring", first_y=base[0], first_z=base[1], second_y=tip[0], second_z=tip[1], rest_length=rest,
+        stiffness_above=k, damping=d,
+    )  # fmt: skip
+    angle, speed, power = swing(point_spring=cord)
+    assert angle == pytest.approx(expected(torque), abs=2e-3)
+    there = np.array([torque(q, v) * v for q, v in zip(angle, speed, strict=True)])
+    assert power["point_spring"] == pytest.approx(there, abs=2e-3)
+    assert 0.05 < np.mean(there == 0.0) < 0.95  # both happen
+
+
+def test_a_motor_gives_its_first_torque_where_no_foot_has_landed():
+    angle, speed, power = swing(cycle_torque=device("cycle_torque", torque_0=0.7, torque_1=100.0))
+    assert angle == pytest.approx(expected(lambda q, v: 0.7), abs=2e-4)
+    assert power["cycle_torque"] == pytest.approx(0.7 * speed, abs=1e-4)
 
 
 @wp.kernel(enable_backward=False)
-def efforts(q: wp.array[float], v: wp.array[float], limit: RangeLimit, result: wp.array[float]):
+def torques(part: wp.array[float], torque: CycleTorque, result: wp.array[float]):
     i = wp.tid()
-    result[i] = range_limit_effort(q[i], v[i], limit)
+    result[i] = torque_at(part[i], torque)
 
 
-def limit_of(damping: float) -> RangeLimit:
-    limit = RangeLimit()
-    limit.low, limit.high, limit.stiffness, limit.damping = -0.5, 1.0, 114.592, damping
-    return limit
+def test_torques_run_straight_from_knot_to_knot_and_round_the_cycle():
+    knots = np.random.default_rng(0).normal(size=KNOTS)
+    part = np.concatenate([np.linspace(0.0, 1.0, 101), [-0.2, 1.3]])
+    given = filled(CycleTorque, **{f"torque_{k}": knots[k] for k in range(KNOTS)})
+    result = wp.zeros(len(part), dtype=float, device="cpu")
+    wp.launch(torques, len(part), [wp.array(part, dtype=float, device="cpu"), given], [result], device="cpu")
+    right = np.interp(np.clip(part, 0.0, 1.0), np.linspace(0.0, 1.0, KNOTS + 1), [*knots, knots[0]])
+    assert result.numpy() == pytest.approx(right, abs=1e-5)
 
 
-@pytest.mark.parametrize("damping", [0.0, 2.86479])
-def test_a_range_limit_pushes_the_more_the_faster_it_is_bent_and_never_pulls(damping: float):
-    q, v = (
-        grid.ravel().astype(np.float32) for grid in np.meshgrid(np.linspace(-0.9, 1.4, 24), np.linspace(-3.0, 3.0, 13))
-    )
-    result = wp.zeros(len(q), device="cpu")
-    wp.launch(
-        efforts, len(q), [wp.array(q, device="cpu"), wp.array(v, device="cpu"), limit_of(damping), result], device="cpu"
-    )
-    depth = np.maximum(q - 1.0, 0.0) + np.maximum(-0.5 - q, 0.0)  # as Hunt and Crossley's, of either end
-    rate = np.where(q > 1.0, v, -v)
-    size = 114.592 * depth * np.maximum(1.0 + damping * rate, 0.0)
-    np.testing.assert_allclose(result.numpy(), np.where(q > 1.0, -size, size), atol=2e-4)
-    assert np.all(result.numpy()[(q >= -0.5) & (q <= 1.0)] == 0.0)
+@wp.kernel(enable_backward=False)
+def sides(model: Model, result: wp.array[int]):
+    body = wp.tid()
+    result[body] = side_of(body, model)
+
+
+def test_each_joint_of_a_leg_follows_its_own_foot():
+    """Bodies: 0 pelvis; 1 and 2 thighs, 3 and 4 shanks, 5 and 6 feet, 7 and 8 toes."""
+    parents = np.array([-1, 0, 0, 1, 2, 3, 4, 5, 6], dtype=np.int32)
+    plan = np.zeros(len(parents), dtype=BodyPlan.numpy_dtype())
+    plan["parent"] = parents
+    skeleton = filled(Skeleton, plan=wp.array(plan, dtype=BodyPlan, device="cpu"))
+    model = filled(Model, skeleton=skeleton, feet=filled(Feet, left=5, right=6))
+    result = wp.zeros(7, dtype=int, device="cpu")
+    wp.launch(sides, 7, [model], [result], device="cpu")
+    assert list(result.numpy()[1:]) == [LEFT, RIGHT] * 3
+
+
+def test_a_motor_that_follows_a_gait_cycle_is_on_one_leg():
+    scene = pendulum()
+    scene.character.feet = None
+    with pytest.raises(SceneError, match="no foot hangs on 'elbow'") as caught:
+        check_scene(scene)
+    assert caught.value.key == "forces.cycle_torque.joint"

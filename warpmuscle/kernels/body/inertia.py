@@ -7,6 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric, symmetric_outer, symmetric_rotated, symmetric_times
 from warpmuscle.kernels.body.limits import limit_stage
+from warpmuscle.kernels.body.resistance import resistance_stage
 from warpmuscle.kernels.contact.contact import contact_stage_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, TOUCHING, body_contacts_of
 from warpmuscle.kernels.contact.terrain import FLAT
@@ -72,14 +73,14 @@ def push_now(instance: int, state: StateRef) -> wp.vec3:
 
 
 @cache
-def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int = FLAT) -> Any:
+def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int = FLAT, resistance: bool = False) -> Any:
     """The Warp function of inertia, gravity, velocity products, limits, contacts and pushes of every body.
 
     It ends with a barrier.
 
     Args:
         turned: see `body_inertia_of`. contact: law of the ground's contacts. terrain: see
-            `contact.point_contacts_of`.
+            `contact.point_contacts_of`. resistance: whether some joints have armature or damping.
     """
     body_inertia = body_inertia_of(turned)
     contact_stage = contact_stage_of(body_contacts_of(contact, terrain), TOUCHING[contact])
@@ -95,6 +96,8 @@ def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int =
                 work.bias_force[0] = work.bias_force[0] - push_now(instance, state)
             if model.skeleton.plan[i].has_limits == 1:
                 limit_stage(instance, i, model, state, work)
+            if wp.static(resistance):
+                resistance_stage(instance, i, model, state, work)
             contact_stage(instance, i, model, work)
         synchronize()
 

@@ -52,6 +52,7 @@ class SkeletonKind(NamedTuple):
     followed: int = 0  # coordinates that joints far from theirs follow, and all others that are followed then
     constraints: int = 0  # rows of constraints between bodies, with which all followed coordinates count
     terrain: int = FLAT  # whether the ground rises over its plane, see `contact/terrain.py`
+    resistance: bool = False  # whether some joints have armature or damping, see `resistance.py`
 
     @property
     def follows(self) -> bool:
@@ -84,7 +85,7 @@ class JointStages(NamedTuple):
 @cache
 def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     """The stages of a model with such bodies and joints."""
-    inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain)
+    inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain, kind.resistance)
     if not kind.with_coordinates:
         return JointStages(
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,

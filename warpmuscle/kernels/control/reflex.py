@@ -193,6 +193,18 @@ def reflex_force(instance: int, muscle: int, asked: float, row: MuscleRow, model
 
 
 @func
+def added_reflex_force(
+    instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef
+) -> float:
+    """Force that is wanted of a muscle, N: what torques ask for, and what its reflexes add."""
+    wanted = asked
+    span = model.reflexes.span[muscle]
+    if span.end > span.first:
+        wanted = asked + row.f_max * state.muscles.reflex[instance, muscle]
+    return wanted
+
+
+@func
 def as_asked(instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef) -> float:
     """Force that is wanted of a muscle, N: what torques ask for. So where only what it feels is to be told."""
     return asked

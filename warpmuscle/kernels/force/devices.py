@@ -3,8 +3,11 @@
 import warp as wp
 
 from warpmuscle.kernels.force.bushing import Bushing, bushing
+from warpmuscle.kernels.force.cycle_torque import CycleTorque, cycle_torque
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad, joint_load, load, point_load
+from warpmuscle.kernels.force.point_spring import PointSpring, point_spring
+from warpmuscle.kernels.force.weight_support import WeightSupport, weight_support
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -154,10 +157,15 @@ def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: S
 
 
 FORCES = {
-    "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring),
-    "coordinate_limit": ForceKind(effort=coordinate_limit, parameters=CoordinateLimit, positive=("transition",)),
-    "range_limit": ForceKind(effort=range_limit, parameters=RangeLimit),
-    "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring),
+    "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring, of_angle=True, device=True),
+    "cycle_torque": ForceKind(effort=cycle_torque, parameters=CycleTorque, device=True, of_leg=True),
+    "point_spring": ForceKind(pair=point_spring, parameters=PointSpring, device=True),
+    "weight_support": ForceKind(wrench=weight_support, parameters=WeightSupport, device=True),
+    "coordinate_limit": ForceKind(
+        effort=coordinate_limit, parameters=CoordinateLimit, of_angle=True, positive=("transition",)
+    ),
+    "range_limit": ForceKind(effort=range_limit, parameters=RangeLimit, of_angle=True),
+    "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring, of_angle=True),
     "bushing": ForceKind(pair=bushing, parameters=Bushing),
     "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),
     "load": ForceKind(wrench=load, parameters=Load),

@@ -110,7 +110,8 @@ def route_stretch_of(
     levers, count, several = room_of(kind, wrench), max(kind.wraps, 1), kind.wraps > 1
     bends_struct, bend, pulls_struct = bends_of(count), bend_of(kind), pulls_of(levers)
     walk = walk_of(kind, True, coordinate_joints, followers, wrench)
-    settle = settle_of(kind, wrench) if several else bend
+    apart = kind.mujoco and several
+    settle = settle_of(kind, wrench) if several and not apart else bend
     with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
 
     @wp.func(inline=True)
@@ -127,7 +128,10 @@ def route_stretch_of(
         if wp.static(not wrench):
             for k in range(own.first_crossing, own.end_crossing):
                 arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
-        if wp.static(several):
+        if wp.static(apart):
+            for w in range(wraps):
+                bend(instance, w, span, bends, model, state, work)
+        elif wp.static(several):
             if wraps > 0:
                 settle(instance, span, bends, model, state, work, pulls, arm)
         elif wraps == 1:

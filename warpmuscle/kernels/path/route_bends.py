@@ -10,6 +10,7 @@ from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.path.route_points import always, place_of, slopes_of, sometimes
 from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch_of
 from warpmuscle.kernels.path.wrap_ellipsoid import ellipsoid_touch_of
+from warpmuscle.kernels.path.wrap_mujoco import mujoco_cylinder_touch, mujoco_sphere_touch
 from warpmuscle.kernels.path.wrap_sphere import smooth_sphere_touch, sphere_touch
 from warpmuscle.kernels.path.wrap_torus import torus_touch
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, THROUGH, Touch
@@ -30,6 +31,7 @@ class RouteKind(NamedTuple):
     conditions: bool = True  # whether some count only at times
     exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
     smooth: bool = False  # whether no route jumps off cylinders, spheres and ellipsoids
+    mujoco: bool = False  # whether each surface is between two points of its own, see `wrap_mujoco.py`; then exact
 
 
 @cache
@@ -71,6 +73,23 @@ def touch_of(surfaces: tuple[int, ...], smooth: bool = False) -> Any:
             result = ellipsoid_touch(a, b, size, wrap.axis, wrap.side, wrap.method)
         if wp.static(tori) and wrap.kind == TORUS:
             result = torus_touch(a, b, size[0], size[1], wrap.axis, wrap.side, where)
+        return result
+
+    return touch
+
+
+@cache
+def mujoco_touch_of(surfaces: tuple[int, ...]) -> Any:
+    """The same of MuJoCo's surfaces, of which `wrap.side` says whether they have a side point."""
+    cylinders, spheres = (kind in surfaces for kind in (CYLINDER, SPHERE))
+
+    @wp.func
+    def touch(a: wp.vec3, b: wp.vec3, wrap: RouteWrap, size: wp.vec3, point: wp.vec3) -> Touch:
+        result = Touch()
+        if wp.static(cylinders) and wrap.kind == CYLINDER:
+            result = mujoco_cylinder_touch(a, b, size[0], wrap.side, point)
+        if wp.static(spheres) and wrap.kind == SPHERE:
+            result = mujoco_sphere_touch(a, b, size[0], wrap.side, point)
         return result
 
     return touch
@@ -130,7 +149,8 @@ def bend_of(kind: RouteKind) -> Any:
     count = max(kind.wraps, 1)
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    place, touch_at = place_of(kind.motions), touch_of(kind.surfaces, kind.smooth)
+    place, mujoco = place_of(kind.motions), kind.mujoco
+    touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth)
     exact, rows, (last_counted, first_counted) = kind.exact, rows_of(count), ends_of(kind.conditions)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
@@ -176,7 +196,12 @@ def bend_of(kind: RouteKind) -> Any:
                 reached = place(instance, first_point + point, origin, model, state, work, slopes)
                 there = wp.transpose(axes) * (reached - center)
             if from_surface == NOWHERE or from_surface != to_surface:
-                touch = touch_at(here, there, wrap, own.size, where)
+                touch = Touch()
+                if wp.static(mujoco):
+                    point_on_side = at(routes.side_point, instance, span.first_wrap + w)
+                    touch = touch_at(here, there, wrap, own.size, point_on_side)
+                else:
+                    touch = touch_at(here, there, wrap, own.size, where)
                 result = touch.kind
                 if result >= BESIDE:
                     detour = (

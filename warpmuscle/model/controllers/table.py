@@ -8,13 +8,21 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind
-from warpmuscle.kernels.control.reflex import reflex_force, reflex_stage
+from warpmuscle.kernels.control.reflex import added_reflex_force, reflex_force, reflex_stage
 from warpmuscle.model.controllers import gait_states, simbicon
 from warpmuscle.model.controllers.declared import declared_controller, has_declared
 from warpmuscle.model.controllers.entry import Entry, Zeros
 from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
+
+
+def _reflex_force(scene: Scene) -> Any:
+    """The Warp function of the force that reflexes want of a muscle."""
+    controller = scene.simbicon
+    besides = controller is not None and controller.reflexes is not None and controller.reflexes.besides
+    return added_reflex_force if besides else reflex_force
+
 
 # In the order in which they are put together: a later one may replace what one before does.
 TABLE = (
@@ -30,7 +38,7 @@ TABLE = (
     Entry(
         "reflexes",
         applies=has_reflexes,
-        compiled=lambda before, scene: before._replace(sense=reflex_stage, force=reflex_force),
+        compiled=lambda before, scene: before._replace(sense=reflex_stage, force=_reflex_force(scene)),
     ),
     Entry(
         "gait states",

@@ -12,7 +12,9 @@ from warpmuscle.scene.muscles.cables import Ligament, PathActuator
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
-STRAINS = {"millard": (0.049, 0.7), "thelen": (0.04, 0.6), "de_groote": (0.049, 0.6)}  # of tendon and passive fibre
+STRAINS = {  # of tendon and passive fibre
+    "millard": (0.049, 0.7), "thelen": (0.04, 0.6), "de_groote": (0.049, 0.6), "mujoco": (0.04, 0.6),
+}  # fmt: skip
 SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # fields of `Muscle` and `MuscleModel` that shape curves
 OWN = ("tendon", "v_max", "damping", "rise_time", "fall_time", "minimum_activation", *SHAPED)  # of `Muscle`
 LEAST_DAMPING = (
@@ -68,7 +70,16 @@ class DeGrooteCurves(Part, tag_field="type", tag="de_groote"):
     passive: bool = True  # not ignore_passive_fiber_force
 
 
-CurveShape = MillardCurves | ThelenCurves | DeGrooteCurves | PathActuator | Ligament
+class MujocoCurves(Part, tag_field="type", tag="mujoco"):
+    """The curves of MuJoCo's muscle actuators, by their defaults; the tendon is rigid, and strains have no effect."""
+
+    active_from: Annotated[Number, "1"] = 0.5  # lmin
+    active_until: Annotated[Number, "1"] = 1.6  # lmax
+    passive_force: Annotated[Number, "1"] = 1.3  # fpmax, at active_until
+    lengthening_force: Annotated[Number, "1"] = 1.2  # fvmax
+
+
+CurveShape = MillardCurves | ThelenCurves | DeGrooteCurves | MujocoCurves | PathActuator | Ligament
 
 
 def family(shape: CurveShape) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene import Force
+from warpmuscle.scene import Force, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.validation.checks import Checks, known, near
@@ -41,6 +41,10 @@ def _check_shipped(check: Checks, force: Force, key: str) -> None:
     kind = FORCES[force.type]
     check_place(force, "joint" if kind.effort is not None else "body", key, kind.pair is not None)
     check_values(FORCES[force.type].parameters, force.parameters, f"{key}.parameters")
+    if kind.of_angle and not joint_type(check.checked.character.joints[force.joint]).scalars:
+        raise SceneError(f"{force.type!r} is of an angle or a length, but {force.joint!r} has none", key=f"{key}.joint")
+    if kind.of_leg:
+        check_leg(check.checked, force.joint, f"{key}.joint")
     for name in kind.positive:
         least = check.interval(force.parameters[name])[0]
         if not least > 0.0:
@@ -57,6 +61,20 @@ def check_place(force: Force, place: str, key: str, pair: bool = False) -> None:
         raise SceneError(message, key=f"{key}.other_body")
     if pair and force.body == force.other_body:
         raise SceneError(f"{force.type!r} acts between two bodies, not from one to itself", key=f"{key}.other_body")
+
+
+def check_leg(scene: Scene, joint: str, key: str) -> None:
+    """SceneError unless one foot, and no other, hangs on a joint."""
+    carriers = {one.child: one.parent for one in scene.character.joints.values()}
+    child, found = scene.character.joints[joint].child, 0
+    for foot in scene.feet or ():
+        body: str | None = foot
+        while body is not None and body != child:
+            body = carriers.get(body)
+        found += body == child
+    if found != 1:
+        why = "both feet hang" if found else "no foot hangs"
+        raise SceneError(f"must be a joint of one leg, whose gait cycle it is to follow; {why} on {joint!r}", key=key)
 
 
 def check_values(struct: Any, given: Mapping[str, Number], key: str) -> None:

@@ -7,7 +7,16 @@ from typing import Any
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import CurveShape, DeGrooteCurves, Ligament, MillardCurves, Muscle, MuscleModel, ThelenCurves
+from warpmuscle.scene import (
+    CurveShape,
+    DeGrooteCurves,
+    Ligament,
+    MillardCurves,
+    MujocoCurves,
+    Muscle,
+    MuscleModel,
+    ThelenCurves,
+)
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.muscles.curves import OWN, SHAPED, STRAINS, family
 from warpmuscle.scene.number import Free
@@ -146,6 +155,21 @@ def _curves(checks: Checks, key: str, shape: CurveShape, tendon_strain: float, p
         checks.positive(key, shape, "active_width")
     elif isinstance(shape, ThelenCurves):
         _thelen(checks, key, shape)
+    elif isinstance(shape, MujocoCurves):
+        _mujoco(checks, key, shape)
+
+
+def _mujoco(checks: Checks, key: str, shape: MujocoCurves) -> None:
+    checks.not_negative(key, shape, "active_from", "passive_force")
+    for field, least, most in (
+        ("active_from", 0.0, 1.0),
+        ("active_until", 1.0, 1.0e3),
+        ("lengthening_force", 1.0, 1.0e3),
+    ):
+        low, high = checks.interval(getattr(shape, field))
+        if low < least or high > most or (field != "lengthening_force" and 1.0 in (low, high)):
+            wrong = low if low < least or low == 1.0 else high
+            raise SceneError(f"must be between {least:g} and {most:g}, is {wrong:g}", key=f"{key}.{field}")
 
 
 def _thelen(checks: Checks, key: str, shape: ThelenCurves) -> None:

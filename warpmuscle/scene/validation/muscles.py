@@ -10,11 +10,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import Actuation, Excitation, Muscle, PolynomialPath, Scene
+from warpmuscle.scene import Actuation, Excitation, MujocoCurves, Muscle, PolynomialPath, Scene
 from warpmuscle.scene.initial_pose import initial_pose, plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
-from warpmuscle.scene.muscles import is_cable
+from warpmuscle.scene.muscles import given, is_cable
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
@@ -55,7 +55,8 @@ def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
     check_route(checks, key, muscle)
     checks.positive(key, muscle, "f_max", "l_opt")
     check_own_values(checks, key, muscle)
-    checks.not_negative(key, muscle, "l_slack", "delay", "pennation")
+    slack = [] if isinstance(given(muscle, checks.checked.muscle_model, "curve_shape"), MujocoCurves) else ["l_slack"]
+    checks.not_negative(key, muscle, *slack, "delay", "pennation")
     longest = checks.interval(muscle.delay)[1]
     if longest >= scene.duration:
         raise SceneError(

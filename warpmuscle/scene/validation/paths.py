@@ -18,6 +18,7 @@ from warpmuscle.scene import (
     PolynomialPath,
     Pulley,
     SphereSurface,
+    Surface,
     TorusSurface,
     ViaPoint,
     Wrap,
@@ -48,6 +49,17 @@ def check_surfaces(checks: Checks, character: Character) -> None:
                 checks.positive_number(f"{key}.radii.{index}", radius)
         else:
             _torus(checks, key, surface)
+        _mujoco_surface(key, surface, character.wrapping == "mujoco")
+
+
+def _mujoco_surface(key: str, surface: Surface, mujoco: bool) -> None:
+    """Side points belong to MuJoCo's wrapping, and halves and other surfaces than its own to OpenSim's."""
+    if mujoco and not isinstance(surface, CylinderSurface | SphereSurface):
+        raise SceneError("with wrapping 'mujoco' surfaces are cylinders and spheres", key=f"{key}.type")
+    if mujoco and surface.side:
+        raise SceneError("with wrapping 'mujoco' a surface has a `side_point` instead", key=f"{key}.side")
+    if not mujoco and getattr(surface, "side_point", None) is not None:
+        raise SceneError("takes wrapping 'mujoco'; else a surface has a `side`", key=f"{key}.side_point")
 
 
 def _torus(checks: Checks, key: str, torus: TorusSurface) -> None:
@@ -123,6 +135,11 @@ def check_wraps(key: str, muscle: Muscle, character: Character) -> None:
     for index, wrap in enumerate(muscle.wraps):
         known(wrap.surface, character.surfaces, "surface", f"{key}.{index}.surface")
         _range(f"{key}.{index}", wrap, len(muscle.path))
+        if character.wrapping == "mujoco":
+            first, others = wrap.first or 1, [other.first or 1 for other in muscle.wraps[:index]]
+            if (wrap.last or len(muscle.path)) != first + 1 or first in others:
+                message = "with wrapping 'mujoco' each surface is between two neighbouring points of its own"
+                raise SceneError(message, key=f"{key}.{index}.last")
 
 
 def _range(key: str, wrap: Wrap, count: int) -> None:

@@ -27,6 +27,7 @@ from warpmuscle.scene.validation.constraints import check_closed, check_constrai
 from warpmuscle.scene.validation.contact import check_body_contact, check_ground, check_pairs
 from warpmuscle.scene.validation.controller import check_control_rate, check_controller
 from warpmuscle.scene.validation.forces import check_forces
+from warpmuscle.scene.validation.impairments import check_impairments
 from warpmuscle.scene.validation.learning import check_task
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
@@ -69,6 +70,7 @@ class _Check(Checks):
         check_constraints(self)
         self.feet(scene)
         check_muscles(self)
+        check_impairments(self)
         check_motion(self)
         check_forces(self)
         check_controller(self)

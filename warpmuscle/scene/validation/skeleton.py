@@ -81,7 +81,10 @@ def _joint(checks: Checks, key: str, joint: Joint) -> None:
     joint_type(joint).check(checks, key, joint)
     for index, (low, high) in enumerate(joint.limits):
         checks.ordered(f"{key}.limits.{index}", low, high)
-    checks.not_negative(key, joint, "limit_stiffness", "limit_damping")
+    checks.not_negative(key, joint, "limit_stiffness", "limit_damping", "armature", "damping")
+    for field in ("armature", "damping"):
+        if joint.type in ("universal", "fixed") and getattr(joint, field) != 0.0:
+            raise SceneError(f"a {joint.type} joint takes no {field}; make it of hinges", key=f"{key}.{field}")
 
 
 def _tree(character: Character) -> None:

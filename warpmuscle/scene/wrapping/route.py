@@ -23,10 +23,13 @@ from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints.displacement import rates
 from warpmuscle.scene.wrapping.cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
 from warpmuscle.scene.wrapping.ellipsoid import ellipsoid_touch
+from warpmuscle.scene.wrapping.mujoco import mujoco_touch
 from warpmuscle.scene.wrapping.path import Placed, Stop, wrapped
 from warpmuscle.scene.wrapping.sphere import sphere_touch
 from warpmuscle.scene.wrapping.torus import torus_touch
 from warpmuscle.scene.wrapping.touch import Touch
+
+MUJOCO = 3  # beside those of `cylinder.py`: between the points of a wrap alone, as MuJoCo has it
 
 Poses = Mapping[str, tuple[Floats, Floats]]  # position, m, and orientation of every body
 Angles = Mapping[str, Floats]  # coordinates of every joint
@@ -43,8 +46,16 @@ def route_stops(character: Character, muscle: Muscle, poses: Poses, angles: Angl
     """
     points = [_place(point, poses, angles) for point in muscle.path]
     active = [_counts(point, angles) for point in muscle.path]
-    exact = character.wrapping == "shortest"
-    where = EXACT if exact else AMONG_OTHERS if len(muscle.wraps) > 1 else IN_PLANE
+    exact = character.wrapping in ("shortest", "mujoco")
+    where = (
+        MUJOCO
+        if character.wrapping == "mujoco"
+        else EXACT
+        if exact
+        else AMONG_OTHERS
+        if len(muscle.wraps) > 1
+        else IN_PLANE
+    )
     surfaces = [_placed(character, muscle, wrap, poses, where) for wrap in muscle.wraps]
     return wrapped(points, active, surfaces, exact)
 
@@ -56,6 +67,9 @@ def half_of(surface: Surface) -> tuple[int, int]:
 
 def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats, smooth: bool = False) -> Touch:
     """How a segment from a to b, in the axes of a surface, goes round it; see `Wrap.method` and `cylinder.py`."""
+    if isinstance(surface, CylinderSurface | SphereSurface) and where == MUJOCO:
+        point = None if surface.side_point is None else plain_vector(surface.side_point)
+        return mujoco_touch(a, b, plain_number(surface.radius), point, isinstance(surface, SphereSurface))
     if isinstance(surface, CylinderSurface):
         sizes = plain_number(surface.radius), plain_number(surface.length)
         return cylinder_touch(a, b, *sizes, *half_of(surface), where, smooth)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -45,6 +45,7 @@ class MeasuredRun:
     walked: bool  # to the end
     measures: Measures
     why: str = ""  # no more is known of it
+    units: Mapping[str, str] = field(default_factory=dict)  # of free parameters that are measures
 
 
 @dataclass(frozen=True)
@@ -117,17 +118,22 @@ def _measured(run: SweepRun, study: Study, done: SweepResult) -> MeasuredRun:
     if best is None or evaluations is None or not result.replays:
         return MeasuredRun(run, condition, series, False, {}, "no candidate had ended")
     measures: Measures = {COST: best.cost}
+    units: dict[str, str] = {}
+    for name, unit, value in zip(result.parameters.name, result.parameters.unit, best.params, strict=True):
+        if any("." in pattern and fnmatchcase(name, pattern) for pattern in study.measures):
+            measures[name], units[name] = float(value), unit
     walked, why = Status(int(evaluations.status[best.index])) == Status.COMPLETED, ""
     try:
         measures |= gait_measures(result.replays[0], recorded_scene(result))
     except Error as error:  # of what has no legs, or fell before a whole cycle
         why = str(error)
-    return MeasuredRun(run, condition, series, walked, measures, why)
+    return MeasuredRun(run, condition, series, walked, measures, why, units)
 
 
 def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
     given = dict.fromkeys(name for run in runs for name, value in run.measures.items() if value is not None)
     names = _named(study, [name for name in given if not name.endswith(UNSEEN)])
+    units = {COST: ""} | {name: unit for run in runs for name, unit in run.units.items()}
     rows = []
     for series in dict.fromkeys(run.series for run in runs):
         mine = [run for run in runs if run.series == series]
@@ -136,7 +142,7 @@ def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
         for name in names:
             values = values_of(mine, name)
             cells = cells_of(values, walked, conditions, seeds, study.reference)
-            unit = "" if name == COST else unit_of(name)
+            unit = units[name] if name in units else unit_of(name)
             rows.append(Row(series, name, unit, tuple(cells), trend_of(values, conditions)))
     return tuple(rows)
 

@@ -112,3 +112,42 @@ class Batch {
     gl.bindVertexArray(null);
   }
 }
+
+// Solids of different shapes in one draw: with many, each draw costs as much as hundreds of triangles.
+class Mixture {
+  constructor(gl, perVertex, perInstance) {
+    Object.assign(this, { gl, perVertex, perInstance, items: [], levels: [] });
+  }
+
+  get count() {
+    return this.items.length;
+  }
+
+  // A solid with its meshes, finest first, and its numbers.
+  add(meshes, numbers) {
+    this.items.push({ meshes, numbers });
+    this.levels = [];
+  }
+
+  clear() {
+    this.items = [];
+    this.levels = [];
+  }
+
+  // All solids as they are at a level of detail, as one mesh that has one instance.
+  merged(level) {
+    const vertices = [], faces = [], own = 4 * this.perVertex;
+    for (const { meshes, numbers } of this.items) {
+      const mesh = meshes[Math.min(level, meshes.length - 1)], first = vertices.length / (own + numbers.length);
+      for (let at = 0; at < mesh.vertices.length; at += own) vertices.push(...mesh.vertices.slice(at, at + own), ...numbers);
+      for (const corner of mesh.faces) faces.push(first + corner);
+    }
+    const batch = new Batch(this.gl, [{ vertices, faces }], this.perVertex + this.perInstance, 0);
+    batch.count = 1;
+    return batch;
+  }
+
+  draw(place, level) {
+    if (this.count) (this.levels[level] ??= this.merged(level)).draw(place, 0);
+  }
+}

@@ -35,7 +35,7 @@ class Biped {
       const turn = piece.start ? turnFromY(length > 1e-9 ? along : [0, 1, 0]) : piece.orientation ?? UNTURNED;
       const [a, b] = piece.start ? piece.radii : [1, 1];
       const size = piece.start ? [a, a, a, length] : [...(piece.radii ?? [1, 1, 1]), 0];
-      const kind = { ellipsoid: "limb" }[piece.kind] ?? (piece.kind === "hull" ? piece.mesh.name : piece.kind);
+      const kind = piece.kind === "ellipsoid" ? "limb" : piece.kind;
       renderer.addSolid(piece.layer === "hollow" ? "bone" : piece.layer, kind, piece.mesh, slot, place, turn, size, tint, b / Math.max(a, 1e-9));
     }
     for (let m = 0; m < this.names.length; m++)
@@ -121,6 +121,12 @@ class Biped {
         return [[1, 0, 0], [0, 1, 0], [0, 0, 1]].flatMap((axis) => [add(p, times(axis, radii[k])), add(p, times(axis, -radii[k]))]);
       });
     });
+  }
+
+  // Where a body is as it is drawn now.
+  place(body) {
+    const at = 8 * (this.first.slots + body);
+    return Array.from(this.renderer.poses.numbers.slice(at, at + 3));
   }
 
   com(moment) {
@@ -224,12 +230,12 @@ function measureWay(points, from, count) {
 }
 
 // Make meshes of the hulls of a doll, whose arrays the page holds by number.
-function readHulls(doll, k, arrays) {
-  doll.pieces.filter((piece) => piece.kind === "hull").forEach((piece, n) => {
+function readHulls(doll, arrays) {
+  doll.pieces.filter((piece) => piece.kind === "hull").forEach((piece) => {
     const [corners, normals, faces] = piece.arrays.map((at) => arrays[at]), middle = [0, 0, 0];
     corners.forEach((value, i) => (middle[i % 3] += (3 * value) / corners.length));
     let reach = 0;
     for (let i = 0; i < corners.length; i += 3) reach = Math.max(reach, norm(minus(Array.from(corners.slice(i, i + 3)), middle)));
-    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: { name: `hull ${k} ${n}`, ...hullMesh(corners, normals, faces) } });
+    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: hullMesh(corners, normals, faces) });
   });
 }

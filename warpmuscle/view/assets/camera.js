@@ -6,6 +6,7 @@ const ANGLES = { side: [-Math.PI / 2, 0.05], front: [0, 0.05], back: [Math.PI, 0
 // how far it is below the middle.
 const ROOM = { wide: [1.12, 1.14, 0.03], narrow: [1.12, 1.3, 0.1] }, NARROW = 420; // px
 const WHEEL_CALM = 250; // ms after which the wheel is at rest
+const TURNTABLE = 0.5; // rad/s
 
 class Camera {
   constructor(canvas, angles) {
@@ -28,6 +29,7 @@ class Camera {
   }
 
   press(event) {
+    if (this.taken?.(event)) return void this.canvas.setPointerCapture(event.pointerId);
     this.canvas.setPointerCapture(event.pointerId);
     this.fingers.set(event.pointerId, [event.clientX, event.clientY]);
     this.pressed = { x: event.clientX, y: event.clientY };
@@ -50,7 +52,7 @@ class Camera {
 
   // Whether a hand is at it, so that pictures are to come fast.
   busy() {
-    return this.fingers.size > 0 || performance.now() - (this.wheeled ?? -WHEEL_CALM) < WHEEL_CALM;
+    return this.turntable || this.fingers.size > 0 || performance.now() - (this.wheeled ?? -WHEEL_CALM) < WHEEL_CALM;
   }
 
   // Whether a pointer has moved since it was pressed, so that its release is no click.

@@ -1,7 +1,7 @@
 // What is pressed and typed: buttons, keys, the pointer over the picture, pictures and films.
 
 const TOGGLES = { muscles: "muscles", thickness: "thickness by force", flesh: "skin", bones: "bones", surfaces: "wrapping surfaces", shapes: "contact shapes",
-  desired: "desired pose", forces: "ground forces", path: "centre of mass", labels: "names", norms: "norms", strides: "curves over one stride", follow: "follow", split: "each in its own picture", plots: "plots" };
+  desired: "desired pose", forces: "ground forces", path: "centre of mass", labels: "names", norms: "norms", strides: "curves over one stride", follow: "follow", turntable: "turntable", split: "each in its own picture", plots: "plots" };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const KEYS = [
   ["space", "play or pause", [" "], (p) => p.play(!p.playing)],
@@ -10,16 +10,17 @@ const KEYS = [
   ["home, end", "to the start or the end", ["Home", "End"], (p, event) => p.seek(event.key === "Home" ? 0 : Infinity)],
   ["-, +", "slower, faster", ["-", "+", "="], (p, event) => p.setSpeed(SPEEDS[SPEEDS.indexOf(p.speed) + (event.key === "-" ? -1 : 1)] ?? p.speed)],
   ["f", "see all", ["f"], (p) => p.fit()],
-  ["1 to 5", "from the side, the front, behind, above, oblique", ["1", "2", "3", "4", "5"],
+  ["1 to 5", "from the side, the front, behind, above, three-quarter", ["1", "2", "3", "4", "5"],
     (p, event) => p.look(["side", "front", "back", "top", "oblique"][Number(event.key) - 1])],
   ["m, b, w", "muscles, skin, bones", ["m", "b", "w"], (p, event) => p.flip({ m: "muscles", b: "flesh", w: "bones" }[event.key])],
   ["g, d, n, o", "ground forces, desired pose, norms, one stride", ["g", "d", "n", "o"],
     (p, event) => p.flip({ g: "forces", d: "desired", n: "norms", o: "strides" }[event.key])],
+  ["c, t", "trace of the centre of mass, turntable", ["c", "t"], (p, event) => p.flip({ c: "path", t: "turntable" }[event.key])],
   ["p", "plots", ["p"], (p) => p.flip("plots")],
   ["/", "find a curve", ["/"], (p) => p.element("search").focus()],
   ["tab", "next control", [], null],
   ["[, ]", "curves of the one before, the next one", ["[", "]"], (p, event) => p.choose((p.selected + (event.key === "]" ? 1 : p.bipeds.length - 1)) % p.bipeds.length)],
-  ["r", "start again", ["r"], (p) => p.restart()],
+  ["r, backspace", "start again", ["r", "Backspace"], (p) => p.restart()],
   ["s", "save a picture", ["s"], (p) => p.savePicture()],
   ["?", "these keys", ["?"], (p) => p.help()],
 ];
@@ -60,7 +61,7 @@ class Controls {
     this.element("stride").firstChild.onchange = (event) => player.show("strides", event.target.checked);
     options("save", [["", "save"], ...Object.keys(SAVES).map((kind) => [kind, kind])]);
     this.element("save").onchange = (event) => player.saveCurves(event.target.value);
-    options("from", Object.keys(ANGLES).map((name) => [name, name]));
+    options("from", Object.keys(ANGLES).map((name) => [name, name === "oblique" ? "three-quarter" : name]));
     this.element("from").value = player.bipeds.length > FITTED ? "crowd" : "oblique";
     this.element("from").onchange = (event) => player.look(event.target.value);
   }
@@ -84,7 +85,7 @@ class Controls {
 
   makeTools() {
     this.element("film").hidden = !window.MediaRecorder || !this.element("scene").captureStream || Boolean(this.player.live);
-    const rows = KEYS.filter(([key]) => key !== "r" || this.player.live);
+    const rows = KEYS.filter(([key]) => !key.startsWith("r,") || this.player.live);
     for (const [key, text] of rows) {
       const row = this.element("help").querySelector("table").insertRow();
       row.insertCell().textContent = key;
@@ -113,6 +114,7 @@ class Controls {
       if (!event.buttons) this.point(event.offsetX, event.offsetY);
     });
     canvas.addEventListener("pointerleave", () => this.point(null));
+    canvas.addEventListener("dblclick", (event) => player.followBody(player.pickAt(event.offsetX, event.offsetY)));
     canvas.addEventListener("click", (event) => {
       if (player.camera.dragged(event)) return;
       const found = player.pickAt(event.offsetX, event.offsetY);

@@ -106,26 +106,26 @@ class Editor {
   }
 
   numberRow(index) {
-    const { name, unit, key, min, max, value, follows } = this.spec.numbers[index], row = document.createElement("div");
+    const { name, unit, factor, key, min, max, value, follows } = this.spec.numbers[index], row = document.createElement("div");
     row.className = "row";
     row.title = follows ? `${key}: follows ${follows}; once moved it stands alone` : key;
     const label = row.appendChild(document.createElement("span"));
     label.append(`${unit ? `${name}, ${unit}` : name}${follows ? " (follows)" : ""}`);
-    const back = label.appendChild(backButton(`back to the scene's value, ${shortNumber(value)}`, () => this.say("number", { target: index })));
+    const back = label.appendChild(backButton(`back to the scene's value, ${shortNumber(value * factor)}`, () => this.say("number", { target: index })));
     let moving = 0;
     const follow = () => this.rows.get(`number ${index}`)();
-    const show = makeRange(row, name, { min, max, own: value }, (now, dragged) => {
+    const show = makeRange(row, `${this.groups[this.spec.numbers[index].group].name}: ${name}`, { min: min * factor, max: max * factor, own: value * factor }, (now, dragged) => {
       clearTimeout(moving);
       moving = !dragged ? 0 : setTimeout(() => {
         moving = 0;
         follow();
       }, SETTLED);
-      if (dragged) this.soon(`number ${index}`, { edit: "number", target: index, value: now });
-      else this.say("number", { target: index, value: now });
+      if (dragged) this.soon(`number ${index}`, { edit: "number", target: index, value: now / factor });
+      else this.say("number", { target: index, value: now / factor });
     });
     this.rows.set(`number ${index}`, () => {
       back.hidden = !this.moved.has(index);
-      if (!moving) show(this.values[index]);
+      if (!moving) show(this.values[index] * factor);
     });
     follow();
     return row;

@@ -3,7 +3,6 @@
 const EVERY = 50; // ms between two values of a slider that is dragged
 const REFRESH = [150, 400]; // ms between two drawings of past and path, with a graphics card and without
 const BEHIND = 0.08, LOST = 0.4; // s that pictures are behind the last frame, and beyond which they leap
-const PUSH_SEEN = 600, PUSH_LENGTH = 0.02; // ms that a push is seen; m per N s
 const AGAIN = 2000; // ms until a lost server is sought again
 const FEW_SLIDERS = 8; // beyond which a section has a search box
 
@@ -26,6 +25,7 @@ class Live {
     const editable = spec.edits && spec.edits.numbers.length + spec.edits.curves.length > 0;
     this.editor = editable ? new Editor(this, spec.edits, document.getElementById("side")) : null;
     document.getElementById("side").hidden = !document.getElementById("side").children.length;
+    this.pushing = new Pushing(this);
     this.connect();
   }
 
@@ -48,7 +48,7 @@ class Live {
     if (refused) this.editor?.refuse(refused);
     if (saved) this.editor?.save(saved);
     if (copied) this.editor?.copy(copied);
-    if (push) this.push = { impulse: push, until: performance.now() + PUSH_SEEN };
+    if (push) this.pushing.given(push);
     if (ground) this.player.renderer.ground = ground;
     if (doll) {
       Object.assign(this.biped.doll.muscles, doll.muscles);
@@ -102,12 +102,9 @@ class Live {
     this.biped.addPath();
   }
 
-  // The arrow of a push, while it is fresh.
   mark() {
-    if (!this.push || performance.now() > this.push.until) return;
-    const along = times(this.push.impulse, PUSH_LENGTH), { biped, player } = this;
-    const root = add(biped.between("root", biped.moment(player.time)), biped.offset);
-    if (norm(along) > 0) arrow(player.renderer, minus(root, along), along, PUSH_TINT);
+    const { biped, player } = this;
+    this.pushing.mark(add(biped.between("root", biped.moment(player.time)), biped.offset));
   }
 
   say(message) {

@@ -1,6 +1,8 @@
 // Unit meshes. A vertex is a corner, which of two ends it belongs to (-0.5, 0 or 0.5), and a normal: eight numbers.
 // A limb of length l and radii r at its ends has the corner times r, moved along y by end times l.
 
+const CELL = 0.025; // m, of which coarse meshes have one corner
+
 // Two half spheres and the cone between them.
 function limbMesh(rings, sectors) {
   const vertices = [], faces = [], rows = 2 * rings + 2;
@@ -81,6 +83,29 @@ function hullMesh(corners, normals, faces) {
   for (let k = 0; k < corners.length; k += 3)
     vertices.push(corners[k], corners[k + 1], corners[k + 2], 0, normals[k], normals[k + 1], normals[k + 2], 0);
   return { vertices, faces: Array.from(faces, Math.round) };
+}
+
+// The same with fewer corners: those of a cell that face one way become one, in their middle.
+function coarseMesh({ vertices, faces }) {
+  const at = (k) => vertices.slice(8 * k, 8 * k + 8), places = new Map(), own = [];
+  for (let k = 0; k < vertices.length / 8; k++) {
+    const v = at(k), key = [0, 1, 2].map((i) => Math.round(v[i] / CELL)).join() + [4, 5, 6].map((i) => Math.round(v[i])).join();
+    if (!places.has(key)) places.set(key, { number: places.size, count: 0, sum: new Array(8).fill(0) });
+    const place = places.get(key);
+    v.forEach((value, i) => (place.sum[i] += value));
+    place.count++;
+    own.push(place.number);
+  }
+  const corners = [...places.values()].flatMap(({ sum, count }) => {
+    const normal = unit(sum.slice(4, 7));
+    return [...sum.slice(0, 4).map((value) => value / count), ...normal, 0];
+  });
+  const kept = [];
+  for (let k = 0; k < faces.length; k += 3) {
+    const [a, b, c] = [own[faces[k]], own[faces[k + 1]], own[faces[k + 2]]];
+    if (a !== b && b !== c && c !== a) kept.push(a, b, c);
+  }
+  return { vertices: corners, faces: kept };
 }
 
 // Rings along a stretch of a muscle: part of the way, and cosine and sine around it; flat if of two sectors.

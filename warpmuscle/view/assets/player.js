@@ -11,7 +11,7 @@ class Player {
     this.element = (id) => document.getElementById(id);
     this.renderer = new Renderer(this.element("scene"), content.ground, content.tracks.length);
     const widths = content.table.map((entry) => entry.low.length);
-    content.dolls.forEach((doll, k) => readHulls(doll, k, arrays));
+    content.dolls.forEach((doll) => readHulls(doll, arrays));
     const told = (track) => ({ ...track, panels: content.panels[track.panels] });
     this.bipeds = content.tracks.map((track) => new Biped(told(track), arrays, widths, content.dolls[track.doll], this.renderer));
     Object.assign(this, { seen: [], time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
@@ -113,6 +113,7 @@ class Player {
     if (box) box.checked = on;
     if (name === "plots") this.element("scene").closest("main").classList.toggle("bare", !on);
     if (name === "follow") this.camera.follow = on;
+    if (name === "turntable") this.camera.turntable = on;
     if (name === "split") this.split(on);
     if (name === "norms") this.plots.norms = on;
     if (name === "strides") {
@@ -216,9 +217,19 @@ class Player {
 
   // The mean of the centres of mass that count, now or at another time.
   middle(time = this.time) {
+    if (this.followed && time === this.time) return this.followed.biped.place(this.followed.body);
     const weights = this.bipeds.map((biped) => this.weight(biped, time)), sum = weights.reduce((a, b) => a + b);
     const places = this.bipeds.map((biped, k) => times(biped.com(biped.moment(time)), sum ? weights[k] / sum : 1 / weights.length));
     return places.reduce(add);
+  }
+
+  // Keep a body in the middle of the picture, as it is drawn now; of none, go with all again.
+  followBody(found) {
+    if (!found) return void (this.followed && this.fit());
+    const { biped, muscle } = found, body = found.body ?? biped.doll.muscles.body[biped.doll.muscles.start[muscle]];
+    this.followed = { biped, body };
+    Object.assign(this.camera, { target: biped.place(body), pan: [0, 0, 0], touched: true });
+    this.show("follow", true);
   }
 
   look(name) {
@@ -229,6 +240,7 @@ class Player {
 
   // Go where all is seen now and, of few recorded motions, at all times until they end, as the camera goes with what moves over the ground.
   fit() {
+    this.followed = null;
     const points = [], now = this.middle();
     const moments = this.live || this.bipeds.length > FITTED ? 0 : FITTED_TIMES;
     const all = Array.from({ length: moments }, (_, k) => this.begin + (k / (moments - 1)) * (this.end - this.begin));
@@ -310,6 +322,7 @@ class Player {
     const passed = this.last === undefined ? 0 : Math.min((now - this.last) / 1000, 0.25);
     if (this.last !== undefined && this.playing) this.renderer.adapt(now - this.last);
     this.last = now;
+    if (this.shown.turntable) this.camera.turn(TURNTABLE * passed, 0);
     if (this.live) this.live.advance(passed);
     else if (this.playing) this.advance(passed);
     const picture = this.pictureKey();
@@ -347,7 +360,7 @@ class Player {
     this.live?.mark();
     this.seen = this.boxes().map((box, k) => {
       const bipeds = shown.split ? [this.bipeds[k]] : this.bipeds, pixels = this.pixels(box);
-      const middle = shown.split ? bipeds[0].com(bipeds[0].moment(time)) : this.middle();
+      const middle = shown.split && this.followed?.biped !== bipeds[0] ? bipeds[0].com(bipeds[0].moment(time)) : this.middle();
       return { box, pixels, bipeds, ...this.camera.view(middle, pixels[2] / Math.max(pixels[3], 1)) };
     });
     renderer.draw(this.seen, shown);
@@ -376,7 +389,7 @@ class Player {
       speed: this.speed, shown: { ...this.shown }, selected: this.selected, group: this.shownGroup, words: this.words,
       panels: this.plots.panels.length, rowHeight: this.plots.each, curves: this.plots.boxes.reduce((sum, box) => sum + box.lines.length, 0),
       bipeds: this.bipeds.length, shade: this.shades.name, places: this.places(), counts: this.renderer.counts(), com: biped.com(moment), target: this.camera.target,
-      camera: this.camera.state(), pictures: this.pictures, received: this.live?.received,
+      camera: this.camera.state(), followed: this.followed ? this.followed.biped.doll.names[this.followed.body] : "", pictures: this.pictures, received: this.live?.received,
       fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }
 }
@@ -396,7 +409,7 @@ async function begin() {
   const text = (id) => document.getElementById(id).textContent;
   const content = JSON.parse(new TextDecoder().decode(await inflate(text("content"))));
   const player = new Player(content, await unpack(content.table, text("arrays")));
-  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "zoom", "turn", "pickAt", "describe", "state"];
+  const names = ["play", "seek", "frame", "setSpeed", "show", "choose", "group", "find", "overlay", "look", "fit", "zoom", "turn", "followBody", "pickAt", "describe", "state"];
   Object.assign(window.warpmuscle, Object.fromEntries(names.map((name) => [name, (...given) => player[name](...given)])));
   return player.state();
 }

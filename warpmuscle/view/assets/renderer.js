@@ -23,7 +23,7 @@ class Renderer {
     const [solids, muscles] = [solidVertex, muscleVertex].map((vertex) =>
       lightings.map(([lighting, fragment]) => makeProgram(gl, vertex(lighting), fragment)));
     this.programs = { solids, muscles };
-    this.floor = makeProgram(gl, GROUND_VERTEX, GROUND_FRAGMENT);
+    this.floor = slow ? new Floor(gl) : makeProgram(gl, GROUND_VERTEX, GROUND_FRAGMENT);
     this.sky = makeProgram(gl, SKY_VERTEX, SKY_FRAGMENT);
     this.fine = bipeds <= FEW; // many are small in the picture, and triangles are what they cost
     this.poses = new Table(gl, 2);
@@ -45,7 +45,7 @@ class Renderer {
     const tubes = (above) => (fine ? [36, 20] : [10, 5]).map((sectors) => tubeMesh(sectors, above));
     this.layers = {};
     for (const name of LAYERS)
-      this.layers[name] = { limb: solid(...(name === "bone" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()) };
+      this.layers[name] = { limb: solid(...(name === "bone" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
     this.marks = { tube: solid(tubeMesh(fine ? 18 : 5), bandMesh()), cone: solid(...tubes(0)), limb: solid(...limbs) };
     this.path = solid(tubeMesh(fine ? 5 : 3), bandMesh());
     const along = fine ? [[18, 10], [8, 5], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 5] : [2, 2];
@@ -68,11 +68,11 @@ class Renderer {
     return this.used.slots - 1;
   }
 
-  // Add a solid to a layer; `kind` is "limb", "tube", "box", or the name of a hull whose mesh is given.
+  // Add a solid to a layer; `kind` is "limb", "tube", "box", or "hull", whose mesh is given.
   addSolid(layer, kind, mesh, slot, position, turn, size, color, taper) {
-    const batches = this.layers[layer];
-    batches[kind] ??= new Batch(this.gl, [mesh], 2, 4);
-    batches[kind].push(...position, slot, ...turn, ...size, packed(color), taper, 0, 0);
+    const batch = this.layers[layer][kind], numbers = [...position, slot, ...turn, ...size, packed(color), taper, 0, 0];
+    if (kind === "hull") batch.add(this.slow ? [mesh, coarseMesh(mesh)] : [mesh], numbers);
+    else batch.push(...numbers);
   }
 
   addStretch(point, muscle, first, last, stretches) {
@@ -165,7 +165,7 @@ class Renderer {
       this.drawGround(matrix, middle);
     }
     gl.enable(gl.CULL_FACE); // all else is closed, or faces the eye
-    const { programs } = this, lighting = Number(this.level > 0 && !this.fine);
+    const { programs } = this, lighting = Number(this.level > 0);
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
     if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
@@ -266,6 +266,7 @@ class Renderer {
       this.terrainOf = this.ground;
     }
     if (this.terrain) return void this.terrain.draw(matrix, middle, this.light);
+    if (this.slow) return void this.floor.draw(matrix, middle, this.ground);
     const gl = this.gl, { program, place } = this.floor;
     gl.useProgram(program);
     gl.uniformMatrix4fv(place.matrix, false, matrix);

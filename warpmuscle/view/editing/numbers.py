@@ -13,7 +13,7 @@ from warpmuscle.scene.parameters import named_members
 from warpmuscle.scene.part import Part
 from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.units import units_of
-from warpmuscle.view.packing import whole
+from warpmuscle.view.editing.names import Path, called
 
 OF_MUSCLE = ("f_max", "l_opt", "l_slack")  # which change while a muscle runs
 KNOTS: dict[Any, tuple[str, str]] = {
@@ -29,8 +29,6 @@ USUAL = {  # half of a slider's range about small numbers, by unit
     "s": 0.5, "N": 500.0,
 }  # fmt: skip
 
-Path = tuple[str, ...]
-
 
 @dataclass(frozen=True)
 class Editable:
@@ -38,7 +36,7 @@ class Editable:
 
     Attributes:
         key: path in the scene, such as `controller.pd.lHip.kp`; of a curve, of what has its knots.
-        group: what it belongs to, such as "state 0, SWING_Hip". name: what it is there, such as "feedback cd, about x".
+        group: what it belongs to, such as "swing hip". name: what it is there, such as "angle, speed feedback (cv)".
         unit: "" of a pure number.
     """
 
@@ -80,9 +78,9 @@ def editable(scene: Scene) -> tuple[list[Editable], list[CurveKnots]]:
         for field in OF_MUSCLE:
             numbers.append(_number((*path, field), units_of(type(muscle)).get(field, ""), scene))
         if muscle.excitation is None and not controlled:
-            group, called = _called((*path, "excitation"), scene)  # nothing excites it but what is drawn by hand
+            group, name, _ = called((*path, "excitation"), scene)  # nothing excites it but what is drawn by hand
             key = ".".join((*path, "excitation"))
-            curves.append(CurveKnots(key, (*path, "excitation"), group, called, "", *KNOTS[Excitation], True, "", 0))
+            curves.append(CurveKnots(key, (*path, "excitation"), group, name, "", *KNOTS[Excitation], True, "", 0))
         if muscle.excitation is not None:
             for one in _below(muscle.excitation, (*path, "excitation"), None, scene):
                 _into(one, numbers, curves)
@@ -134,7 +132,7 @@ def _rates(number: Free, path: Path, unit: str, scene: Scene) -> Iterator[Editab
 
 
 def _number(path: Path, unit: str, scene: Scene) -> Editable:
-    group, name = _called(path, scene)
+    group, name, _ = called(path, scene)
     return Editable(".".join(path), path, group, name, unit)
 
 
@@ -145,53 +143,10 @@ def _curve(value: Any, path: Path, unit: str, scene: Scene) -> CurveKnots:
         unit = "rad"
     if path[:2] == ("controller", "states"):
         duration = ".".join((*path[:3], "time"))
-    group, name = _called(path, scene)
-    name = f"angle {name}" if isinstance(value, Component) else name
+    group, name, _ = called(path, scene)
     return CurveKnots(
         ".".join(path), path, group, name, unit, across, along, straight, duration, len(getattr(value, across))
     )
-
-
-def _called(path: Path, scene: Scene) -> tuple[str, str]:
-    """Group and name of what stands at a path."""
-    if path[0] == "character":
-        return f"muscle {path[2]}", " ".join(path[3:])
-    if path[0] == "custom_controller_parameters":
-        return "own controller", " ".join(path[1:])
-    rest = path[1:]
-    if rest[0] == "pd":
-        return f"gains, {rest[1]}", " ".join(rest[2:])
-    if rest[0] in ("by_joint", "by_body", "by_muscle"):
-        return f"gains, {rest[1]}", " ".join(rest[2:])
-    if rest[0] == "states" and rest[2] == "trajectories" and len(rest) > 4:
-        return f"state {rest[1]}, {rest[3]}", _in_trajectory(rest, scene)
-    if rest[0] == "states" and rest[2] == "balance":
-        return f"state {rest[1]}, balance", " ".join(rest[3:])
-    if rest[0] == "states":
-        return f"state {rest[1]}", " ".join(rest[2:])
-    if rest[:2] == ("reflexes", "muscles"):
-        return f"reflexes, {rest[2]}", " ".join(rest[3:])
-    return "controller", " ".join(rest)
-
-
-def _in_trajectory(rest: Path, scene: Scene) -> str:
-    """Name of what stands within a trajectory: what it is, and which rotation it belongs to."""
-    if rest[4] != "components":
-        return " ".join(rest[4:])
-    assert scene.simbicon is not None
-    components = scene.simbicon.states[int(rest[1])].trajectories[rest[3]].components
-    words = [_about(component) for component in components]
-    about = words[int(rest[5])]
-    if words.count(about) > 1:
-        about += f", rotation {int(rest[5]) + 1}"
-    return f"{' '.join(rest[6:])} {about}".strip()
-
-
-def _about(component: Component) -> str:
-    """Which axis a rotation is about."""
-    axis = [number.value if isinstance(number, Free) else float(number) for number in component.axis]
-    turned = [letter for letter, number in zip("xyz", axis, strict=True) if number]
-    return f"about {turned[0]}" if len(turned) == 1 else "about its axis"
 
 
 def slider_range(field: str, unit: str, value: float) -> tuple[float, float]:
@@ -209,11 +164,3 @@ def slider_range(field: str, unit: str, value: float) -> tuple[float, float]:
     if field == "longest":
         return 1.0, max(2.0, 2.0 * value)
     return value - span, value + span
-
-
-def group_of(name: str) -> str:
-    """What a parameter belongs to: its name without the last word and the numbers behind it."""
-    words = name.split(".")
-    while words and words[-1].isdigit():
-        words.pop()
-    return whole(".".join(words[:-1]))

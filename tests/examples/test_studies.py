@@ -1,0 +1,54 @@
+"""Published studies that are shipped: each can be read, says what is expected and by whom, and is found by its name."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import command_line
+from warpmuscle.core.errors import SceneError
+from warpmuscle.examples.studies import STUDIES, study_text
+from warpmuscle.sweep.plan import read
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name: str, tmp_path: Path):
+    file = tmp_path / f"{name}.toml"
+    file.write_text(study_text(name))
+    plan = read(file)
+    study = plan.study
+    assert study is not None
+    assert study.title
+    assert study.text
+    assert {run.seed for run in plan.runs} == {1, 2, 3, 4, 5, 6}  # from six on, an interval has the median
+    conditions = {study.condition_of(run.axes) for run in plan.runs}
+    assert len(conditions) * 6 <= len(plan.runs)
+    assert study.reference in conditions
+    assert study.expected
+    assert all(expected.source and expected.at in conditions for expected in study.expected)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("objective.cost_of_transport", "objective.cost_of_transprot", "objective.cost_of_transprot"),
+        ('muscles = ["?SOL", "?GAS"] }', 'muscles = ["?SOLE"] }', "impairments.calves"),
+        ('change = "falls"', 'chance = "falls"', "study.expected.0.chance"),
+        ("damping = 0.5", "dumping = 0.5", "forces.left_brace"),
+    ],
+)
+def test_a_wrong_key_of_a_study_is_named_with_its_line(old: str, new: str, key: str, tmp_path: Path):
+    text = study_text("brace").replace(old, new, 1)
+    line = text[: text.index(new)].count("\n") + 1
+    file = tmp_path / "brace.toml"
+    file.write_text(text)
+    with pytest.raises(SceneError, match=re.escape(key)) as caught:
+        read(file)
+    assert caught.value.line == line
+
+
+def test_an_unknown_study_is_answered_by_those_that_there_are(tmp_path: Path):
+    done = command_line.run("study", "braces", folder=tmp_path)
+    assert done.returncode == 2
+    assert "no shipped study; did you mean 'brace'" in " ".join((done.stdout + done.stderr).split())
+    assert not list(tmp_path.iterdir())

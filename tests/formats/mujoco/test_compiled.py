@@ -1,0 +1,71 @@
+"""Files are looked at before MuJoCo compiles them: what they name, include and bring; errors are one line."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.mujoco.compiled import compiled
+
+BODY = '<worldbody><body><joint/><geom size="1"/></body></worldbody>'
+
+
+def refused(path: Path, text: str) -> str:
+    path.write_text(text)
+    with pytest.raises(SceneError) as error:
+        compiled(path)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("<robot/>", 1, "a model of MuJoCo begins with <mujoco>, not <robot>"),
+        ("<mujoco>\n<extension><plugin plugin='a'/></extension></mujoco>", 2, "brings plugins, which are not run"),
+        ("<mujoco>\n<asset><mesh file='/etc/passwd'/></asset></mujoco>", 2, "is not a path from the model's folder"),
+        ("<mujoco>\n<include file='C:\\x.xml'/></mujoco>", 2, "is not a path from the model's folder"),
+        ("<mujoco><compiler meshdir='https://a.b/c'/></mujoco>", 1, "is not a path from the model's folder"),
+        ("<!DOCTYPE a><mujoco/>", 1, "a model has no document type"),
+        ("<mujoco>\n<a", 2, "not sound XML"),
+        ("<mujoco>" + "<a>" * 60 + "</a>" * 60 + "</mujoco>", 1, "the limit `nesting`"),
+    ],
+)
+def test_what_no_model_says_is_refused_with_its_line(tmp_path: Path, text: str, line: int, message: str):
+    said = refused(tmp_path / "model.xml", text)
+    assert f"model.xml:{line}: " in said
+    assert message in said
+
+
+def test_what_is_included_is_looked_at_too(tmp_path: Path):
+    (tmp_path / "part.xml").write_text("<mujocoinclude>\n<include file='more.xml'/></mujocoinclude>")
+    (tmp_path / "more.xml").write_text("<mujocoinclude>\n\n<texture fileup='/a.png'/></mujocoinclude>")
+    assert "more.xml:3: fileup '/a.png'" in refused(
+        tmp_path / "model.xml", "<mujoco><include file='part.xml'/></mujoco>"
+    )
+
+
+def test_files_that_include_each_other_end(tmp_path: Path):
+    pytest.importorskip("mujoco")
+    (tmp_path / "part.xml").write_text("<mujocoinclude><include file='part.xml'/></mujocoinclude>")
+    assert "MuJoCo cannot compile it" in refused(tmp_path / "model.xml", "<mujoco><include file='part.xml'/></mujoco>")
+
+
+def test_errors_of_the_compiler_have_their_line(tmp_path: Path):
+    pytest.importorskip("mujoco")
+    said = refused(tmp_path / "model.xml", "<mujoco>\n<worldbody>\n<body><joint/></body></worldbody></mujoco>")
+    assert "MuJoCo cannot compile it: " in said
+    said = refused(tmp_path / "model.xml", "<mujoco>\n<worldbody>\n<nobody/></worldbody></mujoco>")
+    assert "model.xml:3: MuJoCo cannot compile it: " in said
+
+
+def test_without_the_package_the_extra_is_named(tmp_path: Path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    said = refused(tmp_path / "model.xml", f"<mujoco>{BODY}</mujoco>")
+    assert "needs the mujoco package: pip install 'warpmuscle[mujoco]'" in said
+
+
+def test_a_file_that_is_not_there(tmp_path: Path):
+    with pytest.raises(SceneError, match="no such file"):
+        compiled(tmp_path / "none.xml")

@@ -1,0 +1,120 @@
+"""Measured and predicted adaptations: what is read, what runs it makes, and changes by hand."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.gait.likeness import leg_length
+from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.sweep.adaptation.compared import FREQUENCY, angle_changes, changes, scores
+from warpmuscle.sweep.adaptation.plan import sweep_text
+from warpmuscle.sweep.adaptation.predicted import Prediction
+from warpmuscle.sweep.adaptation.records import Record, read_records, reference_of
+from warpmuscle.sweep.plan import read
+
+BASE = {"study": "a", "speed_m_s": 1.3, "subject_mass_kg": 70.0, "leg_length_m": 0.9, "metabolic_power_nd": 0.10}
+LEVEL = BASE | {"identifier": "level", "stride_frequency_nd": 0.26}
+UP = BASE | {"identifier": "up", "slope_pct": 8, "metabolic_power_nd": 0.18, "stride_frequency_nd": 0.27}
+FOOT = BASE | {"identifier": "foot", "added_mass_kg": 7, "added_mass_where": "foot", "metabolic_power_nd": 0.15}
+SLOW = BASE | {"identifier": "slow", "speed_m_s": 0.8, "metabolic_power_nd": 0.07}
+FORMULA = "Bhargava, net work"
+
+
+def records_of(folder: Path, *entries: dict) -> list[Record]:
+    (folder / "data.json").write_text(json.dumps(list(entries)))
+    return read_records(folder / "data.json")
+
+
+def test_each_condition_is_compared_with_the_level_walk_of_its_study_and_speed(tmp_path: Path):
+    other = LEVEL | {"identifier": "other", "study": "b"}
+    up_slowly = UP | {"identifier": "up slowly", "speed_m_s": 0.8}
+    records = {one.name: one for one in records_of(tmp_path, LEVEL, UP, FOOT, SLOW, other, up_slowly)}
+    every = list(records.values())
+    found = {name: reference_of(record, every) for name, record in records.items()}
+    assert {name: one and one.name for name, one in found.items()} == {
+        "level": None, "up": "level", "foot": "level", "slow": "level", "other": None, "up slowly": "slow"
+    }  # fmt: skip
+    assert [records[name].kind for name in ("slow", "up", "foot")] == ["speed", "slope", "load"]
+
+
+def test_runs_have_the_same_froude_number_slope_and_relative_load(tmp_path: Path):
+    scene = load("reflex_planar")
+    plain = substitute(scene, start_values(scene))
+    records = records_of(tmp_path, LEVEL, UP, FOOT)
+    (tmp_path / "sweep.toml").write_text(sweep_text(records, scene, "reflex_planar", 2, 10, 5.0, 0.03))
+    plan = read(tmp_path / "sweep.toml")
+    assert [(run.axes["run"], run.seed) for run in plan.runs] == [
+        (name, seed) for name in ("level", "up", "foot") for seed in (1, 2)
+    ]
+    scenes = {str(run.axes["run"]): run.scene for run in plan.runs}
+    assert scenes["level"].objective.target_speed == pytest.approx(1.3 * math.sqrt(leg_length(plain) / 0.9))
+    assert scenes["up"].ground.normal == (0.0, 1.0, -0.08)
+    assert body_mass(scenes["foot"].character) == pytest.approx(1.2 * body_mass(plain.character))  # 10 % on each foot
+
+
+def test_changes_are_of_pairs_of_seeds_over_the_measured_reference(tmp_path: Path):
+    records = records_of(tmp_path, LEVEL, UP)
+    found = {
+        "level": {seed: Prediction({FORMULA: 0.20 + 0.01 * seed}, 0.25) for seed in range(3)},
+        "up": {seed: Prediction({FORMULA: 0.24 + 0.01 * seed}, 0.25) for seed in range(1, 4)},
+    }
+    power, frequency = changes(records, found)
+    assert (power.quantity, power.seeds) == (FORMULA, 2)
+    assert (power.measured, power.predicted) == pytest.approx((80.0, 40.0))  # 0.04 of 0.08 more, over 0.10
+    assert (frequency.quantity, frequency.predicted) == (FREQUENCY, 0.0)
+    assert frequency.measured == pytest.approx(100.0 * 0.01 / 0.26)
+    score = scores([power])[0]
+    assert (score.kind, score.conditions, score.part, score.error) == pytest.approx(("slope", 1, 0.5, 40.0))
+
+
+def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
+    def curves(hip: float) -> dict:
+        shape = {"hip_flexion_deg": [hip] * 5, "knee_angle_deg": [-10.0] * 5, "ankle_angle_deg": [0.0, 1, 2, 3, 4]}
+        return {"curves_right": shape}
+
+    records = records_of(tmp_path, LEVEL | curves(20.0), UP | curves(26.0))
+    flat = np.zeros(101)
+    found = {
+        "level": {1: Prediction({}, 0.25, (flat, flat, flat))},
+        "up": {1: Prediction({}, 0.25, (flat + 2.0, flat + 3.0, flat))},
+    }
+    (change,) = angle_changes(records, found)
+    assert change.error == pytest.approx((4.0, 3.0, 0.0))
+    assert change.measured == pytest.approx((6.0, 0.0, 0.0))
+    assert records[0].angles[1] == pytest.approx(np.full(5, 10.0))  # flexion is positive
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "not valid JSON"),
+        ("{}", "is no list"),
+        ("[]", "is no list"),
+        ("[" * 100_000, "not valid JSON"),
+        (json.dumps([LEVEL, LEVEL]), "the same identifier"),
+        (json.dumps([LEVEL, {"study": "a"}]), "condition 2"),
+        (json.dumps([LEVEL | {"speed_m_s": "fast"}]), "condition 1.speed_m_s"),
+        (json.dumps([LEVEL | {"speed_m_s": 0}]), "speed_m_s must be greater than 0"),
+        (json.dumps([LEVEL | {"slope_pct": 1e9}]), "slope_pct must be within 100"),
+        (json.dumps([LEVEL | {"metabolic_power_nd": float("nan")}]), "metabolic_power_nd is not finite"),
+        (json.dumps([FOOT | {"added_mass_kg": -1}]), "must not be negative"),
+        (json.dumps([LEVEL | {"curves_right": dict.fromkeys(
+            ("hip_flexion_deg", "knee_angle_deg", "ankle_angle_deg"), "no")}]), "no list of numbers"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_list_of_conditions_is_refused(text: str, message: str, tmp_path: Path):
+    (tmp_path / "data.json").write_text(text)
+    with pytest.raises(Error, match=message):
+        read_records(tmp_path / "data.json")
+
+
+def test_a_load_that_nothing_carries_is_refused(tmp_path: Path):
+    records = records_of(tmp_path, FOOT | {"added_mass_where": "hat"})
+    with pytest.raises(Error, match="foot: no place of a load is called 'hat'; there are pelvis"):
+        sweep_text(records, load("reflex_planar"), "reflex_planar", 1, 10, 5.0, 0.03)

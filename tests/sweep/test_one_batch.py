@@ -1,0 +1,26 @@
+"""Optimisations in threads of their own, each of which runs only while the main thread waits for it."""
+
+import signal
+import threading
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from warpmuscle.sweep import one_batch
+
+
+def test_an_interruption_while_an_optimisation_starts_waits_until_it_is_back(monkeypatch: pytest.MonkeyPatch):
+    done = []
+
+    def start(thread: threading.Thread) -> None:
+        threading.Thread.start(thread)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(one_batch._Worker, "start", start)
+    shared: Any = SimpleNamespace(device="cpu", largest=1, term_names=())
+    worker = one_batch._Worker(lambda batches: done.append(True), 0, 0, shared)
+    with pytest.raises(KeyboardInterrupt):
+        worker.advance()
+    assert done == [True]
+    assert worker.error is None

@@ -1,0 +1,99 @@
+"""The command that predicts how people adapt their walking, and compares with what was measured."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from warpmuscle.cli.common import Device, Trust, doubts_printed, start_warp
+from warpmuscle.cli.console import log, out
+from warpmuscle.cli.sweep import check_all_ran, told
+from warpmuscle.core.errors import Error
+from warpmuscle.simulation.cuda_warmup import start_driver
+
+if TYPE_CHECKING:
+    from warpmuscle.sweep.adaptation.records import Record
+
+
+def adaptation(
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="JSON file of measured conditions.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="HDF5 file of the sweep; beside it .toml, .html and .csv.")
+    ] = Path("adaptation.h5"),
+    scene: Annotated[str, typer.Option(help="Scene that walks: a shipped one, or a TOML file.")] = "reflex_planar",
+    conditions: Annotated[
+        list[str] | None, typer.Option(help="Names of conditions, or patterns; by default all.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Searches of each condition.")] = 6,
+    candidates: Annotated[int, typer.Option(min=1, help="Candidates of a search.")] = 300,
+    duration: Annotated[float, typer.Option(min=1.0, help="Of each simulation, s.")] = 6.0,
+    sigma: Annotated[float, typer.Option(min=0.0001, help="First step of a search, over the unit interval.")] = 0.03,
+    device: Device = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
+    trust: Trust = False,
+) -> None:
+    """Search for walks under measured conditions, and compare the changes that they predict with those of people.
+
+    Changes of metabolic power, by six formulas, of stride frequency, and of angles, with speed, slope and load. Given
+    again, the command goes on where it was.
+    Example: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6
+    """
+    from warpmuscle.core.files import check_output, replace_file
+
+    files = {suffix: output.with_suffix(suffix) for suffix in (".toml", ".html", ".csv")}
+    for suffix, path in files.items():
+        check_output(path, "a benchmark", (suffix,))
+    start_driver(device)
+    from warpmuscle.formats import load
+    from warpmuscle.sweep.adaptation.plan import sweep_text
+    from warpmuscle.sweep.adaptation.records import read_records
+    from warpmuscle.sweep.plan import read
+
+    records = _chosen(read_records(data), conditions, data)
+    named = str(Path(scene).absolute()) if Path(scene).suffix else scene
+    with doubts_printed():
+        walker = load(scene, trust=trust)
+        replace_file(files[".toml"], sweep_text(records, walker, named, seeds, candidates, duration, sigma))
+        plan = read(files[".toml"], trusted=trust)
+    start_warp()
+    from warpmuscle.report.tables import aligned, write
+    from warpmuscle.sweep.adaptation import page as pages
+    from warpmuscle.sweep.adaptation.comparison import comparison
+    from warpmuscle.sweep.run import sweep as run
+
+    begin, command = time.perf_counter(), f"warpmuscle adaptation {shlex.quote(data.name)}"
+    with told() as bar:
+        done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
+    with log.status("measuring"):
+        found = comparison(records, plan, done, walker)
+        page = pages.page(found, plan.text, command)
+    for line in aligned(pages.lines(found), texts=2):
+        out.print(line, markup=False)
+    write(files[".csv"], pages.change_table(found), {})
+    replace_file(files[".html"], page)
+    took = f"{time.perf_counter() - begin:.1f} s"
+    out.print(f"{found.counted}; wrote {files['.html']}, {files['.csv']} and {output} in {took}", markup=False)
+    check_all_ran(done)
+
+
+def _chosen(records: list[Record], patterns: list[str] | None, data: Path) -> list[Record]:
+    """The conditions of these names, with those that they are compared with."""
+    from warpmuscle.scene.validation.checks import near
+    from warpmuscle.sweep.adaptation.records import reference_of
+
+    if not patterns:
+        return records
+    names = set()
+    for pattern in patterns:
+        found = [record for record in records if fnmatchcase(record.name, pattern)]
+        if not found:
+            raise Error(f"{data}: no condition is called {pattern!r}{near(pattern, [one.name for one in records])}")
+        for record in found:
+            reference = reference_of(record, records)
+            names |= {record.name} | ({reference.name} if reference is not None else set())
+    return [record for record in records if record.name in names]

@@ -1,0 +1,107 @@
+"""A file as MuJoCo's compiler reads it, after a look at what it names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+from xml.parsers import expat
+
+from warpmuscle.core.errors import SceneError, shortened
+from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.limits import check_size
+
+NEEDED = "reading a model of MuJoCo needs the mujoco package: pip install 'warpmuscle[mujoco]'"
+FOLDERS = ("meshdir", "texturedir", "assetdir")  # attributes that name folders; those of files begin with "file"
+REFUSED = {"extension": "plugins", "plugin": "plugins"}  # elements that run code, by what they bring
+MOST_FILES = 1000  # that a model consists of
+
+
+def mujoco_package() -> Any:
+    """The module `mujoco`.
+
+    Raises:
+        SceneError: it is not installed.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise SceneError(NEEDED) from None
+    return mujoco
+
+
+def compiled(path: Path) -> Any:
+    """MuJoCo's compiled model of a file; it follows what the file includes, and meshes, by paths from its folder.
+
+    Raises:
+        SceneError: it is no model of MuJoCo, names files by paths from the root of the disk, or brings plugins; the
+            compiler's own errors; or the package is not installed.
+    """
+    _look(path, path.parent)
+    mujoco = mujoco_package()
+    try:
+        return mujoco.MjModel.from_xml_path(str(path))
+    except (ValueError, RuntimeError, OSError) as error:
+        text = " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
+        line = re.search(r"\bline (\d+)\b", text)
+        message = f"MuJoCo cannot compile it: {shortened(text)}"
+        raise SceneError(message, file=path, line=int(line.group(1)) if line else 0) from None
+
+
+def _look(path: Path, folder: Path) -> None:
+    """Raise SceneError unless a file and all that it includes are such as `compiled` takes."""
+    left, seen = [path], set[Path]()
+    while left:
+        file = left.pop()
+        if file in seen:
+            continue
+        seen.add(file)
+        if len(seen) > MOST_FILES:
+            raise SceneError(f"it includes more than {MOST_FILES} files", file=path)
+        for name in _Look(file, root=file == path).included:
+            near = [base / name for base in (folder, file.parent) if (base / name).is_file()]
+            left += near[:1]  # the compiler tells what is not there
+
+
+class _Look:
+    """Goes through the elements of one file."""
+
+    def __init__(self, path: Path, root: bool) -> None:
+        self.included: list[str] = []
+        self._path, self._depth, self._count, self._root = path, 0, 0, root
+        self._expat = expat.ParserCreate()
+        self._expat.StartElementHandler = self._start
+        self._expat.EndElementHandler = self._end
+        self._expat.StartDoctypeDeclHandler = self._doctype
+        try:
+            self._expat.Parse(read_file(path, "model"), True)
+        except (OSError, ValueError) as error:
+            raise SceneError(unreadable(error), file=path) from None
+        except expat.ExpatError as error:
+            raise self._error(f"not sound XML: {expat.ErrorString(error.code)}", error.lineno) from None
+
+    def _error(self, message: str, line: int = 0) -> SceneError:
+        return SceneError(message, file=self._path, line=line or self._expat.CurrentLineNumber)
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        if self._root and self._depth == 0 and tag != "mujoco":
+            raise self._error(f"a model of MuJoCo begins with <mujoco>, not <{shortened(tag)}>")
+        self._depth += 1
+        self._count += 1
+        check_size("elements", self._count, self._error)
+        check_size("nesting", self._depth, self._error)
+        if tag in REFUSED:
+            raise self._error(f"<{tag}> brings {REFUSED[tag]}, which are not run; remove it")
+        for name, value in attributes.items():
+            if name in FOLDERS or name.startswith("file"):
+                if PurePosixPath(value).is_absolute() or PureWindowsPath(value).drive or "://" in value:
+                    message = f"{name} {shortened(value)!r} is not a path from the model's folder; copy it there"
+                    raise self._error(message)
+                if tag == "include":
+                    self.included.append(value)
+
+    def _end(self, tag: str) -> None:
+        self._depth -= 1
+
+    def _doctype(self, *_: object) -> None:
+        raise self._error("a model has no document type; remove <!DOCTYPE>")

@@ -1,0 +1,87 @@
+"""Times and coordinates of a motion that cannot well be: holes, jumps, rows out of order, angles beyond ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+
+SLOW = 0.1  # s between frames, from which on nobody knows the speeds
+HOLE = 2.5  # times the usual distance of frames
+LEAP = {"rad": 0.5, "m": 0.15}  # from one frame to the next
+UNUSUAL = 8.0  # times what nine of ten steps stay below
+MOVING = {"rad": 0.1, "m": 0.05}  # range of a coordinate, below which its changes do not matter
+TO_AND_FRO = 1.25  # median of second differences by that of first ones; of white noise 1.73
+BEYOND = 0.1  # rad, out of a range
+LEAST_ANGLE = 3.2  # degrees, which angles in rad stay below
+LISTED = 4
+
+
+def time_notes(what: str, times: Floats) -> list[str]:
+    """Holes between frames (F,), and frames that are far apart."""
+    if len(times) < 3:
+        return []
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    if usual > 0.99 * SLOW:
+        return [f"{what}: frames are {usual:.3g} s apart; what is between them, and all speeds, are guessed"]
+    notes = []
+    holes = np.flatnonzero(steps > max(HOLE * usual, 0.02))
+    for k in holes[:LISTED].tolist():
+        between = f"{times[k]:.4g} and {times[k + 1]:.4g} s"
+        notes.append(f"{what}: there are no frames between {between}; what is found there follows a curve")
+    return notes
+
+
+def value_notes(names: Sequence[str], units: Sequence[str], times: Floats, values: Floats) -> list[str]:
+    """Coordinates (F, K) that jump, or go to and fro from frame to frame."""
+    if len(values) < 6:
+        return []
+    first = np.diff(values, axis=0)
+    second = np.diff(first, axis=0)
+    swing = np.median(np.abs(second), axis=0) > TO_AND_FRO * np.median(np.abs(first), axis=0)
+    moving = np.ptp(values, axis=0) > [MOVING.get(unit, np.inf) for unit in units]
+    shaking = [name for name, there in zip(names, (swing & moving).tolist(), strict=True) if there]
+    notes = []
+    if shaking:
+        go = "go" if len(shaking) > 1 else "goes"
+        notes.append(
+            f"{_listed(shaking)} {go} to and fro from frame to frame: rows out of order, swapped markers or noise; "
+            "speeds and moments are wrong"
+        )
+    size = np.abs(first)
+    usual = np.quantile(size, 0.9, axis=0)
+    for k, name in enumerate(names):
+        most = int(size[:, k].argmax())
+        if name not in shaking and size[most, k] > max(LEAP.get(units[k], np.inf), UNUSUAL * usual[k]):
+            far = f"{np.degrees(size[most, k]):.0f} degrees" if units[k] == "rad" else f"{size[most, k]:.2g} m"
+            notes.append(f"there is a jump of {far} in {name} at {times[most + 1]:.4g} s: moments around it are wrong")
+    return notes[: LISTED + 1]
+
+
+def range_notes(names: Sequence[str], values: Floats, ranges: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Angles (F, K) that leave the ranges of a model by far."""
+    notes = []
+    for name, column in zip(names, values.T, strict=True):
+        low, high = ranges.get(name, (-np.inf, np.inf))
+        beyond = max(low - float(column.min()), float(column.max()) - high)
+        if beyond > BEYOND:
+            span = f"{np.degrees(low):.0f} to {np.degrees(high):.0f} degrees, by {np.degrees(beyond):.0f}"
+            notes.append(f"{name} leaves its range, {span}: is its name, sign or unit another?")
+    return notes[:LISTED]
+
+
+def unit_notes(angles: Floats) -> list[str]:
+    """Angles (F, K), degrees, that may well be rad."""
+    if angles.shape[1] < 3 or len(angles) < 2:
+        return []
+    most, moved = float(np.abs(angles).max()), float(np.ptp(angles, axis=0).max())
+    if most < LEAST_ANGLE and moved > 0.1:
+        return [f"no angle comes to more than {most:.2g} degrees: are they radians? Then say inDegrees=no"]
+    return []
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")

@@ -1,0 +1,37 @@
+"""A recorded gait judged, as of a person: what would have to be simulated is left out."""
+
+from __future__ import annotations
+
+from warpmuscle.gait.measures import feet_of
+from warpmuscle.results.recording import Recording
+from warpmuscle.scene import Scene
+from warpmuscle.studies.beside_people import of_force
+from warpmuscle.studies.judge import Judgement, bodies_and_norms, gait_of, measured
+from warpmuscle.studies.verdicts import HUMPS, OF_MUSCLES, RUN, WALK, Finding, Verdict
+
+RECORDED = "a recording, of which nothing is simulated"
+
+
+def judge_recording(recording: Recording, scene: Scene) -> Judgement:
+    """Judge a recorded motion by itself.
+
+    Args:
+        scene: of the motion, without free parameters.
+
+    Raises:
+        Error: it has no feet.
+    """
+    feet_of(scene)
+    gait = gait_of(recording, scene)
+    running = gait == "run"
+    measures, why = measured(recording, scene, gait)
+    known = measures | of_force(measures)
+    found = {name: Finding(value) for name, value in known.items()}
+    if measures:
+        found["toe-off"] = Finding(measures.get("stance"))
+        if HUMPS in found and found[HUMPS].value is None:
+            found[HUMPS] = Finding(None, "no valley between two peaks", failed=True)
+    found |= bodies_and_norms(recording, scene, known, running)
+    bars = [bar for bar in (RUN if running else WALK) if recording.muscle_names or bar.name not in OF_MUSCLES]
+    without = Finding(None, why or RECORDED)
+    return Judgement([Verdict(bar, *found.get(bar.name, without)) for bar in bars], running, "recorded", measures, [])

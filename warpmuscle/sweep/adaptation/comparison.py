@@ -1,0 +1,36 @@
+"""All runs of a sweep over measured conditions, measured and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from warpmuscle.scene import Scene
+from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.sweep.adaptation.compared import angle_changes, changes, scores
+from warpmuscle.sweep.adaptation.page import Comparison
+from warpmuscle.sweep.adaptation.predicted import Prediction, predicted
+from warpmuscle.sweep.adaptation.records import Record
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.run import SweepResult
+
+
+def comparison(records: Sequence[Record], plan: Plan, done: SweepResult, scene: Scene) -> Comparison:
+    """What the runs of a plan predict, beside what was measured.
+
+    Args:
+        scene: that all of them change.
+    """
+    mass = body_mass(substitute(scene, start_values(scene)).character)
+    found: dict[str, dict[int, Prediction]] = {}
+    left_out: dict[str, str] = {}
+    for run in plan.runs:
+        one = predicted(run, done, mass)
+        if isinstance(one, str):
+            left_out[run.name] = one
+        else:
+            found.setdefault(str(run.axes["run"]), {})[run.seed] = one
+    all_changes = changes(records, found)
+    return Comparison(
+        len(records), len(plan.runs), all_changes, scores(all_changes), angle_changes(records, found), left_out
+    )

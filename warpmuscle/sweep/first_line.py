@@ -1,0 +1,90 @@
+"""A sweep in one line of Python: of a file, or of a scene with a grid of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from warpmuscle.core.arguments import as_path
+from warpmuscle.core.errors import ArgumentError, Error
+from warpmuscle.core.files import check_output, replace_file
+from warpmuscle.core.names import file_name
+from warpmuscle.results.sweeps import Sweep
+from warpmuscle.results.sweeps import read as read_table
+from warpmuscle.sweep.board import Tell
+from warpmuscle.sweep.plan import Plan, read
+from warpmuscle.sweep.run import sweep as run
+
+
+def sweep(
+    file: str | PathLike[str],
+    output: str | PathLike[str] | None = None,
+    *,
+    grid: Mapping[str, Sequence[Any]] | None = None,
+    search: Mapping[str, Any] | None = None,
+    set: Mapping[str, Any] | None = None,
+    device: str | None = None,
+    threads: int | None = None,
+    progress: Tell | None = None,
+    trust: bool = False,
+) -> Sweep:
+    """Run all optimisations of a sweep, or what is left of them, and give the table of what came of them.
+
+    Args:
+        file: a sweep file; or, with `grid`, a scene's name or file. output: HDF5 file of all results, by default the
+            sweep's name and .h5; with `grid` the sweep file is written beside it.
+        grid: numbers by path in the scene, of which every combination is a run, such as `{"seed": [1, 2]}`.
+        search: options of each search, such as `{"candidates": 500}`. set: what all runs change in the scene.
+        device, threads: as of `Rollout`. progress: is told several times a second. trust: as of `load`.
+
+    Raises:
+        Error: the sweep cannot be used or has changed since it began, a file cannot be written, or runs have failed.
+    """
+    source = as_path(file, "file")
+    target = None if output is None else as_path(output, "output")
+    if grid is None:
+        if search is not None or set is not None:
+            raise ArgumentError(f"{'search' if search is not None else 'set'} needs a grid; a sweep file says its own")
+        plan = read(source, trust)
+    else:
+        target = target or Path(f"{file_name(source.stem)}_sweep.h5")
+        plan = _written(source, target, {"grid": grid, "search": search or {}, "set": set or {}}, trust)
+    target = target or Path(f"{plan.file.stem}.h5")
+    done = run(plan, target, device=device, threads=threads, progress=progress, trust=trust)
+    if done.failed:
+        name, why = next(iter(done.failed.items()))
+        raise Error(f"{target}: {len(done.failed)} of {len(done.manifest.runs)} runs have failed; {name}: {why}")
+    table = read_table(target)
+    assert isinstance(table, Sweep)
+    return table
+
+
+def _written(scene: Path, output: Path, tables: Mapping[str, Any], trust: bool) -> Plan:
+    """The plan of a scene and a grid, whose sweep file lies beside the output; one that says something else stays."""
+    name = str(scene.absolute()) if scene.suffix else str(scene)
+    for key, table in tables.items():
+        if not isinstance(table, Mapping):
+            raise ArgumentError(f"{key} takes names with values, not {type(table).__name__}")
+    try:
+        plain = {key: {name: list(values) if key == "grid" else values for name, values in table.items()}
+                 for key, table in tables.items()}  # fmt: skip
+        text = tomlkit.dumps({"scene": name, **plain})
+    except (TypeError, ValueError, AttributeError) as error:
+        raise ArgumentError(f"grid, search and set take numbers, texts and lists of them: {error}") from None
+    path = output.with_suffix(".toml")
+    there = path.exists()
+    if there and path.read_text(encoding="utf-8", errors="replace") != text:
+        raise Error(f"{path} is another sweep; give another output, or `wm.sweep({str(path)!r})` runs that one")
+    check_output(output, "a sweep", (".h5", ".hdf5"))
+    if not there:
+        replace_file(path, text)
+    try:
+        return read(path, trust)
+    except Error:
+        if not there:
+            path.unlink()
+        raise
