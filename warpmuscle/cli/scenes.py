@@ -139,7 +139,7 @@ def fit_paths(
 def convert(
     sources: Sources,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help=".toml, .osim, .xml; or .rbs, .sbc, .rs for all three.")
+        Path, typer.Option("--output", "-o", help=".toml, .osim, .xml, .par; or .rbs, .sbc, .rs for all three.")
     ],
     keyword_rule: Annotated[
         bool, typer.Option("--keyword-rule", help="Muscles drive only joints that a .rbs marks `actuationType muscle`.")
@@ -174,7 +174,8 @@ def convert(
     print_ignored(lost, "not all was written:")
     out.print(f"wrote {', '.join(map(str, files))}")
     if output.suffix == ".toml":
-        idle = " with its muscles at rest; `excitation` moves them" if scene.controller is None else ""
+        rests = scene.controller is None and scene.gait_states is None
+        idle = " with its muscles at rest; `excitation` moves them" if rests else ""
         suggest(f"`warpmuscle simulate {output} -o {output.stem}.h5` runs it{idle}")
 
 

@@ -27,7 +27,8 @@ from warpmuscle.scene.validation.start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
 MODELS = (".osim", ".xml")  # each a scene by itself
-READ = (*SUFFIXES, *MODELS)
+SCONE = (".scone", ".hfd")
+READ = (*SUFFIXES, *MODELS, *SCONE)
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
@@ -96,6 +97,8 @@ def load(
         if trust or trusts_everything():
             allow(scene, paths[0].absolute().parent)
         return scene
+    if suffixes and suffixes[0] in SCONE and suffixes[1:] in ([], [".par"]):
+        return _told(_scenario(paths, notes := Notes()), notes, set, ignored)
     for path, suffix in zip(paths, suffixes, strict=True):
         if suffix not in SUFFIXES[1:] and not (len(suffixes) == 1 and suffix in MODELS):
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
@@ -106,12 +109,17 @@ def load(
         scene = _mujoco_model(paths[0], notes)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
+    return _told(scene, notes, set, ignored)
+
+
+def _told(scene: Scene, notes: Notes, set: Mapping[str, Any] | None, ignored: list[Ignored] | None) -> Scene:
+    """A scene with other values, whose doubts and notes are told where `load` was called."""
     scene = with_values(scene, set)
-    _warn([notes.placed(doubt) for doubt in doubts_of(scene)])
+    _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=4)
     if ignored is not None:
         ignored.extend(notes.ignored)
     elif notes.ignored:
-        warnings.warn(summary(notes.ignored), stacklevel=2)
+        warnings.warn(summary(notes.ignored), stacklevel=3)
     return scene
 
 
@@ -154,10 +162,10 @@ def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:"
     return "\n".join(lines)
 
 
-def _warn(doubts: Iterable[SceneError]) -> None:
+def _warn(doubts: Iterable[SceneError], stacklevel: int = 3) -> None:
     """A warning for each, at the place where `load` was called."""
     for doubt in doubts:
-        warnings.warn(str(doubt), SceneWarning, stacklevel=3)
+        warnings.warn(str(doubt), SceneWarning, stacklevel=stacklevel)
 
 
 def _shipped(name: str) -> Path:
@@ -184,6 +192,13 @@ def _model(
     from warpmuscle.formats.osim.build import load_model  # with what no other scene waits for
 
     return load_model(path, notes, ball_joints, hard_points, merge_welds, limit_stiffness)
+
+
+def _scenario(paths: Sequence[Path], notes: Notes) -> Scene:
+    """The scene of a scenario of SCONE, or of a model of Hyfydy."""
+    from warpmuscle.formats.scone.scenario import load_scenario  # with what no other scene waits for
+
+    return load_scenario(paths[0], notes, *paths[1:])
 
 
 def _mujoco_model(path: Path, notes: Notes) -> Scene:

@@ -21,15 +21,17 @@ from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.paths import usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 
-WRITTEN = (*SUFFIXES, ".osim")
 FIXED = "free parameters are written as their start values"
 ON_LINE = "a point on a line is written where it is"
 LOST = "these files cannot hold it"
 ABSENT = object()
+WRITTEN = (*SUFFIXES, ".osim", ".par")
 
 
 def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = None) -> None:
     """Write a scene: as TOML, as a model of OpenSim, or as `.rbs`, `.sbc` and `.rs` files next to each other.
+
+    As .par, SCONE's file of parameters, its free numbers are written that have a name there.
 
     Args:
         scene: what to write, a scene or the name or file of one; it is checked first.
@@ -49,7 +51,10 @@ def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = Non
         toml.write(scene, path)
         return
     check_scene(scene)
-    lost = _write_model(scene, path) if suffix == ".osim" else _write_three(scene, path)
+    if suffix == ".par":
+        lost = _write_parameters(scene, path)
+    else:
+        lost = _write_model(scene, path) if suffix == ".osim" else _write_three(scene, path)
     if ignored is not None:
         ignored.extend(lost)
     elif lost:
@@ -63,6 +68,13 @@ def _write_model(scene: Scene, path: Path) -> list[Ignored]:
     plain = substitute(scene, start_values(scene))
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
     return free + write(plain, path)
+
+
+def _write_parameters(scene: Scene, path: Path) -> list[Ignored]:
+    """Write a file of parameters of SCONE; those that it has no names for."""
+    from warpmuscle.formats.scone.write import write_scene_parameters
+
+    return write_scene_parameters(scene, path)
 
 
 def _write_three(scene: Scene, path: Path) -> list[Ignored]:

@@ -40,6 +40,8 @@ from warpmuscle.kernels.control_structs import SimbiconRecord as SimbiconRecord
 from warpmuscle.kernels.control_structs import SimbiconState as SimbiconState
 from warpmuscle.kernels.control_structs import Trajectory as Trajectory
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.gait_state_structs import GaitMemory as GaitMemory
+from warpmuscle.kernels.gait_state_structs import GaitStates as GaitStates
 from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.kernels.muscle_structs import Contribution as Contribution
 from warpmuscle.kernels.muscle_structs import Crossing as Crossing
@@ -218,6 +220,7 @@ class Model:
     paths: Paths
     motion: PrescribedMotion
     reflexes: Reflexes
+    gait: GaitStates
     couplings: Couplings
     routes: Routes
     constraints: Constraints
@@ -266,6 +269,7 @@ class State:
     part_memory: wp.array3d[float]  # (instances, rows, floats) of parts of the scene's own; no instances without any
     muscles: MuscleState
     simbicon: SimbiconState
+    gait: GaitMemory  # without instances where no states of gait control muscles
 
 
 @wp.struct

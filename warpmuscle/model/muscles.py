@@ -19,6 +19,7 @@ from warpmuscle.kernels.muscle.contraction import RIGID
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import LAWS
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.controllers.gait_states import gait_states_struct
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
 from warpmuscle.model.path_table import PathTable, path_table
@@ -69,7 +70,8 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     hill = name == HILL
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
-        neural=hill and model.activation == "neural", implicit=hill and model.implicit_damping,
+        neural=hill and model.activation == "neural", excited=hill and model.activation == "excited",
+        implicit=hill and model.implicit_damping,
         own=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
 
@@ -304,4 +306,5 @@ def model_parts(scene: Scene, names: Topology, found: ActuationMap, device: Any)
         "paths": paths_struct(table, names, scene.character, device),
         "routes": route_struct(table, paths, names, scene.character, device),
         "reflexes": reflexes_struct(scene, names, found.muscles, device),
+        "gait": gait_states_struct(scene, names, found.muscles, device),
     }

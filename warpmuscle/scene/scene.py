@@ -24,6 +24,7 @@ from warpmuscle.scene.controller import SIMBICON, Command, Controller
 from warpmuscle.scene.custom_part import CustomPart
 from warpmuscle.scene.displacement import Coupling, Displacement
 from warpmuscle.scene.force import Force
+from warpmuscle.scene.gait_states.part import GaitReflex, GaitStates
 from warpmuscle.scene.impairments.part import Impairment
 from warpmuscle.scene.learning.task import Task
 from warpmuscle.scene.motion import Motion
@@ -86,6 +87,8 @@ __all__ = [
     "Failure",
     "Feedback",
     "Force",
+    "GaitReflex",
+    "GaitStates",
     "Ground",
     "Impairment",
     "InitialState",
@@ -183,6 +186,7 @@ class Scene(Part):
     name: str
     character: Character
     controller: Controller | None = None
+    gait_states: GaitStates | None = None  # reflexes by states of gait, in the place of a controller
     custom_controller: str = ""  # `module:name` of one of one's own, in the place of parts of the controller
     custom_controller_parameters: Annotated[dict[str, Number], "1"] = {}
     recorded: list[str] = []  # `module:name` each: quantities of one's own that recordings have

@@ -5,6 +5,7 @@ import pytest
 from probes import evaluate
 
 from warpmuscle.kernels.curve import curves, millard
+from warpmuscle.kernels.curve.curve_sets import CURVES
 from warpmuscle.kernels.curve.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN, THELEN_EXPLICIT
 
 MODELS = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de groote": DE_GROOTE, "explicit": THELEN_EXPLICIT}
@@ -150,3 +151,34 @@ def test_slopes_are_derivatives(model: int):
     for function, x, h, tolerance in cases:
         difference = (function(x + h)[:, 0] - function(x - h)[:, 0]) / (2.0 * h)
         np.testing.assert_allclose(function(x)[:, 1], difference, atol=tolerance)
+
+
+def test_curves_of_hyfydy_are_the_polynomials_of_its_manual_near_those_of_millard():
+    # Hyfydy User Manual 1.0.2, actuator forces; its passive curve has c_P1 twice in print, the second read as c_P2.
+    hyfydy = CURVES["hyfydy"]
+    length, speed, strain = np.linspace(0.3, 2.0, 400), np.linspace(-1.4, 1.4, 401), np.linspace(-0.02, 0.06, 100)
+    x, e = length - 1.0, np.maximum(strain, 0.0)
+    active = np.where((length > 0.46899) & (length < 1.80528), 1.5 * x**3 - 2.75 * x**2 + 1.0, 0.0)
+    passive = np.where(x > 0.0, 1.08027 * x**3 + 1.27368 * x**2, 0.0)
+    slow = np.clip(speed, -1.0, 0.0)
+    velocity = np.where(
+        speed < 0.0, 0.227 * (slow + 1.0) / (0.227 - slow), (1.6 * speed + 0.11) / (0.11 + np.maximum(speed, 0.0))
+    )
+    found = (
+        evaluate(curves.active_force_length, hyfydy, length), evaluate(curves.passive_force_length, hyfydy, length),
+        evaluate(curves.force_velocity, hyfydy, speed, 0.3), evaluate(curves.tendon_force_strain, hyfydy, strain),
+    )  # fmt: skip
+    for got, wanted in zip(found, (active, passive, velocity, 260.972 * e**2 + 7.9706 * e), strict=True):
+        np.testing.assert_allclose(got, wanted, atol=1e-5)
+    assert np.max(np.abs(evaluate(curves.active_force_length, MILLARD, length) - active)) < 0.12
+    assert np.max(np.abs(evaluate(curves.tendon_force_strain, MILLARD, strain[:80]) - found[3][:80])) < 0.06
+
+
+def test_slopes_of_hyfydys_curves_are_those_of_their_values():
+    speed, strain, step = np.array([-0.9, -0.3, -0.01, 0.01, 0.5]), np.array([0.005, 0.02, 0.05]), 1e-3
+    hyfydy = CURVES["hyfydy"]
+    for function, at in ((curves.force_velocity_slope, speed), (curves.tendon_force_slope, strain)):
+        rest = (0.5,) if function is curves.force_velocity_slope else ()
+        high, low = (evaluate(function, hyfydy, at + d, *rest)[:, 0] for d in (step, -step))
+        slope = evaluate(function, hyfydy, at, *rest)[:, 1]
+        np.testing.assert_allclose(slope, (high - low) / (2.0 * step), rtol=5e-3)

@@ -25,6 +25,13 @@ def test_small_step_follows_the_rate():
     np.testing.assert_allclose(moved - a, 1e-3 * rate * (u - a), atol=0.5 * (1e-3 * rate.max()) ** 2)
 
 
+def test_rate_by_excitation_goes_from_that_of_deactivation_to_that_of_activation():
+    # Hyfydy User Manual 1.0.2: a' = (u - a)(c1 u + c2), with c2 = 25/s and c1 + c2 = 100/s.
+    u = np.linspace(0.0, 1.0, 11)
+    got = evaluate(activation.excited_rate, u, 1.0 / 100.0, 1.0 / 25.0)
+    np.testing.assert_allclose(got, 75.0 * u + 25.0, rtol=1e-6)
+
+
 def test_relaxation_is_exact_at_a_constant_rate_and_stable_in_long_steps():
     steps = np.array([1e-4, 1e-2, 1.0, 100.0])
     got = evaluate(activation.activation_relaxed, 0.9, 0.2, 50.0, steps)

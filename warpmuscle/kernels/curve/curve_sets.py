@@ -12,11 +12,12 @@ The functions of a set are in a file of its name, `lee_curves.py` for lee.
 - sarshari: Sarshari 2018 (thesis, EPFL), as the CusToM toolbox (Muller 2019) has them: a bell of width 0.0955, and a
   force-velocity curve that is 0.955 at rest. Thelen's tendon.
 - mujoco: those of MuJoCo's muscle actuators with their default numbers; a rigid tendon.
+- hyfydy: the polynomials of Hyfydy's muscle_force_m2012fast, near those of Millard 2013 (Hyfydy User Manual 1.0.2).
 """
 
 from typing import Literal, get_args
 
-CurveSet = Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari", "mujoco"]
+CurveSet = Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari", "mujoco", "hyfydy"]
 CURVES: dict[str, int] = {name: number for number, name in enumerate(get_args(CurveSet))}  # as kernels number them
 PATH_ACTUATOR, LIGAMENT = len(CURVES), len(CURVES) + 1  # in the place of curves, see `cables.py`
 LEE, THELEN, MILLARD = CURVES["lee"], CURVES["thelen"], CURVES["millard"]

@@ -84,6 +84,37 @@ def coordinate_limit(
 
 
 @wp.struct
+class RangeLimit:
+    """A spring beyond the ends of a range whose damper is the stronger, the more it is bent."""
+
+    low: float  # rad or m
+    high: float
+    stiffness: float  # N m/rad or N/m
+    damping: float  # s/rad or s/m, of the spring's own effort
+
+
+@func
+def range_limit_effort(q: float, v: float, limit: RangeLimit) -> float:
+    """Effort -k e (1 + c e'), e the way beyond an end and e' its rate; never back out (Hyfydy's joint_force_pnld).
+
+    Its manual has it after Hunt and Crossley 1975, as contact is.
+    """
+    excess = q - wp.clamp(q, limit.low, limit.high)
+    rate = wp.where(excess < 0.0, -v, v)
+    return -limit.stiffness * excess * wp.max(1.0 + limit.damping * rate, 0.0)
+
+
+@func
+def range_limit(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, limit: RangeLimit
+) -> wp.vec3:
+    """Effort along the first coordinate of a joint."""
+    plan = model.skeleton.plan[body]
+    q, v = state.coordinates[instance, plan.coordinate_start], state.speeds[instance, plan.speed_start]
+    return wp.vec3(range_limit_effort(q, v, limit), 0.0, 0.0)
+
+
+@wp.struct
 class CoordinateSpring:
     """A spring and a damper along a coordinate."""
 
@@ -133,6 +164,7 @@ FORCES = {
     "coordinate_limit": ForceKind(
         effort=coordinate_limit, parameters=CoordinateLimit, of_angle=True, positive=("transition",)
     ),
+    "range_limit": ForceKind(effort=range_limit, parameters=RangeLimit, of_angle=True),
     "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring, of_angle=True),
     "bushing": ForceKind(pair=bushing, parameters=Bushing),
     "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),

@@ -33,6 +33,15 @@ def activation_rate(activation: float, excitation: float, rise_time: float, fall
 
 
 @func
+def excited_rate(excitation: float, rise_time: float, fall_time: float) -> float:
+    """Rate c1 u + c2 of a' = (c1 u + c2)(u - a), 1/s: 1/rise_time at full excitation, 1/fall_time at none.
+
+    As in the integrators of Hyfydy (its User Manual 1.0.2, muscle activation dynamics).
+    """
+    return excitation / rise_time + (1.0 - excitation) / fall_time
+
+
+@func
 def activation_relaxed(activation: float, excitation: float, rate: float, time_step: float) -> float:
     """Activation after one step of a' = rate (u - a) at constant rate: exact, so stable for steps of any length."""
     return excitation + (activation - excitation) * wp.exp(-rate * time_step)

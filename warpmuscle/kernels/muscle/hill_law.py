@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.muscle.activation import activation_relaxed, excited_rate
 from warpmuscle.kernels.muscle.cables import cable_signals, with_cables
 from warpmuscle.kernels.muscle.contraction import RIGID, contraction_of
 from warpmuscle.kernels.muscle.muscle_control import activated, neurally_activated
@@ -29,6 +30,15 @@ def follow(instance: int, m: int, activation: float, muscle: MuscleStepRef, mode
 
 
 @func(inline=True)
+def follow_excited(
+    instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
+) -> float:
+    """The same at a rate that depends on the excitation."""
+    rate = excited_rate(muscle.excitation, muscle.row.rise_time, muscle.row.fall_time)
+    return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
+
+
+@func(inline=True)
 def follow_neural_signal(
     instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
 ) -> float:
@@ -45,6 +55,8 @@ def follow_neural_signal(
 def activate_of(kind: MuscleKind) -> Any:
     """See `MuscleLaw.activate`."""
     dynamics, floored, cables = follow_neural_signal if kind.neural else follow, kind.floored, kind.cables
+    if kind.excited:
+        dynamics = follow_excited
 
     @wp.func(inline=True)
     def activate(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):

@@ -9,7 +9,7 @@ import warp as wp
 
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind
 from warpmuscle.kernels.control.reflex import added_reflex_force, reflex_force, reflex_stage
-from warpmuscle.model.controllers import simbicon
+from warpmuscle.model.controllers import gait_states, simbicon
 from warpmuscle.model.controllers.declared import declared_controller, has_declared
 from warpmuscle.model.controllers.entry import Entry, Zeros
 from warpmuscle.model.reflexes import has_reflexes
@@ -39,6 +39,12 @@ TABLE = (
         "reflexes",
         applies=has_reflexes,
         compiled=lambda before, scene: before._replace(sense=reflex_stage, force=_reflex_force(scene)),
+    ),
+    Entry(
+        "gait states",
+        applies=gait_states.has_gait_states,
+        compiled=gait_states.compiled,
+        state=gait_states.state_arrays,
     ),
     Entry(  # by type, from a module of the user's or of `kernels`
         "declared",

@@ -151,7 +151,8 @@ class MuscleModel(Part):
     bounds. `legacy`: exactly as the original program computed it, unbounded, with its switch and its old moment arms.
     `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
-    neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11).
+    neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11); excited, the rate goes
+    from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy.
     `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
     muscles on light bodies stay stable; so are the dampers of the joints.
     `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
@@ -176,7 +177,7 @@ class MuscleModel(Part):
     ideal: bool = False
     negative: Literal["keep", "drop", "clip"] = "keep"
     sharing: Literal["each", "least_effort"] = "each"
-    activation: Literal["linear", "scaled", "neural"] = "linear"
+    activation: Literal["linear", "scaled", "neural", "excited"] = "linear"
     rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
     neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows

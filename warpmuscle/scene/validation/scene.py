@@ -15,6 +15,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Character, InitialState, Scene, drawable
+from warpmuscle.scene.gait_states.checks import check_gait_states
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free
@@ -73,6 +74,7 @@ class _Check(Checks):
         check_motion(self)
         check_forces(self)
         check_controller(self)
+        check_gait_states(self)
         self.initial_state(scene.initial_state, scene.character)
         check_closed(scene)
         check_ground(self)

@@ -72,11 +72,12 @@ def editable(scene: Scene) -> tuple[list[Editable], list[CurveKnots]]:
     for name in ("controller", "custom_controller_parameters"):
         for one in _below(getattr(scene, name), (name,), None, scene):
             _into(one, numbers, curves)
+    controlled = scene.controller is not None or bool(scene.custom_controller) or scene.gait_states is not None
     for name, muscle in scene.character.muscles.items():
         path = ("character", "muscles", name)
         for field in OF_MUSCLE:
             numbers.append(_number((*path, field), units_of(type(muscle)).get(field, ""), scene))
-        if muscle.excitation is None and scene.controller is None and not scene.custom_controller:
+        if muscle.excitation is None and not controlled:
             group, name, _ = called((*path, "excitation"), scene)  # nothing excites it but what is drawn by hand
             key = ".".join((*path, "excitation"))
             curves.append(CurveKnots(key, (*path, "excitation"), group, name, "", *KNOTS[Excitation], True, "", 0))

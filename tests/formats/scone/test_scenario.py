@@ -1,0 +1,198 @@
+"""Scenarios of SCONE as scenes: states, reflexes, start and objective, values of parameters, and what is not known."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import small_scone
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import load, save
+from warpmuscle.formats.scone.parameters import Parameter, read_parameters, write_parameters
+from warpmuscle.formats.toml import dumps, loads
+from warpmuscle.scene import Scene
+from warpmuscle.scene.initial_pose import world_poses
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+
+VALUES = [
+    Parameter("stance_load_threshold", 0.2, 0.2, 0.01), Parameter("S00111.calf.KF", 1.6, 1.5, 0.1),
+    Parameter("S00111.seat-tilt.KP", -0.5, 0.0, 0.1), Parameter("S11000.calf-foot.pos_max", -0.3, 0.0, 0.1),
+    Parameter("tilt.offset", 0.02, 0.0, 0.01), Parameter("initial_load", 0.5, 0.5, 0.1),
+    Parameter("nobody.KF", 1.0, 1.0, 0.1),
+]  # fmt: skip
+
+
+def read(folder: Path, **texts: str) -> Scene:
+    return load(small_scone.write(folder, **texts), ignored=[])
+
+
+def changed(text: str, old: str, new: str) -> str:
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+def test_reflexes_act_in_the_states_that_they_are_named_under(tmp_path: Path):
+    scene = read(tmp_path)
+    states = scene.gait_states
+    assert states is not None
+    assert scene.feet == ("foot_l", "foot_r")
+    assert (states.base, states.control_step, states.least) == ("trunk", 0.005, 0.01)
+    assert states.leg_length == pytest.approx(math.hypot(0.05, 0.49))
+    assert states.stance_load == Free(0.1, min=0.001, max=1.0)
+    assert states.swing_load is None
+    assert list(states.reflexes) == ["S00111_calf", "S00111_seat-tilt", "S11000_seat-calf", "S11000_calf"]
+    calf, seat = states.reflexes["S00111_calf"], states.reflexes["S00111_seat-tilt"]
+    assert calf.during == ["early_stance", "late_stance", "liftoff"]
+    assert calf.delay == 0.02
+    assert (calf.constant, calf.force_gain) == (0.05, Free(1.2, min=-10.0, max=10.0))
+    assert (seat.joint, seat.angle_target, seat.rate_gain, seat.positive) == ("root", -0.1, 0.4, [])
+    other, silent = states.reflexes["S11000_seat-calf"], states.reflexes["S11000_calf"]
+    assert (other.of, other.length_offset, other.velocity_gain, other.positive) == ("calf", 0.7, 0.1, ["velocity"])
+    assert (silent.within_joint, silent.within_high) == ("foot", Free(-0.1, min=-1.0, max=1.0))
+
+
+def test_the_best_values_of_a_par_file_are_where_numbers_start(tmp_path: Path):
+    path = small_scone.write(tmp_path)
+    write_parameters(tmp_path / "best.par", VALUES)
+    notes = []
+    scene = load(path, tmp_path / "best.par", ignored=notes)
+    found = {one.name: one.value for one in free_parameters(scene)}
+    assert found["gait_states.stance_load"] == 0.2
+    assert found["gait_states.reflexes.S00111_calf.force_gain"] == 1.6
+    assert found["gait_states.reflexes.S00111_seat-tilt.angle_gain"] == -0.5
+    assert found["gait_states.reflexes.S11000_calf.within_high"] == -0.3
+    lost = [note for note in notes if note.file == tmp_path / "best.par"]
+    assert [(note.text, note.line) for note in lost] == [("nobody.KF", 7)]
+    tilt = 2.0 * math.atan2(-float(scene.initial_state.root_orientation[0]), 1.0)
+    assert tilt == pytest.approx(-0.05 + 0.02, abs=1e-4)  # start, and its offset
+
+
+def test_a_scene_gives_its_parameters_back_in_scones_names(tmp_path: Path):
+    scene = read(tmp_path)
+    lost = []
+    save(scene, tmp_path / "out.par", lost)
+    found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
+    assert lost == []
+    assert found == {
+        "stance_load_threshold": 0.1,
+        "S00111.calf.KF": 1.2,
+        "S00111.seat-tilt.KP": 1.9,
+        "S11000.seat-calf.KL": 2.0,
+        "S11000.calf-foot.pos_max": -0.1,
+    }
+
+
+def test_a_scene_stays_the_same_as_toml(tmp_path: Path):
+    scene = read(tmp_path)
+    assert loads(dumps(scene)) == scene
+
+
+def test_the_start_has_the_load_on_the_ground_that_is_asked_for(tmp_path: Path):
+    scene = read(tmp_path)
+    plain = substitute(scene, start_values(scene))
+    poses, pushed = world_poses(plain), 0.0
+    for foot in ("foot_l", "foot_r"):
+        position, orientation = poses[foot]
+        angle = 2.0 * math.atan2(orientation[0], orientation[3])
+        for _, y, z in ((shape.center) for shape in plain.character.bodies[foot].shapes):
+            height = position[1] + y * math.cos(angle) - z * math.sin(angle)
+            pushed += (3000.0 * max(0.03 - height, 0.0)) ** 1.5
+    weight = 9.81 * (40.0 + 2.0 * (8.0 + 1.5))
+    assert pushed == pytest.approx(0.2 * weight, rel=1e-5)
+    assert plain.initial_state.root_velocity == (0.0, 0.0, 1.1)
+    assert plain.initial_state.root_angular_velocity == pytest.approx((0.1, 0.0, 0.0))
+
+
+def test_a_storage_file_starts_as_the_text_does(tmp_path: Path):
+    text = read(tmp_path).initial_state
+    names = [
+        "tilt",
+        "trunk_x",
+        "thigh_r",
+        "foot_r",
+        "thigh_l",
+        "foot_l",
+        "tilt_u",
+        "trunk_x_u",
+        "thigh_r_u",
+        "thigh_l_u",
+    ]
+    row = [-0.05, 0, 0.35, 0.05, -0.15, 0.02, -0.1, 1.1, -1.5, 0.8]
+    lines = ["a", "inDegrees=no", "endheader", "\t".join(["time", *names]), "\t".join(map(str, [2.0, *row]))]
+    (tmp_path / "data" / "start.zml").unlink()
+    (tmp_path / "data" / "start.sto").write_text("\n".join(lines))
+    assert load(tmp_path / "pair.scone", ignored=[]).initial_state == text
+
+
+def test_measures_become_terms_as_far_as_there_are_any(tmp_path: Path):
+    notes = []
+    scene = load(small_scone.write(tmp_path), ignored=notes)
+    objective = scene.objective
+    assert (objective.target_speed, objective.speed) == (1.0, pytest.approx(100.0 / 0.8))
+    assert (objective.cost_of_transport, objective.metabolic_model) == (0.1, "wang")
+    assert (scene.failure.com_height, scene.muscle_model.specific_tension) == (0.5, 2.5e5)
+    assert any(note.text == "GaitMeasure" and "squared error" in note.reason for note in notes)
+
+
+def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Path):
+    weak = "Properties { calf_l { max_isometric_force.factor = 0.2 } seat_r { optimal_fiber_length = 0.1 } }\n"
+    more = (
+        "ReflexController { name = Spastic symmetric = 1 MuscleReflex { target = calf delay = 0.02 C0 = 0.1 KF = 1 } }"
+    )
+    scenario = changed(small_scone.SCENARIO, "model_file", f"{weak} model_file")
+    inside = f"CompositeController {{ << data/controller.scone >> {more} }}"
+    scene = read(tmp_path, scenario=changed(scenario, "<< data/controller.scone >>", inside))
+    muscles = scene.character.muscles
+    assert (muscles["calf_l"].f_max, muscles["calf_r"].f_max) == (pytest.approx(600.0), 3000.0)
+    assert (muscles["seat_r"].l_opt, muscles["seat_l"].l_opt) == (0.1, 0.12)
+    assert scene.gait_states is not None
+    spastic = scene.gait_states.reflexes["calf"]
+    assert len(spastic.during) == 5
+    assert (spastic.constant, spastic.force_gain) == (0.1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("where", "old", "new", "said"),
+    [
+        ("controller", "GaitStateController", "SpinalController", "controller.scone:3: SpinalController: not known in"),
+        ("controller", "MuscleReflex {", "BodyPointReflex {", "controller.scone:10: BodyPointReflex: not known in"),
+        ("controller", "target = calf", "target = claf", "there is no muscle 'claf' in the model, nor claf_l"),
+        ("controller", "source = tilt", "source = trunk_x", "of the root only its turn 'tilt' can be sensed"),
+        ("controller", "Liftoff", "Lift", "there is no state 'Lift'; there are EarlyStance"),
+        ("controller", "symmetric = 1", "symmetric = 0", "legs with parameters of their own are not known"),
+        ("controller", "KF = ~1.2<-10,10>", "KX = 1", "KX: not known in `MuscleReflex`"),
+        ("controller", "delay = 0.020", "delay = -1", "gait_states.reflexes.S00111_calf.delay: must not be negative"),
+        ("controller", "delay = 0.020", "delay = 1e9", "the limit `delay`"),
+        ("controller", "dof = foot", "dof = toe", "there is no joint 'toe' in the model"),
+        ("scenario", "Wang2012", "Wang2013", "'Wang2013' is not known here; there are Wang2012"),
+        ("scenario", "GaitMeasure", "JumpMeasure", "measures of this kind are not known here; there are"),
+        ("scenario", "max_duration = 0.8", "max_duration = 0.8 colour = 1", "colour: not known in"),
+        ("scenario", "data/pair.hfd", "../pair.hfd", "leads out of the folder"),
+        ("scenario", "data/pair.hfd", "data/none.hfd", "there is no file 'data/none.hfd' here"),
+        ("scenario", "ModelHyfydy", "ModelOther", "there is no model in it; there are ModelHyfydy"),
+        ("scenario", "CmaOptimizer", "Optimiser", "there is no SimulationObjective in it"),
+    ],
+)
+def test_what_is_not_known_is_named_with_its_line(tmp_path: Path, where: str, old: str, new: str, said: str):
+    text = {"controller": small_scone.CONTROLLER, "scenario": small_scone.SCENARIO}[where]
+    with pytest.raises(SceneError) as caught:
+        read(tmp_path, **{where: changed(text, old, new)})
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scenario_is_written_as_no_scenario(tmp_path: Path):
+    with pytest.raises(SceneError, match="a scene is written as"):
+        save(read(tmp_path), tmp_path / "again.scone")
+
+
+def test_every_prefix_of_a_scenario_is_read_or_refused(tmp_path: Path):
+    random, read_or_refused = np.random.default_rng(4), []
+    for end in random.integers(0, len(small_scone.SCENARIO), 40):
+        try:
+            read_or_refused.append(str(read(tmp_path, scenario=small_scone.SCENARIO[:end])))
+        except SceneError as error:
+            read_or_refused.append(str(error))
+    assert not any("\n" in text for text in read_or_refused)

@@ -1,0 +1,108 @@
+"""The objective of a scene from the measures of a SCONE scenario, as far as there are terms for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import msgspec
+
+from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.scone.zml import Node
+from warpmuscle.scene import Scene
+
+LABELS = ("name", "signature_prefix", "signature_postfix", "symmetric", "minimize", "threshold", "threshold_transition")
+ENERGY = {"Wang2012": "wang", "Uchida2016": "umberger"}
+EFFORT = {"SquaredMuscleActivation": "effort_squared", "CubedMuscleActivation": "effort_cubed"}
+APPROXIMATE = "the nearest term is another one: "
+
+
+def read_measures(nodes: Iterable[Node], scene: Scene, notes: Notes) -> None:
+    """Put the measures of a scenario into a scene, and note what of them counts otherwise.
+
+    Raises:
+        SceneError: a measure is not known, with file and line.
+    """
+    for node in nodes:
+        _measure(node, scene, notes, 1.0)
+
+
+def _measure(node: Node, scene: Scene, notes: Notes, factor: float) -> None:
+    if node.key not in MEASURES:
+        node.fail(f"measures of this kind are not known here; there are {', '.join(MEASURES)}")
+    weight = factor * node.number_of("weight", 1.0)
+    for label in LABELS:
+        node.find(label)
+    MEASURES[node.key](node, scene, notes, weight)
+    node.tell_unused()
+
+
+def _weigh(scene: Scene, **fields: Any) -> None:
+    """Give some fields of the objective other values."""
+    scene.objective = msgspec.structs.replace(scene.objective, **fields)
+
+
+def _composite(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """The weighted sum of others."""
+    for child in [*node.children, *(one for group in node.every("Measures") for one in group.children)]:
+        if child.children and child.key != "Measures":
+            child.used = True
+            _measure(child, scene, notes, weight)
+
+
+def _gait(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """A least speed of steps, and the height at which a fall ends the simulation."""
+    for key in ("load_threshold", "min_step_duration", "initiation_steps", "base_bodies", "max_velocity"):
+        node.find(key)
+    scene.failure.com_height = node.number_of("termination_height", 0.5)
+    speed = node.number_of("min_velocity", 0.0)
+    if speed > 0.0:
+        _weigh(scene, target_speed=speed, speed=weight / scene.duration)
+        reason = f"squared error of the speed {speed:g} m/s, where SCONE counts what steps lack of it"
+        notes.ignore(node.file, node.line, node.key, APPROXIMATE + reason)
+
+
+def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """Metabolic energy over mass and distance, or activations."""
+    kind = node.need("measure_type")
+    transport = node.truth_of("use_cost_of_transport", False)
+    tension = node.number_of("specific_tension", 2.5e5)
+    for key in ("muscle_density", "min_distance", "order", "mechanical_work_order"):
+        node.find(key)
+    ratio = node.number_of("default_muscle_slow_twitch_ratio", 0.5)
+    for muscle in scene.character.muscles.values():
+        muscle.slow_fibres = ratio
+    scene.muscle_model.specific_tension = tension
+    if kind.text() in ENERGY:
+        term = {"cost_of_transport": weight} if transport else {"metabolic": weight / scene.duration}
+        _weigh(scene, metabolic_model=ENERGY[kind.text()], **term)
+    elif kind.text() in EFFORT:
+        _weigh(scene, **{EFFORT[kind.text()]: weight / scene.duration})
+    else:
+        kind.fail(f"{kind.text()!r} is not known here; there are {', '.join((*ENERGY, *EFFORT))}")
+
+
+def _dof(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """Angles and torques of limits beyond a range: there is no term for one joint."""
+    for child in node.children:
+        child.used = True
+    reason = f"of {node.string_of('dof', 'a joint')}: no term counts one joint's angle or limit alone; left out"
+    notes.ignore(node.file, node.line, node.key, reason)
+
+
+def _ground_force(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """Ground forces beyond a bound."""
+    bound = node.need("max").number()
+    for key in ("start_time", "stop_time", "min", "use_force_per_leg"):
+        node.find(key)
+    for key in ("abs_penalty", "squared_penalty"):
+        node.number_of(key, 0.0)
+    _weigh(scene, ground_force=weight / scene.duration, ground_force_bound=bound)
+    reason = "vertical force on each foot, from the start, where SCONE takes the length of that on both"
+    notes.ignore(node.file, node.line, node.key, APPROXIMATE + reason)
+
+
+MEASURES: dict[str, Callable[[Node, Scene, Notes, float], None]] = {
+    "CompositeMeasure": _composite, "GaitMeasure": _gait, "EffortMeasure": _effort, "DofMeasure": _dof,
+    "ReactionForceMeasure": _ground_force,
+}  # fmt: skip

@@ -1,0 +1,232 @@
+"""A scene from a SCONE scenario with its model, or from a model of Hyfydy alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.build import load_model
+from warpmuscle.formats.scone.controller import CONTROLLERS, Bindings, read_controllers
+from warpmuscle.formats.scone.measures import MEASURES, read_measures
+from warpmuscle.formats.scone.model import Coordinate, HyfydyModel, Options, read_model
+from warpmuscle.formats.scone.numbers import FreeNumber, read_number
+from warpmuscle.formats.scone.parameters import Parameter, read_parameters
+from warpmuscle.formats.scone.start import matches, put_load, put_start, read_states
+from warpmuscle.formats.scone.zml import Node, find_beside, parse
+from warpmuscle.scene import Scene
+from warpmuscle.scene.gait_states.part import sided
+from warpmuscle.scene.validation.scene import check_scene
+
+OPTIMIZERS = ("CmaOptimizer", "CmaPoolOptimizer", "EvaOptimizer", "SimilarityOptimizer")
+OBJECTIVES = ("SimulationObjective",)
+MODELS = ("ModelHyfydy", "ModelOpenSim3", "ModelOpenSim4")
+SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has options for
+    "signature_prefix", "signature_postfix", "min_progress", "max_generations", "random_seed", "output_root", "lambda",
+    "init_file", "init", "use_init_file", "max_errors", "name", "global_std_factor", "global_std_offset", "sigma", "mu",
+    "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size",
+)  # fmt: skip
+UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
+FORCES = ("planar_joint_force_pnld", "joint_force_pnld", "simple_collision_detection")
+SETTINGS = (  # of the model, that change nothing here
+    "signature_postfix", "scone_version", "hyfydy_version", "name", "use_fixed_control_step_size", "max_step_size",
+    "integration_accuracy", "integration_method", "enable_external_forces", "fixed_measure_step_size",
+    "initial_load_dof", "initial_state_offset_include", "leg_upper_body", "leg_lower_body", "leg_contact_force",
+    "max_integration_step_size", "planar",
+)  # fmt: skip
+PROPERTIES = {
+    "max_isometric_force": "f_max", "optimal_fiber_length": "l_opt", "tendon_slack_length": "l_slack",
+    "pennation_angle": "pennation",
+}  # fmt: skip
+OFFSETS = "start where their offsets put them, {fixed}: a search does not change them here"
+TIME_STEP = 0.001  # s
+CONTROL_STEP = 0.005
+
+
+def load_scenario(path: Path, notes: Notes, values: Path | None = None) -> Scene:
+    """A checked scene of a scenario, or of a model.
+
+    Args:
+        notes: gets what is not used, or is taken otherwise, with its line.
+        values: a .par file, from whose best values free numbers start.
+
+    Raises:
+        SceneError: with file and line.
+    """
+    parameters = {} if values is None else read_parameters(values)
+    top = parse(path, notes)
+    if top.find("model") is not None:
+        found = read_model(top, notes)
+        found.scene.name = path.stem
+        found.scene.time_step = TIME_STEP
+        put_start(found.scene, found.coordinates, {}, {})
+        put_load(found.scene, 1.0)
+        scene = found.scene
+        bindings = Bindings(parameters)
+    else:
+        scene, bindings = _Scenario(top, path, notes, parameters).scene()
+    if values is not None:
+        _tell_unknown(values, parameters, bindings, notes)
+    try:
+        check_scene(scene)
+    except SceneError as error:
+        raise notes.placed(error) from None
+    return scene
+
+
+class _Scenario:
+    """Reads one scenario."""
+
+    def __init__(self, top: Node, path: Path, notes: Notes, parameters: Mapping[str, Parameter]) -> None:
+        self._top, self._path, self._notes = top, path, notes
+        self._bindings = Bindings(parameters)
+
+    def scene(self) -> tuple[Scene, Bindings]:
+        """The scene, and where its parameters are."""
+        optimizer = self._top.find(*OPTIMIZERS) or self._top
+        objective = optimizer.find(*OBJECTIVES)
+        if objective is None:
+            self._top.fail(f"there is no {OBJECTIVES[0]} in it, nor a model of Hyfydy")
+        for option in optimizer.every(*SEARCH):
+            if option.key not in ("signature_prefix", "signature_postfix", "name"):
+                self._notes.ignore(option.file, option.line, option.key, UNUSED)
+        optimizer.tell_unused()
+        for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time"):
+            objective.find(key)
+        self._bindings.std_factor = objective.number_of("auto_std_factor", self._bindings.std_factor)
+        node = objective.find(*MODELS)
+        if node is None:
+            objective.fail(f"there is no model in it; there are {', '.join(MODELS)}")
+        found = self._model(node)
+        scene = found.scene
+        scene.name, scene.time_step = self._path.stem, TIME_STEP
+        scene.duration = objective.number_of("max_duration", 10.0)
+        read_controllers(objective.every(*CONTROLLERS), scene, found.root, self._bindings)
+        read_measures(objective.every(*MEASURES), scene, self._notes)
+        objective.tell_unused(f"controllers are {', '.join(CONTROLLERS)}, measures {', '.join(MEASURES)}")
+        if scene.gait_states is not None:
+            scene.gait_states.control_step = node.number_of("fixed_control_step_size", CONTROL_STEP)
+            scene.gait_states.least = node.number_of("min_muscle_activation", 0.01)
+        node.find("fixed_control_step_size")
+        node.find("min_muscle_activation")
+        self._start(node, found)
+        node.tell_unused()
+        return scene, self._bindings
+
+    def _model(self, node: Node) -> HyfydyModel:
+        file = node.need("model_file")
+        path = find_beside(file.text(), file, self._path.absolute().parent, self._notes)
+        for key in SETTINGS:
+            node.find(key)
+        options = _options(node)
+        if path.suffix.lower() == ".osim":
+            found = _of_opensim(load_model(path, self._notes))
+        else:
+            found = read_model(parse(path, self._notes), self._notes, options)
+        self._properties(node, found.scene)
+        _put_feet(found.scene, node)
+        return found
+
+    def _properties(self, node: Node, scene: Scene) -> None:
+        """Other numbers of muscles, as they are or as factors."""
+        properties = node.find("Properties")
+        for one in properties.children if properties is not None else ():
+            one.used = True
+            if one.key not in scene.character.muscles:
+                one.fail("there is no muscle of this name")
+            muscle = scene.character.muscles[one.key]
+            for change in one.children:
+                word, _, factor = change.key.partition(".")
+                if word in PROPERTIES and factor in ("", "factor"):
+                    change.used = True
+                    own = getattr(muscle, PROPERTIES[word])
+                    setattr(muscle, PROPERTIES[word], change.number() * (own if factor else 1.0))
+            one.tell_unused(f"muscles have {', '.join(PROPERTIES)}, each also with .factor")
+
+    def _start(self, node: Node, found: HyfydyModel) -> None:
+        values: dict[str, float] = {}
+        speeds: dict[str, float] = {}
+        if (file := node.find("state_init_file")) is not None:
+            folder = self._path.absolute().parent
+            values, speeds = read_states(
+                find_beside(file.text(), file, folder, self._notes, (".sto", ".zml")), self._notes
+            )
+        offset, excluded = node.find("initial_state_offset"), node.string_of("initial_state_offset_exclude")
+        symmetric = node.truth_of("initial_state_offset_symmetric", False)
+        if offset is not None:
+            usual = read_number(offset, self._bindings.std_factor)
+            for name in found.coordinates:
+                for table, state in ((values, name), (speeds, f"{name}_u")):
+                    if not matches(state, excluded):
+                        own = state.removesuffix("_l").removesuffix("_r") if symmetric else state
+                        table[name] = table.get(name, 0.0) + self._fixed(f"{own}.offset", usual)
+            how = "by the .par file" if self._bindings.values else "by their means"
+            self._notes.ignore(offset.file, offset.line, "initial_state_offset", OFFSETS.format(fixed=how))
+        load = node.find("initial_load")
+        usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
+        put_start(found.scene, found.coordinates, values, speeds)
+        put_load(found.scene, self._fixed("initial_load", usual))
+
+    def _fixed(self, name: str, usual: float | FreeNumber) -> float:
+        """A parameter that a scene has no free number for: its best value, or its mean."""
+        known = self._bindings.values.get(name)
+        self._bindings.places.setdefault(name, "")
+        if known is not None:
+            return known.best
+        return usual.mean if isinstance(usual, FreeNumber) else usual
+
+
+def _options(node: Node) -> Options:
+    """How Hyfydy would compute."""
+    options = Options()
+    forces = node.find("composite_force")
+    if forces is not None:
+        for key in FORCES:
+            forces.find(key)
+        if (contact := forces.find("contact_force_hunt_crossley_sb")) is not None:
+            options.transition_velocity = contact.number_of("transition_velocity", 0.1)
+            contact.tell_unused()
+        if (muscle := forces.find("muscle_force_m2012fast")) is not None:
+            options.damping = muscle.number_of("xi", options.damping)
+            options.v_max = muscle.number_of("v_max", options.v_max)
+            muscle.find("use_pennation_during_equilibration")
+            muscle.tell_unused()
+        forces.tell_unused("forces are contact_force_hunt_crossley_sb and muscle_force_m2012fast")
+    for child in node.children:
+        if child.key.endswith(("_integrator", "_integrator_psem")) or "_integrator_" in child.key:
+            child.used = True
+            options.activation_rate = child.number_of("activation_rate", options.activation_rate)
+            options.deactivation_rate = child.number_of("deactivation_rate", options.deactivation_rate)
+    return options
+
+
+def _of_opensim(scene: Scene) -> HyfydyModel:
+    """What a scene of an OpenSim model says of its coordinates."""
+    model = scene.opensim
+    found = HyfydyModel(scene, {}, list(model.root_coordinates) if model is not None else [])
+    root = scene.character.root
+    turns = len(model.root.rotations) if model is not None and model.root is not None else 0
+    axes = ("z", "x", "y") if scene.character.root_joint == "planar" else ("z", "x", "y", "x", "y", "z")
+    for index, (name, axis) in enumerate(zip(found.root, axes, strict=False)):
+        found.coordinates[name] = Coordinate(name, 0, root, "r" if index < turns else "t", axis, 1.0)
+    for name in scene.character.joints:
+        found.coordinates[name] = Coordinate(name, 0, name, "r", "z", 1.0)
+    return found
+
+
+def _put_feet(scene: Scene, node: Node) -> None:
+    """The feet are the bodies of either side that touch the ground, the first of each leg."""
+    bodies = scene.character.bodies
+    touching = [name for name, body in bodies.items() if body.shapes]
+    unsided = [name[:-2] for name in touching if name.endswith("_l") and f"{name[:-2]}_r" in touching]
+    if not unsided:
+        node.fail("its model has no feet, bodies with names in _l and _r that touch the ground")
+    scene.character.feet = (sided(unsided[0], bodies, "l"), sided(unsided[0], bodies, "r"))
+
+
+def _tell_unknown(path: Path, parameters: Mapping[str, Parameter], bindings: Bindings, notes: Notes) -> None:
+    """Note what of a file of parameters the scenario has no number for."""
+    for name, one in parameters.items():
+        if name not in bindings.places:
+            notes.ignore(path, one.line, name, "the scenario has no free number of this name; not used")

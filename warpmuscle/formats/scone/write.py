@@ -1,0 +1,62 @@
+"""Free numbers of a scene with states of gait as SCONE's file of parameters."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from warpmuscle.formats.lines import Ignored
+from warpmuscle.formats.scone.controller import OF_JOINT, OF_MUSCLE, THRESHOLDS
+from warpmuscle.formats.scone.numbers import AUTO_FACTOR, LEAST_SPREAD
+from warpmuscle.formats.scone.parameters import Parameter, write_parameters
+from warpmuscle.scene import GaitReflex, Scene
+from warpmuscle.scene.parameters import free_parameters
+
+PREFIX = re.compile(r"(S[01]{5})_(.+)")
+UNNAMED = "SCONE has no parameter of this name; left out"
+
+
+def parameter_name(path: str, scene: Scene) -> str:
+    """SCONE's name of a free number of a scene; empty if it has none."""
+    table, _, rest = path.partition(".")
+    if table != "gait_states" or scene.gait_states is None:
+        return ""
+    reflex, _, field = rest.removeprefix("reflexes.").rpartition(".")
+    if not reflex:
+        return next((word for word, own in THRESHOLDS.items() if own == field), "")
+    one = scene.gait_states.reflexes.get(reflex)
+    if one is None:
+        return ""
+    found = PREFIX.fullmatch(reflex)
+    name = f"{found[1]}.{found[2]}" if found is not None else reflex
+    word = _word(one, field)
+    if field in ("within_low", "within_high"):
+        return f"{name}-{one.within_joint}.{word}"
+    return f"{name}.{word}" if word else ""
+
+
+def _word(reflex: GaitReflex, field: str) -> str:
+    """What SCONE calls a number of a reflex."""
+    own = {"delay": "delay", "within_low": "pos_min", "within_high": "pos_max"}
+    for word, name in (OF_JOINT if reflex.joint else OF_MUSCLE).items():
+        own.setdefault(name, word)
+    return own.get(field, "")
+
+
+def write_scene_parameters(scene: Scene, path: Path) -> list[Ignored]:
+    """Write the free numbers of a scene as a .par file; those that SCONE has no name for.
+
+    Best value and mean are those that the scene starts from, the spread that which SCONE gives where there is none.
+
+    Raises:
+        SceneError: the file cannot be written.
+    """
+    rows, lost = [], []
+    for one in free_parameters(scene):
+        name = parameter_name(one.name, scene)
+        if name:
+            rows.append(Parameter(name, one.value, one.value, max(AUTO_FACTOR * abs(one.value), LEAST_SPREAD)))
+        else:
+            lost.append(Ignored(path, 0, one.name, UNNAMED))
+    write_parameters(path, rows)
+    return lost

@@ -1,0 +1,190 @@
+"""Muscle reflexes by states of gait: a leg's load and place say its state, which says what reflexes act.
+
+States and their order are those of SCONE's GaitStateController (Geijtenbeek 2019, SCONE: Open Source Software for
+Predictive Simulation of Biological Motion, JOSS 4(38), 1421), after Geyer and Herr 2010; so are the terms. Control is
+renewed once a control step, from what was sensed a reflex's delay ago and from the state as it is.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.spatial import heading
+from warpmuscle.kernels.contact.contact import body_weight
+from warpmuscle.kernels.control.reflex import forward_lean
+from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.gait_state_structs import (
+    ANGLE,
+    ANGLE_RATE,
+    EARLY_STANCE,
+    FIBRE_LENGTH,
+    FIBRE_VELOCITY,
+    LANDING,
+    LATE_STANCE,
+    LEAN_RATE,
+    LIFTOFF,
+    NOTHING,
+    SWING,
+    UNKNOWN,
+    GaitSensor,
+    GaitThresholds,
+    StateReflexRow,
+)
+from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.muscle.activation import delayed_slot
+from warpmuscle.kernels.structs import LEFT, ModelRef, MuscleRow, ScratchRef, StateRef, at
+
+
+@func
+def first_state(ahead: float, other_ahead: float, loaded: bool, other_loaded: bool, limits: GaitThresholds) -> int:
+    """The state that a leg starts in."""
+    if not loaded:
+        return wp.where(ahead > limits.landing, LANDING, SWING)
+    if other_loaded and ahead < other_ahead:
+        return LIFTOFF
+    return wp.where(ahead < limits.late_stance, LATE_STANCE, EARLY_STANCE)
+
+
+@func
+def next_state(
+    now: int, ahead: float, other_ahead: float, load: float, other_load: float, limits: GaitThresholds
+) -> int:
+    """The state of a leg after a control step; it goes one state on at most.
+
+    Args:
+        now: before. ahead, other_ahead: of both feet in front of the base, m. load, other_load: on both, body weights.
+    """
+    loaded = load > limits.stance_load
+    other_loaded = other_load > limits.stance_load
+    behind = other_loaded and ahead < other_ahead
+    if now == UNKNOWN:
+        return first_state(ahead, other_ahead, loaded, other_loaded, limits)
+    if now == EARLY_STANCE:
+        if behind:
+            return LIFTOFF
+        return wp.where(ahead < limits.late_stance, LATE_STANCE, EARLY_STANCE)
+    if now == LATE_STANCE:
+        return wp.where(behind or ahead < limits.liftoff, LIFTOFF, LATE_STANCE)
+    if now == LIFTOFF:
+        return wp.where(load <= limits.swing_load, SWING, LIFTOFF)
+    if now == SWING:
+        if not loaded and ahead > limits.landing:
+            return LANDING
+        return wp.where(loaded and ahead > other_ahead, EARLY_STANCE, SWING)
+    return wp.where(loaded, EARLY_STANCE, LANDING)
+
+
+@func
+def silenced(angle: float, rate: float, row: StateReflexRow) -> bool:
+    """Whether a joint is beyond its interval and goes on that way."""
+    return (angle > row.high and rate >= 0.0) or (angle < row.low and rate < 0.0)
+
+
+@func
+def state_reflex_term(signal: float, row: StateReflexRow, positive: int) -> float:
+    """What a term adds to an excitation: gain (signal - offset), or its positive part."""
+    value = row.gain * (signal - row.offset)
+    return wp.where(positive == 1, wp.max(value, 0.0), value)
+
+
+@func
+def center_of(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
+    """Centre of mass of a body, world, m."""
+    return work.position[body] + work.rotation[body] * at(model.skeleton.row, instance, body).com
+
+
+@func
+def leg_weight(instance: int, side: int, model: ModelRef, state: StateRef) -> float:
+    """Ground force on a leg in the step before, its length, body weights."""
+    return wp.length(state.foot_force[instance, side]) / body_weight(instance, model)
+
+
+@func
+def renew_states(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Both legs' states, each by what was before. One lane calls it."""
+    limits = at(model.gait.thresholds, instance, 0)
+    base = center_of(instance, model.gait.base, model, work)[2]
+    left = center_of(instance, model.feet.left, model, work)[2] - base
+    right = center_of(instance, model.feet.right, model, work)[2] - base
+    left_load = leg_weight(instance, LEFT, model, state)
+    right_load = leg_weight(instance, 1 - LEFT, model, state)
+    phase = state.gait.phase
+    phase[instance, LEFT] = next_state(phase[instance, LEFT], left, right, left_load, right_load, limits)
+    phase[instance, 1 - LEFT] = next_state(phase[instance, 1 - LEFT], right, left, right_load, left_load, limits)
+
+
+@func
+def sensed(instance: int, sensor: GaitSensor, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """What a sensor tells: of muscles as they were in the step before, else as it is."""
+    kind = sensor.kind
+    source = sensor.source
+    if kind < ANGLE:
+        fibre = state.muscles.sensed[instance, source]
+        return wp.where(kind == FIBRE_LENGTH, fibre[0], wp.where(kind == FIBRE_VELOCITY, fibre[1], fibre[2]))
+    plan = model.skeleton.plan[source]
+    if kind == ANGLE:
+        return state.coordinates[instance, plan.coordinate_start]
+    if kind == ANGLE_RATE:
+        return state.speeds[instance, plan.speed_start]
+    up = work.rotation[source] * wp.vec3(0.0, 1.0, 0.0)
+    lean = forward_lean(up, work.angular_velocity[source], heading(work.orientation[0]))
+    return wp.where(kind == LEAN_RATE, lean[1], lean[0])
+
+
+@func
+def heard(instance: int, sensor: int, control_step: int, delay_steps: int, state: StateRef) -> float:
+    """What a sensor told so many control steps ago, or first of all."""
+    ring = state.gait.heard
+    return ring[instance, delayed_slot(control_step, delay_steps, ring.shape[1]), sensor]
+
+
+@func
+def state_excitation(instance: int, muscle: int, control_step: int, model: ModelRef, state: StateRef) -> float:
+    """Excitation of a muscle by the reflexes that act in the state of its leg, from the least one to 1."""
+    gait = model.gait
+    span = gait.span[muscle]
+    bit = 1 << (state.gait.phase[instance, span.side] - 1)
+    total = wp.float32(0.0)
+    for k in range(span.first, span.end):
+        plan = gait.plan[k]
+        row = at(gait.row, instance, k)
+        acts = (plan.states & bit) != 0
+        if acts and plan.angle != NOTHING:
+            angle = heard(instance, plan.angle, control_step, row.delay_steps, state)
+            acts = not silenced(angle, heard(instance, plan.rate, control_step, row.delay_steps, state), row)
+        if acts:
+            signal = wp.float32(1.0)
+            if plan.sensor != NOTHING:
+                signal = heard(instance, plan.sensor, control_step, row.delay_steps, state)
+            total += state_reflex_term(signal, row, plan.positive)
+    return wp.clamp(total, at(gait.thresholds, instance, 0).least, 1.0)
+
+
+@func
+def gait_state_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """States and excitations, once a control step; from the second step on, when fibres have been felt.
+
+    Activations start at the first excitations. Ends with a barrier.
+    """
+    gait = model.gait
+    step = state.step[instance]
+    if step > 0 and (step - 1) % gait.every == 0:
+        control_step = (step - 1) // gait.every
+        slot = control_step & (state.gait.heard.shape[1] - 1)
+        if lane == 0:
+            renew_states(instance, model, state, work)
+        for s in range(lane, gait.sensor.shape[0], lanes):
+            state.gait.heard[instance, slot, s] = sensed(instance, gait.sensor[s], model, state, work)
+        synchronize()
+        for m in range(lane, model.muscles.count, lanes):
+            excitation = state_excitation(instance, m, control_step, model, state)
+            state.muscles.reflex[instance, m] = excitation
+            if step == 1:
+                state.muscles.activation[instance, m] = excitation
+    synchronize()
+
+
+@func
+def state_force(instance: int, muscle: int, asked: float, row: MuscleRow, model: ModelRef, state: StateRef) -> float:
+    """Force that is wanted of a muscle by its reflexes, N; in the first step none is known yet."""
+    if state.step[instance] == 0:
+        return row.f_max * state.muscles.activation[instance, muscle]
+    return row.f_max * state.muscles.reflex[instance, muscle]

@@ -1,0 +1,76 @@
+"""States of gait of a leg, and the reflexes that act in them; units are SI and radians.
+
+The equations stand in `kernels/control/gait_states.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from warpmuscle.scene.number import Number
+from warpmuscle.scene.part import Part
+
+STATES = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
+State = Literal["early_stance", "late_stance", "liftoff", "swing", "landing"]
+Signal = Literal["length", "velocity", "force", "angle", "rate"]
+ROOT = "root"  # what `joint` calls the lean of the root
+
+
+class GaitReflex(Part):
+    """What some signals add to a muscle's excitation while its leg is in some states.
+
+    It is constant + length_gain (length - length_offset) and the same of velocity and force of muscle `of`, and
+    angle_gain (angle_target - angle) + rate_gain (rate_target - rate) of `joint`, all sensed `delay` ago. Of signals in
+    `positive` only what they add beyond 0 counts.
+    Names are without their side: `soleus` stands for `soleus_l` and `soleus_r`, or for `lsoleus` and `rsoleus`.
+    """
+
+    muscle: str
+    during: list[State]
+    delay: Annotated[Number, "s"] = 0.0
+    constant: Annotated[Number, "1"] = 0.0
+    of: str = ""  # muscle that is sensed; the muscle itself if empty
+    length_gain: Annotated[Number, "1"] = 0.0  # per l_opt
+    length_offset: Annotated[Number, "1"] = 1.0  # l_opt
+    velocity_gain: Annotated[Number, "s"] = 0.0  # per l_opt/s
+    velocity_offset: Annotated[Number, "l_opt/s"] = 0.0
+    force_gain: Annotated[Number, "1"] = 0.0  # per f_max
+    force_offset: Annotated[Number, "1"] = 0.0  # f_max
+    joint: str = ""  # of one coordinate, or `root`, whose angle is how far it leans backwards
+    angle_gain: Annotated[Number, "1/rad"] = 0.0
+    angle_target: Annotated[Number, "rad"] = 0.0
+    rate_gain: Annotated[Number, "s/rad"] = 0.0
+    rate_target: Annotated[Number, "rad/s"] = 0.0
+    positive: list[Signal] = msgspec.field(default_factory=lambda: list[Signal](["velocity"]))
+    within_joint: str = ""  # beyond whose interval, and on the way further, the signals do not count
+    within_low: Annotated[Number, "rad"] = -1.0e3
+    within_high: Annotated[Number, "rad"] = 1.0e3
+
+
+class GaitStates(Part):
+    """A controller of muscles by reflexes, which the states of both legs switch on and off.
+
+    A leg is in one of five states, in this order: early_stance, late_stance once its foot is behind the base, liftoff
+    once the other foot carries a load in front of it, swing once it is unloaded, landing once it is in front again.
+    """
+
+    reflexes: dict[str, GaitReflex]  # by names of one's own
+    base: str  # body that feet are in front of, or behind
+    leg_length: Annotated[Number, "m"] = 1.0
+    stance_load: Annotated[Number, "1"] = 0.1  # body weights; a leg that carries more stands
+    swing_load: Annotated[Number | None, "1"] = None  # one that carries no more swings; by default the same
+    late_stance: Annotated[Number, "1"] = 0.0  # leg lengths in front of the base, like the next two
+    liftoff: Annotated[Number, "1"] = -1.0
+    landing: Annotated[Number, "1"] = 0.0
+    control_step: Annotated[float, "s"] = 0.005
+    least: Annotated[Number, "1"] = 0.01  # excitation that muscles always have
+
+
+def sided(name: str, names: object, side: str) -> str:
+    """The name of something on a side, `l` or `r`, among those that there are; the name itself where it has none."""
+    for candidate in (f"{name}_{side}", f"{side}{name}"):
+        if candidate in names:  # type: ignore[operator]
+            return candidate
+    return name
