@@ -3,8 +3,8 @@
 What nothing but the ground can give, force and moment at the root, is the sum of forces at points within their cones of
 friction (Fluit et al. 2014, J Biomech 47: 2321-2329). Among all such forces those are taken that are least, where
 points count more the higher they are and the faster they leave the ground, and that point from each foot to a pivot
-above the hips, as those of walking people do (Maus et al. 2010, Nature Communications 1: 70): the sum alone does not
-tell how far two feet push against each other.
+above the hips, as those of walking people do (Maus et al. 2010, Nature Communications 1: 70): the sum
+alone does not tell how far two feet push against each other.
 """
 
 from __future__ import annotations
