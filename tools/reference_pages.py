@@ -52,7 +52,7 @@ NAMES = {
 COMMANDS = {
     "Load and describe scenes": ("scenes", "info", "convert", "example", "schema", "fit-muscles", "fit-paths"),
     "Run simulations": ("simulate", "compile"),
-    "Search for parameters": ("optimize", "sweep", "join", "study", "apply"),
+    "Search for parameters": ("optimize", "sweep", "join", "study", "adaptation", "apply"),
     "Learn policies": ("learn",),
     "Look at motions": ("view", "plot", "video", "report", "gait", "judge", "robustness"),
     "Read, write and export": ("export",),

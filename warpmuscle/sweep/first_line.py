@@ -9,7 +9,7 @@ from typing import Any
 
 import tomlkit
 
-from warpmuscle.core.arguments import as_path
+from warpmuscle.core.arguments import as_path, as_truth
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.names import file_name
@@ -45,7 +45,7 @@ def sweep(
     Raises:
         Error: the sweep cannot be used or has changed since it began, a file cannot be written, or runs have failed.
     """
-    source = as_path(file, "file")
+    source, trust = as_path(file, "file"), as_truth(trust, "trust")
     target = None if output is None else as_path(output, "output")
     if grid is None:
         if search is not None or set is not None:
