@@ -78,7 +78,8 @@ def test_the_first_clone_on_the_path_brings_its_own_kernels(tmp_path: Path):
     copied, elsewhere = tmp_path / "clone", tmp_path / "elsewhere"
     elsewhere.mkdir()
     shutil.copytree(ROOT / "warpmuscle", copied / "warpmuscle", ignore=shutil.ignore_patterns("__pycache__"))
-    code = "import warpmuscle, warpmuscle.kernels.step as k, warpmuscle.scenes as s; print(k.__file__, s.__file__)"
+    packages = [f"import_module('warpmuscle.{name}').__file__" for name in ("kernels.step", "scenes")]
+    code = f"from importlib import import_module; print({', '.join(packages)})"
     given = os.environ | {"PYTHONPATH": str(copied)}
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=elsewhere, env=given, capture_output=True, text=True, timeout=300)
