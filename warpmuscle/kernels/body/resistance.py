@@ -43,6 +43,8 @@ def armature_of(instance: int, body: int, model: ModelRef, state: StateRef) -> f
 @func
 def resistance_stage(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Add a joint's armature and damping, and those of its followers, to its torque and implicit inertia."""
+    if body == 0:  # the numbers of types of roots are those of joints, too
+        return
     plan = model.skeleton.plan[body]
     kind = plan.joint_type
     step = model.time_step
@@ -54,7 +56,7 @@ def resistance_stage(instance: int, body: int, model: ModelRef, state: StateRef,
         k = own[0] + step * own[1]
         work.torque[body] = work.torque[body] + rate * own[1]
         work.stiffness[body] = work.stiffness[body] + symmetric(k, 0.0, 0.0, k, 0.0, k)
-    elif body > 0 and kind != FIXED and kind != FOLLOWER:
+    elif kind != FIXED and kind != FOLLOWER:
         speed = whole(plan.speed_start)
         v = state.speeds[instance, speed]
         rate_of = v - 0.5 * step * state.accelerations[instance, speed]
