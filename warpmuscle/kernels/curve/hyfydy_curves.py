@@ -1,6 +1,7 @@
 """Curves of the muscle_force_m2012fast of Hyfydy: polynomials near those of Millard 2013 (Hyfydy User Manual 1.0.2).
 
-Speeds and lengths as in `curves.py`. Active force is 0 outside of the roots of its cubic, 0.469 and 1.805 l_opt.
+Speeds and lengths as in `curves.py`. The manual prints the first passive coefficient twice; the second here is the one
+that keeps the curve near Millard's. Active force is 0 outside of the roots of its cubic, 0.469 and 1.805 l_opt.
 """
 
 import warp as wp
