@@ -105,8 +105,8 @@ def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
 def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     page = opened(browser, live, 1000, 760)
     begun = hip_of(live)
-    found(page, "SWING hip curve about x").first.wait_for(state="detached")  # "curve" is no word of its key
-    found(page, "SWING hip angle about x").get_by_role("button").click()
+    found(page, "swing hip curve").first.wait_for(state="detached")  # "curve" is no word of its key
+    found(page, "swing hip angle").first.locator("button").click()
     points = page.locator("#editor .point")
     assert points.count() == 6
     box = points.nth(2).bounding_box()
@@ -173,7 +173,7 @@ def test_the_points_of_a_curve_are_copied_as_toml(browser, live):
 
 def test_on_a_phone_the_body_and_the_curve_are_both_seen(browser, live):
     page = opened(browser, live, 390, 760)
-    found(page, "SWING hip angle about x").get_by_role("button").click()
+    found(page, "swing hip angle").first.locator("button").click()
     for part in ("#scene", "#editor canvas", "#editor .fields"):
         box = page.locator(part).bounding_box()
         assert box["height"] > (50 if part.endswith("fields") else 100)

@@ -2,7 +2,9 @@
 
     .venv/bin/python tools/research/scone_table.py FOLDER --seeds 20
 
-FOLDER has the scenarios, models and .par files of SCONE. For docs/how-to/scone.md.
+FOLDER has the scenarios, models and .par files of SCONE.
+
+For docs/how-to/scone.md.
 """
 
 from __future__ import annotations
