@@ -7,8 +7,8 @@
 import warpmuscle as wm
 
 options = {"instances": 16, "steps": 8, "minibatches": 1, "hidden": [16]}
-learnt = wm.learn("fwalk", "policy.h5", options=options, iterations=2, device="cpu")
+learnt = wm.learn("walk56", "policy.h5", options=options, iterations=2, device="cpu")
 learnt.evaluation
 
 # %%
-wm.simulate("fwalk", duration=1, policy="policy.h5").show()
+wm.simulate("walk56", duration=1, policy="policy.h5").show()
