@@ -56,7 +56,7 @@ def first_guesses(folder: Path) -> list[str]:
     say(swept._repr_html_()[:4])
     if find_spec("torch") and find_spec("rsl_rl"):
         learnt = wm.learn(
-            "fwalk", options={"instances": 8, "steps": 4, "minibatches": 1, "hidden": [4]}, iterations=1, device="cpu"
+            "walk56", options={"instances": 8, "steps": 4, "minibatches": 1, "hidden": [4]}, iterations=1, device="cpu"
         )  # 27
         say(learnt.show())
     return said
