@@ -243,8 +243,7 @@ def told() -> Iterator[_Bar]:
 def check_all_ran(result: SweepResult) -> None:
     """Raise Error if a run has failed."""
     if result.failed:
-        name, why = next(iter(result.failed.items()))
-        raise Error(f"{len(result.failed)} of {number_of(len(result.manifest.runs), 'run')} failed; {name}: {why}")
+        raise Error(result.failure)
 
 
 def _print_status(status: SweepStatus) -> None:

@@ -12,6 +12,7 @@ from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES
 from warpmuscle.scene import Body, Character, Ground, Joint
 from warpmuscle.scene.constraints.pose import row_count
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
+from warpmuscle.scene.masses import is_zero
 from warpmuscle.scene.topology import followed_drivers, followers, topology
 
 
@@ -61,12 +62,12 @@ def compiled_terrain(ground: Ground) -> int:
 
 def has_turned_axes(body: Body) -> bool:
     """Whether the principal axes of a body, in some instance, are not those of its frame."""
-    return any(not isinstance(number, int | float) or number != 0.0 for number in body.inertia_axes[:3])
+    return not all(map(is_zero, body.inertia_axes[:3]))
 
 
 def resists(joint: Joint) -> bool:
     """Whether a joint has armature or damping of its own, in some instance."""
-    return any(not isinstance(number, int | float) or number != 0.0 for number in (joint.armature, joint.damping))
+    return not (is_zero(joint.armature) and is_zero(joint.damping))
 
 
 def _number(entry: JointType | RootType) -> int:

@@ -13,7 +13,6 @@ from warpmuscle.core.arguments import as_path, as_truth
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.names import file_name
-from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.sweeps import Sweep
 from warpmuscle.results.sweeps import read as read_table
 from warpmuscle.sweep.board import Tell
@@ -57,10 +56,7 @@ def sweep(
     target = target or Path(f"{plan.file.stem}.h5")
     done = run(plan, target, device=device, threads=threads, progress=progress, trust=trust)
     if done.failed:
-        name, why = next(iter(done.failed.items()))
-        raise Error(
-            f"{target}: {len(done.failed)} of {number_of(len(done.manifest.runs), 'run')} failed; {name}: {why}"
-        )
+        raise Error(f"{target}: {done.failure}")
     table = read_table(target)
     assert isinstance(table, Sweep)
     return table

@@ -9,6 +9,7 @@ import numpy as np
 
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.files import check_writable
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.results.checkpoint import remove_leftovers
 from warpmuscle.results.sweeps import is_sweep, sweep_name
@@ -33,6 +34,13 @@ class SweepResult:
     folder: Folder
     gathered: int  # runs in the output
     failed: dict[str, str]  # why, by name of the run
+
+    @property
+    def failure(self) -> str:
+        """How many runs failed, and why the first one did; empty if none did."""
+        for name, why in self.failed.items():
+            return f"{len(self.failed)} of {number_of(len(self.manifest.runs), 'run')} failed; {name}: {why}"
+        return ""
 
 
 def sweep(

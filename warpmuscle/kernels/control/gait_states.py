@@ -30,6 +30,7 @@ from warpmuscle.kernels.gait_state_structs import (
 )
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.activation import delayed_slot
+from warpmuscle.kernels.objective.accelerations import centre_of_mass
 from warpmuscle.kernels.structs import LEFT, ModelRef, MuscleRow, ScratchRef, StateRef, at
 
 
@@ -86,12 +87,6 @@ def state_reflex_term(signal: float, row: StateReflexRow, positive: int) -> floa
 
 
 @func
-def center_of(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
-    """Centre of mass of a body, world, m."""
-    return work.position[body] + work.rotation[body] * at(model.skeleton.row, instance, body).com
-
-
-@func
 def leg_weight(instance: int, side: int, model: ModelRef, state: StateRef) -> float:
     """Ground force on a leg in the step before, its length, body weights."""
     return wp.length(state.foot_force[instance, side]) / body_weight(instance, model)
@@ -101,9 +96,9 @@ def leg_weight(instance: int, side: int, model: ModelRef, state: StateRef) -> fl
 def renew_states(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Both legs' states, each by what was before. One lane calls it."""
     limits = at(model.gait.thresholds, instance, 0)
-    base = center_of(instance, model.gait.base, model, work)[2]
-    left = center_of(instance, model.feet.left, model, work)[2] - base
-    right = center_of(instance, model.feet.right, model, work)[2] - base
+    base = centre_of_mass(instance, model.gait.base, model, work)[2]
+    left = centre_of_mass(instance, model.feet.left, model, work)[2] - base
+    right = centre_of_mass(instance, model.feet.right, model, work)[2] - base
     left_load = leg_weight(instance, LEFT, model, state)
     right_load = leg_weight(instance, 1 - LEFT, model, state)
     phase = state.gait.phase

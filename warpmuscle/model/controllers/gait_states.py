@@ -19,6 +19,7 @@ from warpmuscle.kernels.structs import LEFT, RIGHT
 from warpmuscle.model.controllers.entry import Zeros
 from warpmuscle.scene import Scene
 from warpmuscle.scene.gait_states.part import ROOT, STATES, GaitReflex, GaitStates, sided
+from warpmuscle.scene.masses import is_zero
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import greatest
 from warpmuscle.scene.topology import Topology
@@ -75,12 +76,12 @@ class Terms:
             ("length", structs.FIBRE_LENGTH), ("velocity", structs.FIBRE_VELOCITY), ("force", structs.FIBRE_FORCE),
         ):  # fmt: skip
             gain = getattr(reflex, f"{signal}_gain")
-            if acts(gain):
+            if not is_zero(gain):
                 add(self._sensor(kind, source), signal, gain, getattr(reflex, f"{signal}_offset"))
         if reflex.joint:
             for signal, sensor in zip(("angle", "rate"), self._of_joint(reflex.joint, side), strict=True):
                 gain = getattr(reflex, f"{signal}_gain")
-                if acts(gain):
+                if not is_zero(gain):
                     # The root's lean counts forwards in the kernel: gain (target + lean).
                     forwards = reflex.joint == ROOT
                     target_of = getattr(reflex, f"{signal}_target")
@@ -103,11 +104,6 @@ class Terms:
         if (kind, source) not in self.sensors:
             self.sensors.append((kind, source))
         return self.sensors.index((kind, source))
-
-
-def acts(gain: Number) -> bool:
-    """Whether a gain is, or may become, anything but 0."""
-    return not (isinstance(gain, int | float) and gain == 0.0)
 
 
 def has_gait_states(scene: Scene, muscles: Sequence[str] = ()) -> bool:

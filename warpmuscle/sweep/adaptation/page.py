@@ -12,7 +12,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import PALETTE, grid, style
 from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
-from warpmuscle.sweep.adaptation.compared import KINDS, AngleChange, Change, Score
+from warpmuscle.sweep.adaptation.compared import FREQUENCY, KINDS, AngleChange, Change, Score
 
 COLUMNS = 3
 MARKS = dict(zip(KINDS, ("o", "^", "s"), strict=True))
@@ -95,7 +95,7 @@ def _best(found: Comparison) -> list[tuple[str, str, str]]:
     """For each kind of condition the formula of metabolic power with the least error."""
     best = []
     for kind in KINDS:
-        mine = [one for one in found.scores if one.kind == kind and one.quantity != "stride frequency"]
+        mine = [one for one in found.scores if one.kind == kind and one.quantity != FREQUENCY]
         if mine:
             least = min(mine, key=lambda one: one.error)
             best.append((kind, least.quantity, _percent(least.error)))
