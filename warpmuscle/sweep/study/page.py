@@ -14,14 +14,15 @@ from warpmuscle.plots.conditions import Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
 from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
-from warpmuscle.studies.conditions import CLEAR, Condition
+from warpmuscle.studies.conditions import CLEAR, Condition, has_value
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
 
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
-    "expected, or has the expected value. Contradicts: it lies on the other side, or does not have it. Open: so few "
-    "seeds cannot tell; it takes six or more."
+    "expected, or, where only a value was expected, has it. Contradicts: it lies on the other side, or does not have it. "
+    "Open: so few seeds cannot tell; it takes six or more. What is to stay within a change agrees where all of the "
+    "interval does."
 )
 
 
@@ -153,6 +154,8 @@ def _band(unit: str, cell: Any) -> str:
 def _expected(held: Held, found: StudyResult) -> str:
     """What was expected, in words."""
     words: list[str] = [held.expected.change] if held.expected.change else []
+    if held.expected.within:
+        words.append(f"within {number(_unit(held, found), held.expected.within)} {_unit(held, found)}".rstrip())
     if held.expected.value is not None:
         words.append(f"by {number(_unit(held, found), held.expected.value)} {_unit(held, found)}".rstrip())
     return " ".join(words)
@@ -167,7 +170,9 @@ def _found(held: Held, found: StudyResult) -> str:
     interval = f" ({number(unit, low)} to {number(unit, high)})" if np.isfinite(low) else ""
     if not change.count:
         return "no pairs of runs with the same seed"
-    return f"{number(unit, change.median)} {unit}".rstrip() + f"{interval}, {number_of(change.count, 'pair')}"
+    value = {None: "", True: ", which has the expected value", False: ", which has not the expected value"}
+    within = value[has_value(held.expected, held.cell)] if held.expected.change else ""
+    return f"{number(unit, change.median)} {unit}".rstrip() + f"{interval}{within}, {number_of(change.count, 'pair')}"
 
 
 def _unit(held: Held, found: StudyResult) -> str:
