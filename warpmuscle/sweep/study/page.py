@@ -20,8 +20,8 @@ from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
 
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
-    "expected, or, where only a value was expected, has it. Contradicts: it lies on the other side, or does not have it. "
-    "Open: so few seeds cannot tell; it takes six or more. What is to stay within a change agrees where all of the "
+    "expected, or, where only a value was expected, has it. Contradicts: it lies on the other side, or does not have "
+    "it. Open: so few seeds cannot tell; it takes six or more. What is to stay within a change agrees where all of the "
     "interval does."
 )
 
