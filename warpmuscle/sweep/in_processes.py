@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -25,10 +24,5 @@ def in_processes(processes: int, work: Callable[[Task], Done], tasks: Sequence[T
     if count < 2:
         yield from map(work, tasks)
         return
-    with ProcessPoolExecutor(count, get_context("spawn"), initializer=_leave_gpus) as pool:
+    with ProcessPoolExecutor(count, get_context("spawn")) as pool:
         yield from pool.map(work, tasks, chunksize=SHARE // 2)
-
-
-def _leave_gpus() -> None:
-    """Let this process see none, of which each that is seen would take memory."""
-    os.environ["CUDA_VISIBLE_DEVICES"] = ""

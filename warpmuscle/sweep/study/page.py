@@ -55,7 +55,7 @@ def held_lines(found: StudyResult) -> list[str]:
     """What was expected, a line each."""
     return [
         f"{held.verdict}: {held.expected.measure} {_expected(held, found)} at {_where(held)}; "
-        f"found {_found(held, found)}" + (f" ({held.expected.source})" if held.expected.source else "")
+        f"found {_found(held, found)}, {_note(held)}" + (f" ({held.expected.source})" if held.expected.source else "")
         for held in found.held
     ]
 
@@ -169,10 +169,15 @@ def _found(held: Held, found: StudyResult) -> str:
     unit, change, (low, high) = _unit(held, found), held.cell.change, held.cell.interval
     interval = f" ({number(unit, low)} to {number(unit, high)})" if np.isfinite(low) else ""
     if not change.count:
-        return "no pairs of runs with the same seed"
-    value = {None: "", True: ", which has the expected value", False: ", which has not the expected value"}
-    within = value[has_value(held.expected, held.cell)] if held.expected.change else ""
-    return f"{number(unit, change.median)} {unit}".rstrip() + f"{interval}{within}, {number_of(change.count, 'pair')}"
+        return "nothing"
+    return f"{number(unit, change.median)} {unit}".rstrip() + interval
+
+
+def _note(held: Held) -> str:
+    """On how many pairs of runs it rests, and whether an expected value is in the interval."""
+    has = has_value(held.expected, held.cell) if held.expected.change else None
+    words = {None: "", True: "; the expected value lies within", False: "; the expected value lies outside"}
+    return number_of(held.cell.change.count, "pair") + words[has]
 
 
 def _unit(held: Held, found: StudyResult) -> str:
@@ -185,6 +190,7 @@ def _held(held: Held, found: StudyResult) -> dict[str, str]:
         "condition": _where(held),
         "expected": _expected(held, found),
         "found": _found(held, found),
+        "note": _note(held),
         "verdict": held.verdict,
         "source": held.expected.source,
     }
