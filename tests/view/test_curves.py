@@ -103,7 +103,8 @@ def test_the_torque_of_a_device_is_its_power_over_the_speed_of_its_joint():
     pose = first_pose(plain)
     speed = np.array([[5.0, -2.0]])
     moved = dataclasses.replace(
-        pose, speed=speed, speed_names=("root.x", "lAnkle.0"), speed_units=("m/s", "rad/s"), recorded=np.array([[6.0, 4.0]]), recorded_units=("W", "W"),
+        pose, speed=speed, speed_names=("root.x", "lAnkle.0"), speed_units=("m/s", "rad/s"),
+        recorded=np.array([[6.0, 4.0]]), recorded_units=("W", "W"),
         recorded_names=("forces.brace.power", "forces.harness.power"),
     )  # fmt: skip
     found = {(one.title, one.unit): one.lines[0].values[0] for one in panels_of(moved, plain) if one.group == "devices"}
