@@ -71,8 +71,8 @@ def put_joints(
             below = child if last else f"{child}_{axis}"
             if not last:
                 scene.character.bodies[below] = Body(0.0, HERE)
-            turning = [direction(sign * WORLD @ np.eye(3)["xyz".index(axis)])]
-            joint = Joint("hinge", above, below, near, far if last else HERE, axes=turning)
+            joint = Joint("hinge", above, below, near, far if last else HERE)
+            joint.axes = [direction(sign * WORLD @ np.eye(3)["xyz".index(axis)])]
             called = own.name if own else name if len(free) == 1 else f"{name}_{axis}"
             _put(scene, notes, node, called, joint)
             _limit(scene, notes, node, called, bounds[axis], sign, spring)
