@@ -1,5 +1,6 @@
 """What several tests need."""
 
+import gc
 import importlib
 import os
 import shutil
@@ -11,9 +12,13 @@ from typing import Any
 
 import pytest
 
+import byte_code
 import kernel_tests
 import tiers
 from warpmuscle.scene import trusted_code
+
+byte_code.keep(Path(__file__).parents[1])
+gc.disable()  # until all tests are collected, which makes a million objects that stay
 
 BRIEF = {"kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
 
@@ -42,6 +47,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if is_fast(item.path, config) and item.get_closest_marker("long") is None:
             item.add_marker("fast")
+    gc.freeze()
+    gc.enable()
     tests_of = Counter(item.path for item in items)
     items.sort(key=lambda item: (is_fast(item.path, config), not starts_processes(item.path), -tests_of[item.path]))
 
@@ -80,6 +87,13 @@ def unoptimized_kernels() -> Iterator[None]:
 
     For files whose scenes are like no others', of few bodies and few steps. What a scene's step does is shown as well.
     """
+    with kernel_tests.unoptimized():
+        yield
+
+
+@pytest.fixture
+def unoptimized_test() -> Iterator[None]:
+    """The same as `unoptimized_kernels` for one test of a file whose other tests run for long."""
     with kernel_tests.unoptimized():
         yield
 
