@@ -1,7 +1,9 @@
 """Byte code for the processes of tests, also where Python is told to keep none, as images of containers often do."""
 
 import os
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 FORBIDDEN = "PYTHONDONTWRITEBYTECODE"
@@ -14,6 +16,8 @@ def keep(root: Path) -> None:
     """
     if not os.environ.pop(FORBIDDEN, ""):
         return
-    folder = str(root / ".pytest_cache" / "byte_code")
-    os.environ["PYTHONPYCACHEPREFIX"], sys.pycache_prefix = folder, folder
+    folder = root / ".pytest_cache" / "byte_code"
+    temporary = Path(tempfile.gettempdir()).resolve()
+    shutil.rmtree(folder / temporary.relative_to(temporary.anchor), ignore_errors=True)  # of an earlier session
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(folder)
     sys.dont_write_bytecode = False
