@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
-import byte_code
+import environment
 import kernel_tests
 import tiers
 from warpmuscle.scene import trusted_code
 
-byte_code.keep(Path(__file__).parents[1])
-gc.disable()  # until all tests are collected, which makes a million objects that stay
+environment.keep_byte_code(Path(__file__).parents[1])
+environment.one_thread()
 
 BRIEF = {"kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
 
@@ -47,10 +47,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if is_fast(item.path, config) and item.get_closest_marker("long") is None:
             item.add_marker("fast")
-    gc.freeze()
-    gc.enable()
     tests_of = Counter(item.path for item in items)
     items.sort(key=lambda item: (is_fast(item.path, config), not starts_processes(item.path), -tests_of[item.path]))
+
+
+def pytest_collectstart(collector: pytest.Collector) -> None:
+    """Look for no garbage while tests are collected, which makes a million objects that stay."""
+    if isinstance(collector, pytest.Session):
+        gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage from then on, but not among these."""
+    gc.freeze()
+    gc.enable()
 
 
 def starts_processes(path: Path) -> bool:
@@ -95,6 +105,13 @@ def unoptimized_kernels() -> Iterator[None]:
 def unoptimized_test() -> Iterator[None]:
     """The same as `unoptimized_kernels` for one test of a file whose other tests run for long."""
     with kernel_tests.unoptimized():
+        yield
+
+
+@pytest.fixture
+def optimized_test() -> Iterator[None]:
+    """The opposite, for one test that runs for long in a file whose others do not."""
+    with kernel_tests.optimized():
         yield
 
 
