@@ -10,6 +10,7 @@ from first_guesses import first_guesses
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.scene import Scene
 
+
 def test_the_script_of_first_guesses_runs(tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("pandas")

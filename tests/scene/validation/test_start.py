@@ -17,6 +17,8 @@ from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.start import start_depths, start_warnings
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 FAMILIES = {
     "bipV2": ("bipV2", "bipV2M", "."), "bigBird": ("bigBird",), "raptor": ("raptor",),
 }  # folders of characters by those of controllers  # fmt: skip
