@@ -100,7 +100,7 @@ def controller_torques(controller: ControllerKind = NO_CONTROLLER) -> Any:
     """
     control_stage, extension_struct = control_stage_of(controller), controller.extension
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], extension: extension_struct,
@@ -128,7 +128,7 @@ def contact_forces_of(law: int = SPRING, terrain: int = FLAT) -> Any:
     """
     contacts_of_body = body_contacts_of(law, terrain)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float],
@@ -198,7 +198,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
     """
     stretch_all = stretch_all_of(kind)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float],
@@ -222,7 +222,7 @@ def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER)
     """
     muscle_stage, extension_struct = muscle_stage_of(kind, controller=controller), controller.extension
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], extension: extension_struct,
@@ -264,7 +264,7 @@ def forward_dynamics_of(followed: int = 0, constraints: int = 0) -> Any:
     own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints))
     accelerate, views = own.acceleration, own.work_at
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False})
     def forward_dynamics(
         # in
         model: Model, state: State, workspace: wp.array2d[float], torque: wp.array2d[wp.vec3],

@@ -11,6 +11,8 @@ from warpmuscle.scene.terrain.tiles import Rough, Stairs
 from warpmuscle.view.page import ground_content
 from warpmuscle.view.sources import of_scene, page_of_sights
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 STAIRS = Ground(terrain=Terrain([Stairs(0.2, count=3)], yaw=0.4, z=0.3))
 BUMPS = Ground(normal=(0.0, 1.0, -0.1), height=0.2, terrain=Terrain([Rough(seed=3)], scale=2.0))
 
