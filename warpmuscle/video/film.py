@@ -19,6 +19,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.video.camera import Camera, camera_on
+from warpmuscle.video.objects import add_objects
 from warpmuscle.video.solids import Boxes, Capsules, capsules_and_boxes, in_world
 from warpmuscle.view.track import Track, track_of
 
@@ -159,6 +160,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     capsules, boxes = capsules_and_boxes(scene.character, recording.body_names)
     ends = in_world(recording, capsules.body, capsules.ends)
     corners = in_world(recording, boxes.body, boxes.corners)
+    capsules, boxes, ends, corners = add_objects(track, scene, capsules, boxes, ends, corners)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces
     ground = surface(scene.ground)
     followed, tile = _followed(recording, ground, span if look.strides else None)

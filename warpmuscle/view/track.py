@@ -18,10 +18,12 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.objects.motion import ObjectMotion
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
+from warpmuscle.view.objects import motions_of
 from warpmuscle.view.packing import whole
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -39,6 +41,7 @@ class Doll:
     weight: float  # N, of the whole body, in standard gravity
     wraps: bool  # whether there are surfaces that its muscles wrap around
     names: Topology
+    objects: tuple[str, ...] = ()  # beside the character
 
     def positions(self, root: Floats, orientation: Floats, slid: Floats) -> Floats:
         """Centres of mass (F, B, 3), m.
@@ -71,6 +74,7 @@ class Track:
     muscle_load: Floats  # (F, M) force over `FULL_FORCE` f_max, 0..1
     foot_force: Floats  # (F, 2, 3) N, on the left and the right foot
     foot_center: Floats  # (F, 2, 3) m, where these act
+    objects: tuple[ObjectMotion, ...] = ()  # of the doll's objects
 
     @property
     def frames(self) -> int:
@@ -98,6 +102,7 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
         weight=9.81 * body_mass(character),
         wraps=any(character.muscles[name].wraps for name in muscles),
         names=names,
+        objects=tuple(scene.objects),
     )
 
 
@@ -128,6 +133,7 @@ def track_of(
         muscle_load=np.clip(recording.muscle_force / (FULL_FORCE * f_max), 0.0, 1.0),
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
         foot_center=foot_centers(recording, scene),
+        objects=motions_of(recording, scene),
     )
 
 

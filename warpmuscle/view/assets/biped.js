@@ -92,6 +92,7 @@ class Biped {
       const scale = 1 / (Math.sqrt(square) || 1);
       for (let i = 4; i < 8; i++) out[at + i] *= scale;
       if (body === 0) for (let i = 0; i < 3; i++) out[at + i] = root[i] + this.offset[i];
+      else if (parent[body] < 0) for (let i = 0; i < 3; i++) out[at + i] = slid[3 * sliding.indexOf(body) + i] + this.offset[i]; // an object
       else this.hang(out, at, 8 * (slot + parent[body]), in_parent[body], in_child[body], slid, sliding.indexOf(body));
     }
   }
