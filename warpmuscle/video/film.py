@@ -160,7 +160,6 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     capsules, boxes = capsules_and_boxes(scene.character, recording.body_names)
     ends = in_world(recording, capsules.body, capsules.ends)
     corners = in_world(recording, boxes.body, boxes.corners)
-    capsules, boxes, ends, corners = add_objects(track, scene, capsules, boxes, ends, corners)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces
     ground = surface(scene.ground)
     followed, tile = _followed(recording, ground, span if look.strides else None)
@@ -170,6 +169,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     seen = seen[:: max(1, len(seen) // _WITHIN)].reshape(-1, 3)
     margin = float(np.max(capsules.radius, initial=0.02))
     box = np.stack([seen.min(axis=0) - margin, seen.max(axis=0) + margin])
+    capsules, boxes, ends, corners = add_objects(track, scene, capsules, boxes, ends, corners)
     return Film(
         name=track.label,
         look=look,
