@@ -57,6 +57,7 @@ from warpmuscle.kernels.structs import (
     rolled,
     set_component,
 )
+from warpmuscle.kernels.water.stage import water_stage_of
 
 # The stages of a step, in order, as they are timed.
 STAGES = (
@@ -268,6 +269,8 @@ def move_of(kind: StepKind, lap: Any) -> Any:
     touching_stage = touching_stage_of(kind.forces) if touching else body_forces_stage
     with_objects = any(force.objects for force in kind.forces)
     objects_stage = objects_stage_of(kind.forces) if with_objects else body_forces_stage
+    under_water = any(force.water for force in kind.forces)
+    water_stage = water_stage_of(kind.forces) if under_water else body_forces_stage
     record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
     accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
     record_accelerated, seen = own_recorder_of(kind.recorded, True), kind.recorded.accelerated
@@ -287,6 +290,8 @@ def move_of(kind: StepKind, lap: Any) -> Any:
             body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
         if wp.static(touching):
             touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
+        if wp.static(under_water):
+            water_stage(instance, lane, lanes, model, work, extensions.rest)
         if wp.static(with_objects):
             objects_stage(instance, lane, lanes, model, state, work, extensions.rest)
         lap(instance, lane, INERTIA, wp.uint64(0))

@@ -13,6 +13,7 @@ from warpmuscle.model.body_contact import ShapePair, contact_parameters
 from warpmuscle.model.controllers.declared import own_parameters, parameters_of
 from warpmuscle.model.objects.arrays import put_numbers, put_places
 from warpmuscle.model.structure import Structure
+from warpmuscle.model.water.arrays import put_water
 from warpmuscle.scene import Scene
 
 
@@ -59,6 +60,8 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
     for entries in structure.forces:
         if entries.objects is not None:
             put_numbers(part.first, scene, structure.names, device)
+        elif entries.kind.water:
+            put_water(part.first, scene, structure.names, device)
         else:
             given: list[Mapping[str, Any]] = [
                 contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters

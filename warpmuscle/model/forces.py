@@ -15,6 +15,7 @@ from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
 from warpmuscle.model.extensions import BODY, check_declaration
 from warpmuscle.model.objects.arrays import ObjectPlaces, object_places, objects_kind
 from warpmuscle.model.user_functions import declared
+from warpmuscle.model.water.arrays import part_starts
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.forces import check_leg, check_place, check_values
@@ -66,7 +67,13 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
         else:
             acting += _both_ways(name, body, names.bodies.index(force.other_body))
     entries = [_entries(kind, acting, names) for kind, acting in found.items()]
-    return (*entries, *_touching(scene, names), *_objects(scene, names))
+    return (*entries, *_touching(scene, names), *_objects(scene, names), *_water(scene, names))
+
+
+def _water(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
+    """The water that bodies are in, where a scene has some."""
+    if scene.water is not None:
+        yield ForceEntries(ForceKind(water=True, shipped=True), (), part_starts(scene, names))
 
 
 def _objects(scene: Scene, names: Topology) -> Iterator[ForceEntries]:

@@ -58,6 +58,7 @@ from warpmuscle.scene.surfaces import (
 )
 from warpmuscle.scene.terrain.tiles import Terrain
 from warpmuscle.scene.treadmill.part import Treadmill
+from warpmuscle.scene.water.part import Water
 
 __all__ = [
     "PD",
@@ -132,6 +133,7 @@ __all__ = [
     "Trajectory",
     "Treadmill",
     "ViaPoint",
+    "Water",
     "Wrap",
     "drawable",
 ]  # fmt: skip
@@ -205,6 +207,7 @@ class Scene(Part):
     ground: Ground = msgspec.field(default_factory=Ground)
     body_contact: BodyContact | None = None  # of bodies with each other; none: they pass through one another
     objects: dict[str, AnyObject] = {}  # beside the character, by names of one's own
+    water: Water | None = None
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
     tracking: Tracking | None = None
