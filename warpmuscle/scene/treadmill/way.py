@@ -32,7 +32,7 @@ def gone(treadmill: Treadmill, time: ArrayLike) -> Floats:
     values = share(treadmill, times)
     parts = 0.5 * (values[1:] + values[:-1]) * np.diff(times)
     summed = np.concatenate([[0.0], np.cumsum(parts)])
-    return np.interp(asked, times, summed) - np.interp(0.0, times, summed)
+    return np.asarray(np.interp(asked, times, summed) - np.interp(0.0, times, summed))
 
 
 def belt_speeds(treadmill: Treadmill) -> tuple[float, float]:
