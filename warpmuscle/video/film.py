@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.cycles import body_weight, steady_strides
@@ -75,6 +76,7 @@ class Film:
     load: Floats  # (F, M) 0..1, how thick
     force_from: Floats  # (F, 2, 3) where ground forces act
     force_to: Floats  # (F, 2, 3) tips of their arrows
+    water: float | None = None  # m, y of its surface
 
 
 def make_film(recording: Recording, scene: Scene, look: Look | None = None, name: str = "") -> Film:
@@ -189,6 +191,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
         load=at_moments(time, track.muscle_load, moments),
         force_from=at_moments(time, track.foot_center, moments),
         force_to=at_moments(time, track.foot_center + force, moments),
+        water=None if scene.water is None else first_number(scene.water.level),
     )
 
 

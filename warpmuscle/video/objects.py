@@ -7,13 +7,12 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import BoxObject, Scene
-from warpmuscle.scene.anatomy import Side
 from warpmuscle.scene.objects.motion import ObjectMotion
 from warpmuscle.scene.objects.shape import rounded
 from warpmuscle.video.solids import Boxes, Capsules
 from warpmuscle.view.track import Track
 
-SIDE: Side = "middle"
+SIDE = "object"
 
 
 def add_objects(

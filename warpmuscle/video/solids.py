@@ -12,7 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character
-from warpmuscle.scene.anatomy import Side, solids
+from warpmuscle.scene.anatomy import solids
 
 _ARC = 12  # points on each round end of an outline
 _FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # of corners in x, y, z
@@ -25,7 +25,7 @@ class Capsules:
     body: NDArray[np.int64]  # (C,)
     ends: Floats  # (C, 2, 3) m, in the body's frame
     radius: Floats  # (C,) m
-    side: tuple[Side, ...]
+    side: tuple[str, ...]  # a `Side`, or "object"
     bone: NDArray[np.bool_]  # (C,) a line between joints rather than a shape of the scene
 
 
@@ -35,7 +35,7 @@ class Boxes:
 
     body: NDArray[np.int64]  # (B,)
     corners: Floats  # (B, 8, 3) m, in the body's frame
-    side: tuple[Side, ...]
+    side: tuple[str, ...]
 
 
 def capsules_and_boxes(character: Character, body_names: Sequence[str]) -> tuple[Capsules, Boxes]:

@@ -12,18 +12,19 @@ from warpmuscle.scene.initial_pose import plain_vector
 from warpmuscle.scene.objects.motion import ObjectMotion, object_motion
 from warpmuscle.scene.objects.part import AnyObject
 from warpmuscle.scene.objects.shape import rounded
+from warpmuscle.scene.treadmill.way import mean_shift
 from warpmuscle.view.pieces import Block, Limb, Piece
 
 
 def motion_of(recording: Recording, scene: Scene, name: str) -> ObjectMotion:
-    """Where an object was; where the recording has nothing of it, at its start."""
-    found = object_motion(recording, name)
+    """Where an object was, on a treadmill relative to the belts; its start if a recording has nothing of it."""
+    found, shift = object_motion(recording, name), mean_shift(scene.ground, recording.time)
     if found is not None:
-        return found
+        return found._replace(position=found.position - shift)
     solid, frames = scene.objects[name], recording.frames
     still = np.zeros((frames, 3))
     turn = normalized(np.array([float(np.asarray(number)) for number in solid.orientation]))
-    return ObjectMotion(still + plain_vector(solid.position), np.tile(turn, (frames, 1)), still, still)
+    return ObjectMotion(plain_vector(solid.position) - shift, np.tile(turn, (frames, 1)), still, still)
 
 
 def motions_of(recording: Recording, scene: Scene) -> tuple[ObjectMotion, ...]:
@@ -35,8 +36,8 @@ def object_piece(solid: AnyObject, body: int) -> Piece:
     """An object without free parameters as a piece of a figure, on a body of this number."""
     half, radius = rounded(solid)
     if isinstance(solid, BoxObject):
-        return Block(body, "middle", "flesh", np.zeros(3), half[0])
-    return Limb(body, "middle", "flesh", -half[0], half[0], (float(radius[0]),) * 2)
+        return Block(body, "middle", "object", np.zeros(3), half[0])
+    return Limb(body, "middle", "object", -half[0], half[0], (float(radius[0]),) * 2)
 
 
 def object_pieces(scene: Scene) -> list[Piece]:

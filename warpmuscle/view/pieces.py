@@ -14,7 +14,7 @@ from warpmuscle.scene import Box, Character, CylinderSurface, Shape, Sphere, Sph
 from warpmuscle.scene.anatomy import Side, sides_of
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 
-Layer = Literal["flesh", "bone", "hollow", "surface", "shape"]
+Layer = Literal["flesh", "bone", "hollow", "surface", "shape", "object"]
 RING = 24  # pieces of a ring
 
 

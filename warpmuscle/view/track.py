@@ -11,6 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
+from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
@@ -109,7 +110,7 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
 def track_of(
     recording: Recording, scene: Scene, label: str = "", rate: float | None = None, doll: Doll | None = None
 ) -> Track:
-    """What is shown of a recording.
+    """What is shown of a recording; on a treadmill as it is seen from the belts.
 
     Args:
         scene: that made it, without free parameters (see `parameters.substitute`).
@@ -120,7 +121,7 @@ def track_of(
         Error: the recording has no frames, or is of another character.
     """
     doll = doll if doll is not None else _checked_doll(recording, scene)
-    recording = thinned(recording, rate)
+    recording = over_belts(thinned(recording, rate), scene)
     f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
     return Track(
         label=whole(label or scene.name),
