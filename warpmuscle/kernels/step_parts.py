@@ -11,7 +11,7 @@ import warp as wp
 from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.contact.belts import mean_velocity
+from warpmuscle.kernels.contact.belts import mean_velocity, record_belts
 from warpmuscle.kernels.contact.collision import collision_stage_of
 from warpmuscle.kernels.contact.gait_cycle import advance_cycles
 from warpmuscle.kernels.contact.ground_plane import above_ground
@@ -220,7 +220,9 @@ def account_of(kind: StepKind, lap: Any) -> Any:
     record_powers, devices = record_powers_of(kind.forces), whole and any(force.device for force in kind.forces)
     first_object = sum(3 if one.vector else 1 for one in kind.recorded.own)
     objects = sum(force.objects.count for force in kind.forces if force.objects)
-    first_power, tracked = first_object + RECORDED * objects, whole and objects > 0
+    first_belt, tracked = first_object + RECORDED * objects, whole and objects > 0
+    belts = whole and kind.skeleton.moves
+    first_power = first_belt + (2 if kind.skeleton.moves else 0)
     record_objects = record_objects_of(kind.forces) if tracked else record_powers
 
     @wp.func(inline=True)
@@ -247,6 +249,9 @@ def account_of(kind: StepKind, lap: Any) -> Any:
         if wp.static(tracked):  # noqa: SIM102, as above
             if lane == 0 and frame >= 0:
                 record_objects(instance, frame, wp.static(first_object), model, state, record, work, extensions.rest)
+        if wp.static(belts):  # noqa: SIM102, as above
+            if lane == 0 and frame >= 0:
+                record_belts(instance, step, record.slot[instance], frame, wp.static(first_belt), model, record)
         if wp.static(devices):  # noqa: SIM102, as above
             if lane == 0 and frame >= 0:
                 row = record.slot[instance]

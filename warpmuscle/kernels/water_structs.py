@@ -9,6 +9,7 @@ class WaterRow:
 
     middle: wp.vec3  # m, body axes, from its joint
     half: wp.vec3  # m, from there to the tip, round end included
+    reach: float  # m, the same as a length
     radius: float  # m
     volume: float  # m^3
     share: float  # 1/m^2, of a section's volume in that, for each unit of its squared radius

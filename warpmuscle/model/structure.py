@@ -21,6 +21,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.force import power_name
 from warpmuscle.scene.objects.motion import QUANTITIES, object_quantities
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
+from warpmuscle.scene.treadmill.way import BELTS
 
 
 @dataclass(frozen=True)
@@ -58,13 +59,15 @@ class Structure:
     def recorded_names(self) -> tuple[str, ...]:
         """Of the numbers that are recorded of what only some scenes have: their own quantities, objects, devices."""
         objects = (quantity for name in self.objects for quantity in object_quantities(name))
-        return (*self.parts.recorded_names, *objects, *map(power_name, self.devices))
+        belts = BELTS if self.skeleton.moves else ()
+        return (*self.parts.recorded_names, *objects, *belts, *map(power_name, self.devices))
 
     @property
     def recorded_units(self) -> tuple[str, ...]:
         """The unit of each."""
         objects = (unit for _ in self.objects for _, unit in QUANTITIES)
-        return (*self.parts.recorded_units, *objects, *("W" for _ in self.devices))
+        belts = ("m/s",) * len(BELTS) if self.skeleton.moves else ()
+        return (*self.parts.recorded_units, *objects, *belts, *("W" for _ in self.devices))
 
 
 def structure_of(scene: Scene) -> Structure:

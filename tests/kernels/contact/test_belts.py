@@ -13,7 +13,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import BallObject, Body, Box, Character, Failure, Ground, InitialState, Scene, Sphere, Treadmill
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.objects.motion import object_motion
-from warpmuscle.scene.treadmill.way import mean_shift
+from warpmuscle.scene.treadmill.way import BELTS, mean_shift, share
 from warpmuscle.simulation.rollout import Rollout
 
 G = 9.8
@@ -77,6 +77,15 @@ def test_a_platform_that_shifts_carries_what_stands_on_it_along():
     moved = recording.root_position - recording.root_position[0]
     np.testing.assert_allclose(moved[:, [0, 2]], shift[:, [0, 2]], atol=1.5e-3)
     assert shift[-1, 2] == pytest.approx(-0.15)
+
+
+def test_recordings_have_the_speeds_of_both_belts():
+    treadmill = Treadmill(speed=0.8, left=0.4, right=-0.2, profile=[(0.1, 0.0), (0.6, 1.0)])
+    recording = recorded(block(treadmill, 5.0))
+    assert recording.recorded_names == BELTS
+    assert recording.recorded_units == ("m/s", "m/s")
+    middle = recording.time + 0.5 * 0.0005  # of steps
+    np.testing.assert_allclose(recording.recorded, share(treadmill, middle)[:, None] * [1.2, 0.6], atol=1e-6)
 
 
 def test_hunt_crossley_contacts_are_carried_along_too():

@@ -4,7 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.body_structs import Belts
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import ModelRef, at
+from warpmuscle.kernels.structs import ModelRef, RecordRef, at
 
 
 @func
@@ -43,6 +43,15 @@ def belt_velocity(instance: int, x: float, step: int, model: ModelRef) -> wp.vec
     share = share_now(instance, step, belts, model)
     backwards = wp.where(x >= belts.split, belts.left, belts.right)
     return along_ground(belts.sideways * share, backwards * share, at(model.contacts.normal, instance, 0))
+
+
+@func
+def record_belts(instance: int, step: int, row: int, frame: int, column: int, model: ModelRef, record: RecordRef):
+    """Write the speeds of the left and the right belt in a step, m/s, from a column on."""
+    belts = at(model.contacts.belts, instance, 0)
+    share = share_now(instance, step, belts, model)
+    record.own[row, frame, column] = belts.left * share
+    record.own[row, frame, column + 1] = belts.right * share
 
 
 @func

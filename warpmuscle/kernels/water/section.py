@@ -30,7 +30,11 @@ def part_below(height: float, half_height: float) -> float:
     Args:
         height: m, of its middle above the surface. half_height: m, of the disc.
     """
-    s = wp.clamp(-height / wp.max(half_height, 1.0e-9), -1.0, 1.0)
+    s = -height / wp.max(half_height, 1.0e-9)
+    if s >= 1.0:
+        return 1.0
+    if s <= -1.0:
+        return 0.0
     return 0.5 + (wp.asin(s) + s * wp.sqrt(1.0 - s * s)) * wp.static(1.0 / 3.14159265358979)
 
 
@@ -57,12 +61,8 @@ def in_water(body: int, row: WaterRow, gravity: float, time_step: float, work: S
     total = ContactSum()
     rotation = work.rotation[body]
     middle = rotation * row.middle
-    half = rotation * row.half
-    half_length = wp.length(half)
-    height = work.position[body][1] + middle[1] - row.level
-    if height > half_length:
-        return total
-    axis = half / wp.max(half_length, 1.0e-9)
+    half_length = row.reach
+    axis = rotation * row.half / half_length
     thick = thickness(half_length)
     spin = work.angular_velocity[body]
     for k in range(SECTIONS):

@@ -17,12 +17,15 @@ def wet(instance: int, body: int, model: ModelRef, work: ScratchRef, own: wp.ref
     """Add water's force on a body to its bias force, and what it moves along to its articulated inertia."""
     gravity = at(model.gravity, instance, 0)
     for part in range(own.start[body], own.start[body + 1]):
-        total = in_water(body, at(own.row, instance, part), gravity, model.time_step, work)
-        work.block_a[body] = work.block_a[body] + total.a
-        work.block_b[body] = work.block_b[body] + total.b
-        work.block_c[body] = work.block_c[body] + total.c
-        work.bias_moment[body] = work.bias_moment[body] - total.moment
-        work.bias_force[body] = work.bias_force[body] - total.force
+        row = at(own.row, instance, part)
+        height = work.position[body][1] + (work.rotation[body] * row.middle)[1]
+        if height - row.reach < row.level:
+            total = in_water(body, row, gravity, model.time_step, work)
+            work.block_a[body] = work.block_a[body] + total.a
+            work.block_b[body] = work.block_b[body] + total.b
+            work.block_c[body] = work.block_c[body] + total.c
+            work.bias_moment[body] = work.bias_moment[body] - total.moment
+            work.bias_force[body] = work.bias_force[body] - total.force
 
 
 @cache

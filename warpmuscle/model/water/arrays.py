@@ -66,7 +66,8 @@ def _columns(scene: Scene, names: Topology, name: str, capsule: WaterCapsule) ->
     drag, axial, factor = rows([water.drag]), rows([water.axial_drag]), rows([water.added_mass])
     end = np.pi * radius**2
     return {
-        "middle": capsule.middle - joint_in_body(scene, names, name), "half": capsule.half, "radius": radius,
+        "middle": capsule.middle - joint_in_body(scene, names, name), "half": capsule.half,
+        "reach": half_length, "radius": radius,
         "volume": capsule.volume[:, None], "share": 1.0 / _squares(half_length, radius),
         "level": rows([water.level]), "density": rows([water.density]),
         "across": drag * (end + 4.0 * radius * (half_length - radius)), "along": np.where(ball, drag, axial) * end,

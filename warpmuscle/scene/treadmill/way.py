@@ -11,6 +11,8 @@ from warpmuscle.scene import Ground
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.treadmill.part import Treadmill
 
+BELTS = "ground.treadmill.left", "ground.treadmill.right"  # what recordings call their speeds, m/s, backwards
+
 
 def knots_of(treadmill: Treadmill) -> Floats:
     """Times, s, and factors (K, 2) of the profile; a factor of 1 where there is none."""
