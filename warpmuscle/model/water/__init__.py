@@ -1,5 +1,5 @@
 """Water as a kernel wants it.
 
-May import: scene, kernels and what lies beside it in `model`.
+May import: core, kernels, model, scene.
 To add: a number to `arrays`, where `kernels.water_structs` has it.
 """
