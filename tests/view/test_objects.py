@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from small_result import walk_result, walk_scene
+from warpmuscle.core.errors import Error
+from warpmuscle.plots import plot
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Scene, Treadmill, Water
 from warpmuscle.scene.objects.motion import QUANTITIES, object_quantities
@@ -96,3 +98,12 @@ def test_a_recording_without_an_object_shows_it_at_its_start(missing: bool):
     motion = walk_result().replays[0].window(1.0, 1.2) if missing else with_ball()
     track = track_of(motion, among())
     assert (track.objects[0].position[-1, 1] == 0.0) == missing
+
+
+def test_what_is_recorded_of_an_object_is_drawn_by_its_name():
+    figure = plot(with_ball(), "objects.ball.position_y", scene=among())
+    (line,) = figure.axes[0].get_lines()
+    np.testing.assert_allclose(line.get_ydata(), np.arange(with_ball().frames))
+    assert "m" in figure.axes[0].get_ylabel()
+    with pytest.raises(Error, match="did you mean 'objects.ball"):
+        plot(with_ball(), "objects.bal.position_y", scene=among())
