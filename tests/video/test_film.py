@@ -11,7 +11,7 @@ from PIL import Image
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
 from warpmuscle.core.errors import Error
-from warpmuscle.scene import BallObject, BoxObject, Ground, Terrain, Water
+from warpmuscle.scene import BallObject, BoxObject, Force, Ground, Terrain, Water
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Stairs
 from warpmuscle.video import Film, Look, films_beside, make_film, write
@@ -200,3 +200,15 @@ def test_objects_and_water_are_in_the_film_but_do_not_move_its_camera(film):
     np.testing.assert_allclose(wet.box_corners[:, -1].mean(axis=1), [[0.6, 0.3, 1.0]] * len(wet.time), atol=1e-6)
     dry, under = Painter(film).frame(0).astype(int), Painter(wet).frame(0).astype(int)
     assert (under[-20:, :, 2] - under[-20:, :, 0]).mean() > (dry[-20:, :, 2] - dry[-20:, :, 0]).mean() + 10
+
+
+def test_devices_are_drawn_on_the_bodies_that_carry_them():
+    motion, scene = walk_result().replays[0].window(1.0, 2.0), walk_scene()
+    braced = msgspec.structs.replace(scene, forces={"brace": Force("bilinear_spring", joint="lKnee")})
+    plain, with_brace = (make_film(motion, one, Look(**SMALL, rate=10.0)) for one in (scene, braced))
+    assert not plain.capsules.device.any()
+    assert with_brace.capsules.device.sum() == 3
+    hub = with_brace.capsule_ends[:, -1, 0]
+    knee = with_brace.capsule_ends[:, -2, 0]  # where the bar along the shank begins
+    assert np.linalg.norm(hub - knee, axis=-1).max() < 0.01
+    assert np.any(Painter(plain).frame(3) != Painter(with_brace).frame(3))

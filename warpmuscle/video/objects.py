@@ -37,6 +37,7 @@ def add_objects(
             capsules = Capsules(
                 np.append(capsules.body, body), np.concatenate([capsules.ends, own[None]]),
                 np.append(capsules.radius, radius[0]), (*capsules.side, SIDE), np.append(capsules.bone, False),
+                np.append(capsules.device, False),
             )  # fmt: skip
             ends = np.concatenate([ends, _placed(motion, own)], axis=1)
     return capsules, boxes, ends, corners
