@@ -190,9 +190,8 @@ def test_ground_that_is_not_flat_is_drawn_in_faces_darker_where_they_stand_steep
 
 
 def test_objects_and_water_are_in_the_film_but_do_not_move_its_camera(film):
-    scene = walk_scene()
-    scene.objects = {"far": BallObject(position=(0.0, 0.5, 30.0)), "box": BoxObject(position=(0.6, 0.3, 1.0))}
-    scene.water = Water(level=0.6)
+    objects = {"far": BallObject(position=(0.0, 0.5, 30.0)), "box": BoxObject(position=(0.6, 0.3, 1.0))}
+    scene = msgspec.structs.replace(walk_scene(), objects=objects, water=Water(level=0.6))
     motion = walk_result().replays[0].window(1.0, 2.0)
     wet = make_film(motion, scene, Look(**SMALL, rate=10.0))
     np.testing.assert_allclose(wet.bounds, film.bounds)
