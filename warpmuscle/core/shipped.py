@@ -22,6 +22,7 @@ STUDIES = {
     "bergmann2017": "experiments of Bergmann 2017: muscles of arms, and walks on some muscles or of that program",
     "wang2012": "a walk on the 16 leg muscles of Wang 2012",
     "terrain": "walks on bumps, stairs and slopes",
+    "worlds": "walks among objects, on treadmills and in water",
     "opensim": "models of OpenSim, as converted, and their gaits",
     "throws": "arms that throw, for `warpmuscle throw` (Cruz Ruiz 2015)",
     "superseded": "walks that later ones replace; kept because published comparisons and pages rest on them",

@@ -120,13 +120,13 @@ def controller_torques(controller: ControllerKind = NO_CONTROLLER) -> Any:
 
 
 @cache
-def contact_forces_of(law: int = SPRING, terrain: int = FLAT) -> Any:
+def contact_forces_of(law: int = SPRING, terrain: int = FLAT, moves: bool = False) -> Any:
     """The kernel (model, state, workspace, force, moment, a, b, c) of contacts with the ground by a law.
 
     Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity; and
     the tensors of `contact.ContactSum`, by which both become less as the body accelerates over a step.
     """
-    contacts_of_body = body_contacts_of(law, terrain)
+    contacts_of_body = body_contacts_of(law, terrain, moves)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
@@ -140,7 +140,7 @@ def contact_forces_of(law: int = SPRING, terrain: int = FLAT) -> Any:
         work = work_of(i, model, workspace)
         kinematics_stage(i, 0, 1, model, state, work)
         for body in range(model.body_count):
-            total = contacts_of_body(i, body, model, work)
+            total = contacts_of_body(i, body, state.step[i], model, work)
             force[i, body] = total.force
             a[i, body] = full(total.a)
             b[i, body] = total.b

@@ -62,7 +62,7 @@ class Run:
         """How the body walks; None without feet."""
         if self.scene.feet is None or not self.recording.frames:
             return None
-        return measure(self.recording, *self.scene.feet)
+        return measure(self.recording, self.scene)
 
     def show(self, meshes: str | PathLike[str] | None = None) -> Page:
         """The motion as a page, which notebooks show and `save` writes.

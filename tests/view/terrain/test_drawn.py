@@ -48,7 +48,7 @@ def test_the_page_knows_how_high_the_ground_is(page, ground: Ground):
     opened, problems = page
     places = np.random.default_rng(0).uniform(-3.0, 3.0, (200, 2))
     asked = "([ground, places]) => places.map(([x, z]) => groundHeight(ground, x, z))"
-    found = np.array(opened.evaluate(asked, [ground_content(ground), places.tolist()]))
+    found = np.array(opened.evaluate(asked, [ground_content(on(ground)), places.tolist()]))
     away = np.abs(found - surface(ground).height_at(*places.T))
     assert np.quantile(away, 0.97) < 1e-3  # but on steep risers, whose places are rounded
     assert problems == []
@@ -59,6 +59,6 @@ def test_shadows_fall_on_a_plane_that_lies_as_the_ground_does(page):
     inclined = Ground(normal=(0.1, 1.0, -0.2), height=0.3)
     level = msgspec.structs.replace(inclined, terrain=Terrain([Rough()], scale=0.0))
     for ground in (inclined, level):
-        plane = opened.evaluate("(ground) => shadowPlane(ground, [0.4, 1, 0.6])", ground_content(ground))
+        plane = opened.evaluate("(ground) => shadowPlane(ground, [0.4, 1, 0.6])", ground_content(on(ground)))
         flat = surface(inclined).plane
         np.testing.assert_allclose(plane, [*flat.normal, flat.height], atol=1e-3)
