@@ -14,6 +14,7 @@ from typer.models import CommandInfo
 
 from warpmuscle.cli.arm_angles import arm_angles
 from warpmuscle.cli.console import marked, out
+from warpmuscle.cli.creature import creature
 from warpmuscle.cli.ending import run_to_end
 from warpmuscle.cli.gaits import gait, robustness
 from warpmuscle.cli.groups import add_renamed
@@ -45,7 +46,7 @@ COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, join, study, adaptation, apply, report, gait, robustness, judge,
     view, plot, video, export, fit_muscles, fit_paths, convert, arm_angles, inverse, compile, example, schema,
 )  # fmt: skip
-GROUPS = {"synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
+GROUPS = {"creature": creature, "synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)
