@@ -15,7 +15,7 @@ import kernel_tests
 import tiers
 from warpmuscle.scene import trusted_code
 
-BRIEF = {"kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
+BRIEF = {"creatures", "kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
 
 
 def is_fast(path: Path, config: pytest.Config) -> bool:

@@ -123,11 +123,27 @@ def _check_muscle(creature: Creature, key: str, muscle: CreatureMuscle) -> None:
     for number, bend in enumerate(muscle.over):
         known(bend.joint, moving_joints(creature), "joint", f"{key}.over.{number}.joint")
         _ordered(f"{key}.over.{number}.radius", bend.radius, positive=True)
+        _check_clear(creature, key, muscle, number)
     _ordered(f"{key}.f_max", muscle.f_max, positive=True)
     _ordered(f"{key}.l_opt", muscle.l_opt, positive=True)
     _positive(f"{key}.fibre", muscle.fibre)
     if not 0.0 <= muscle.delay <= 1.0:
         raise SceneError(f"must be between 0 and 1, is {muscle.delay:g}", key=f"{key}.delay")
+
+
+def _check_clear(creature: Creature, key: str, muscle: CreatureMuscle, number: int) -> None:
+    """No point can lie within a cylinder, which the path then could not go round."""
+    bend = muscle.over[number]
+    segment = next(one for name, one in creature.segments.items() if one.parent and joint_of(name, one) == bend.joint)
+    _, *joint = segment.start if segment.at is None else segment.at
+    for place, point in enumerate(muscle.path):
+        nearest = [min(max(at, low), high) for at, low, high in zip(joint, point.low[1:], point.high[1:], strict=True)]
+        if math.dist(nearest, joint) <= bend.radius[1]:
+            message = (
+                f"comes within {math.dist(nearest, joint):.3g} m of the joint {bend.joint!r}, about which the path "
+                f"wraps at up to {bend.radius[1]:g} m"
+            )
+            raise SceneError(message, key=f"{key}.path.{place}.low")
 
 
 def _check_box(creature: Creature, key: str, point: Attachment) -> None:

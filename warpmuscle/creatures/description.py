@@ -55,7 +55,7 @@ class CreatureMuscle(Part):
     path: list[Attachment]  # from origin to insertion
     f_max: Range  # N
     over: list[Bend] = []
-    l_opt: Range = (0.15, 0.8)  # optimal fibre length over the length of the path in the standing pose
+    l_opt: Range = (0.2, 0.6)  # optimal fibre length over the length of the path in the standing pose
     fibre: float = 1.0  # length of the fibre over l_opt in the standing pose, where a search begins
     delay: float = 0.005  # s
 

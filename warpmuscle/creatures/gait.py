@@ -20,6 +20,7 @@ ROOT_STIFFNESS, JOINT_STIFFNESS = (
     4.0,
     0.4,
 )  # 1/rad, over weight times height of the hips, about those of SIMBICON's biped
+LEANING = 0.15  # rad, by which a search may change the lean, either way
 TIMES = 3.0  # by which a search may change stiffnesses and times two ways
 DAMPING = 0.1  # s, over stiffness
 FEEDBACK = {"cd": (-0.3, -1.0, 0.3), "cv": (-0.25, -0.8, 0.1)}  # rad/m and rad s/m of the hip: value, lowest, highest
@@ -74,7 +75,7 @@ def _pd(kp: float, name: str) -> PD:
 
 def _walk(gait: CreatureGait) -> Iterator[MachineState]:
     """One state, a step, in which legs change their roles at its end."""
-    trajectories = {"root": _targets([gait.lean], gait.freedom)}
+    trajectories = {"root": _targets([gait.lean], LEANING)}
     for where, table in (("SWING", gait.swing), ("STANCE", gait.stance)):
         for name, angles in table.items():
             trajectories[f"{where}_{name}"] = _leg(gait, name, angles, where == "SWING")
@@ -85,7 +86,7 @@ def _walk(gait: CreatureGait) -> Iterator[MachineState]:
 def _hop(gait: CreatureGait) -> Iterator[MachineState]:
     """In the air until the feet are down, then on the ground for a time; both legs do the same."""
     for number, (time, table) in enumerate(((gait.time, gait.swing), (gait.ground_time, gait.stance))):
-        trajectories = {"root": _targets([gait.lean], gait.freedom)}
+        trajectories = {"root": _targets([gait.lean], LEANING)}
         for name, angles in table.items():
             left = _leg(gait, name, angles, number == 0)
             trajectories[sided(name, "l")] = left
