@@ -24,8 +24,8 @@ from warpmuscle.scene.validation.scene import check_scene
 
 FAILURE_COST = 1.0e4  # of who falls, above that of any gait
 ABOVE_GROUND = 0.001  # m, of the lowest foot at the start
-SLOWEST = 0.4  # of the wanted speed, below which nobody goes on, so that no search ends at standing still
-WINDOW = 1.0  # s, over which its speed is taken for that
+SLOWEST = 0.3  # of the wanted speed, below which nobody goes on, so that no search ends at standing still
+WINDOW = 0.5  # s, over which its speed is taken for that
 
 
 def read_creature(path: str | Path) -> Creature:
