@@ -95,7 +95,9 @@ def main() -> None:
         found[name] = walked(scene, bodies, gait, given.seconds, given.device)
         share, speed = np.mean(found[name]["upright"]), np.array(found[name]["speed"])[found[name]["upright"]]
         shown = f"{speed.min():.2f} to {speed.max():.2f} m/s" if len(speed) else "none"
-        print(f"{name}: {100.0 * share:.1f} % walk {given.seconds:g} s, {shown}; {found[name]['seconds']:.1f} s of wall")
+        print(
+            f"{name}: {100.0 * share:.1f} % walk {given.seconds:g} s, {shown}; {found[name]['seconds']:.1f} s of wall"
+        )
     if given.json is not None:
         given.json.write_text(json.dumps({"bodies": bodies, "found": found}, indent=1) + "\n")
     if given.figure is not None:

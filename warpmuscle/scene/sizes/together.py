@@ -37,9 +37,7 @@ def together(scenes: Sequence[Scene]) -> Scene:
             differing[path] = None
     for path in differing:
         differing[path] = np.array([one[path] for one in plain], dtype=np.float64)
-    return rebuilt(
-        substitute(scenes[0], start_values(scenes[0])), lambda path, leaf: differing.get(path, leaf)
-    )
+    return rebuilt(substitute(scenes[0], start_values(scenes[0])), lambda path, leaf: differing.get(path, leaf))
 
 
 def _is_number(leaf: Any) -> bool:

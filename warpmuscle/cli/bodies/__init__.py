@@ -1,4 +1,4 @@
-"""The commands that make creatures from short descriptions, and judge what searches made of them.
+"""The commands that make creatures and other sizes of bodies, and judge what searches made of them.
 
 May import: cli and all below.
 To add: a command in a module of its own, its name below.
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import typer
 
-from warpmuscle.cli.creature.build import build
-from warpmuscle.cli.creature.judge import judge
+from warpmuscle.cli.bodies.build import build
+from warpmuscle.cli.bodies.judge import judge
 
 creature = typer.Typer(
     help="Make animals from short descriptions, and judge their muscles.",
