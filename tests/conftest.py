@@ -15,7 +15,8 @@ import kernel_tests
 import tiers
 from warpmuscle.scene import trusted_code
 
-BRIEF = {"creatures", "kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
+# Folders whose files have kinds of scenes of their own, and run them for moments.
+BRIEF = {"creatures", "kernels", "model"}
 
 
 def is_fast(path: Path, config: pytest.Config) -> bool:

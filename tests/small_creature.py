@@ -1,4 +1,4 @@
-"""A small creature: a trunk with two legs of one segment and a foot, three muscles a leg, one of them across both joints."""
+"""A small creature: a trunk, two legs of one segment and a foot, three muscles a leg, one across both joints."""
 
 from warpmuscle.creatures.description import Attachment, Bend, Creature, CreatureGait, CreatureMuscle, Segment
 

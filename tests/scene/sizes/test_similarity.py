@@ -13,7 +13,8 @@ from warpmuscle.scene.sizes.similarity import factor_of, gait_of_size, powers
     ("unit", "expected"),
     [
         ("N m/rad", (1, 2, -2)), ("N m s/rad", (1, 2, -1)), ("rad/m", (0, -1, 0)), ("rad s/m", (0, -1, 1)),
-        ("m/s", (0, 1, -1)), ("N m s^2/rad^2", (1, 2, 0)), ("m/(N s)", (-1, 0, 1)), ("1", (0, 0, 0)), ("Hz", (0, 0, -1)),
+        ("m/s", (0, 1, -1)), ("N m s^2/rad^2", (1, 2, 0)), ("m/(N s)", (-1, 0, 1)), ("1", (0, 0, 0)),
+        ("Hz", (0, 0, -1)),
     ],
 )  # fmt: skip
 def test_units_are_powers_of_mass_length_and_time(unit, expected):

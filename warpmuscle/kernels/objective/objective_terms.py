@@ -46,7 +46,8 @@ _TERMS = (
     ),
     Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
     Term(
-        "fibre_range", "s", "squared l_opt by which fibres are beyond 0.5 to 1.5, summed over muscles and time", "muscle"
+        "fibre_range", "s", "squared l_opt by which fibres are beyond 0.5 to 1.5, summed over muscles and time",
+        "muscle",
     ),
 )  # fmt: skip
 
