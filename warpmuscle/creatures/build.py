@@ -43,8 +43,11 @@ def read_creature(path: str | Path) -> Creature:
     return creature
 
 
-def creature_scene(creature: Creature) -> Scene:
+def creature_scene(creature: Creature, name: str = "") -> Scene:
     """A scene of a creature, checked: what a search is to change is free in it.
+
+    Args:
+        name: of the scene; by default the creature's.
 
     Raises:
         SceneError: it is no sound creature, or makes no sound scene.
@@ -56,7 +59,7 @@ def creature_scene(creature: Creature) -> Scene:
     standing = InitialState(root_position=place(middle(creature.segments[root])))
     poses = world_poses(Scene(name=creature.name, character=bare, initial_state=standing))
     scene = Scene(
-        name=creature.name,
+        name=name or creature.name,
         description=creature.description,
         character=muscles(creature, bare, poses),
         controller=controller(creature),

@@ -19,7 +19,7 @@ def build(
     """Make a scene of a short description: segments, joints, muscles by the boxes where they may attach, a gait.
 
     Attachments, wrapping radii, properties of muscles and numbers of the controller are free in it. Example:
-    warpmuscle example creatures; warpmuscle creature build ostrich.toml -o ostrich_scene.toml
+    warpmuscle example creatures; warpmuscle creature build ostrich.toml -o ostrich_search.toml
     """
     from warpmuscle.core.errors import Error
     from warpmuscle.core.files import replace_file
@@ -32,7 +32,7 @@ def build(
     if output.resolve() == file.resolve():
         raise Error(f"{output} is the description itself; name another file")
     writable(output)
-    scene = creature_scene(read_creature(file))
+    scene = creature_scene(read_creature(file), output.stem)
     replace_file(output, f"# By `{command_line()}`.\n\n{toml.dumps(scene)}")
     parts = scene.character
     muscles, free = number_of(len(parts.muscles), "muscle"), number_of(len(free_parameters(scene)), "free number")
