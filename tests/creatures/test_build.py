@@ -59,7 +59,7 @@ def test_what_is_wrong_has_its_line_and_key(tmp_path, old, new, key, words):
 def test_a_low_root_is_refused_where_the_controller_would_have_no_strength():
     creature = small_creature()
     creature.segments["trunk"].start, creature.segments["trunk"].end = (0, 0.3, 0), (0, 0.4, 0)
-    with pytest.raises(SceneError, match="at least 0[.]45 m high"):
+    with pytest.raises(SceneError, match=r"at least 0\.45 m high"):
         creature_scene(creature)
 
 

@@ -1,4 +1,4 @@
-"""`creature build` and `scale`: what they write is a scene; what is wrong with the input is a line and writes nothing."""
+"""`creature build` and `scale`: what they write is a scene; a wrong input is one line, and writes nothing."""
 
 import pytest
 
