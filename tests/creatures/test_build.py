@@ -36,6 +36,7 @@ def test_a_description_is_read_as_it_was_written(tmp_path):
         ("f_max = [1000, 1000]", "f_max = [1000]", "muscles.Long.f_max", "2"),
         ("start = [0.1, 0.65, -0.02]", "start = [0.1, 0.85, -0.02]", "muscles.Back.path.1.start.1", "outside of its"),
         ('joint = "Hip", side', 'joint = "Hop", side', "muscles.Back.over.0.joint", "did you mean 'Hip'?"),
+        ("radius = [0.02, 0.06]", "radius = [0.02, 0.2]", "muscles.Back.path.0.low", "comes within 0.112 m of"),
         ('hips = "Hip"', 'hips = "trunk"', "gait.hips", "no pair of joints"),
         ("speed = 1", "speed = -1", "gait.speed", "greater than 0"),
         ('kind = "walk"', 'kind = "fly"', "gait.kind", "hop"),
