@@ -20,7 +20,8 @@ from warpmuscle.scene import trusted_code
 environment.keep_byte_code(Path(__file__).parents[1])
 environment.one_thread()
 
-BRIEF = {"kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
+# Folders whose files have kinds of scenes of their own, and run them for moments.
+BRIEF = {"creatures", "kernels", "model"}
 
 
 def is_fast(path: Path, config: pytest.Config) -> bool:

@@ -207,6 +207,7 @@ def test_impossible_request_is_one_line_and_exit_code_2(arguments, tmp_path):
         ("convert", "mine.toml", "-o", "folder/../mine.toml"),
         ("convert", "one.rbs", "one.sbc", "-o", "one.rs"),
         ("fit-paths", "mine.toml", "-o", "mine.toml"),
+        ("scale", "mine.toml", "-o", "mine.toml"),
         ("fit-muscles", "mine.toml", "-o", "mine.toml"),
     ],
 )

@@ -32,7 +32,9 @@ active_force_length = "{module}:bell"
 [objective.custom]
 "{module}:effort" = 1.0
 """
-WITHOUT_SCENES = {"arm-angles", "example", "scenes", "schema", "synergies cluster", "synergies extract"}
+WITHOUT_SCENES = {
+    *("arm-angles", "creature build", "example", "scenes", "schema", "synergies cluster", "synergies extract"),
+}
 RUN = (
     "fit-muscles named.toml -o out.toml",
     "apply result.h5 -o out.toml --settle 0.1",

@@ -116,9 +116,16 @@ def measure(
         steps=len(steps),
         step_length=_mean(steps[:, 0]),
         step_width=_mean(steps[:, 1]),
-        cadence=60.0 * (len(times) - 1) / float(times[-1] - times[0]) if len(times) > 1 else None,
+        cadence=_cadence(times),
         heading_drift=float(turned[-1] - turned[steady][0]),
     )
+
+
+def _cadence(times: Floats) -> float | None:
+    """Steps a minute between landings at times (n,), s; None where there are no two, or both feet land at once."""
+    if len(times) < 2 or times[-1] == times[0]:
+        return None
+    return 60.0 * (len(times) - 1) / float(times[-1] - times[0])
 
 
 def heading(recording: Recording) -> Floats:

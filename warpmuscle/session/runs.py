@@ -223,7 +223,9 @@ def _commanded(scene: Scene, asked: Mapping[str, float]) -> Scene:
     if not asked:
         return scene
     checked = checked_commands(dict(asked), scene, 1)
-    changed = {name: msgspec.structs.replace(scene.commands[name], value=float(v)) for name, v in checked.items()}
+    changed = {
+        name: msgspec.structs.replace(scene.commands[name], value=float(v), over=[]) for name, v in checked.items()
+    }
     return msgspec.structs.replace(scene, commands={**scene.commands, **changed})
 
 
