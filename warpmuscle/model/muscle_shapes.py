@@ -10,12 +10,13 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.curve.curve_sets import CURVES, LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.curve.curve_sets import BLANKEVOORT, CURVES, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.curve.millard_tables import Numbers, table_of
 from warpmuscle.kernels.curve.shaped_curves import FAMILIES, Shaped
 from warpmuscle.kernels.muscle.cables import PIECE
 from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER, RIGID, SWITCH
 from warpmuscle.scene import (
+    BlankevoortLigament,
     CurveShape,
     DeGrooteCurves,
     Displacement,
@@ -144,6 +145,9 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: _Tables) ->
 def _cable(muscle: Muscle, tables: _Tables) -> dict[str, Any]:
     """What a row has of an actuator or a ligament."""
     shape = muscle.curve_shape
+    if isinstance(shape, BlankevoortLigament):
+        row = (shape.transition_strain, shape.damping)
+        return {"curves": BLANKEVOORT, "table": tables.start(("blankevoort", *row), lambda: np.array([row]))}
     if not isinstance(shape, Ligament):
         return {"curves": PATH_ACTUATOR}
     key = (*shape.x, *shape.y, shape.ends, shape.dissipation)
