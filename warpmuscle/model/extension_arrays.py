@@ -11,6 +11,7 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels.step import extensions_of
 from warpmuscle.model.body_contact import ShapePair, contact_parameters
 from warpmuscle.model.controllers.declared import own_parameters, parameters_of
+from warpmuscle.model.expressions.programs import expression_tables
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -53,9 +54,12 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
         if struct is not None:
             _put(own, struct, list(own_parameters(scene, place, names, struct)), device, place)
     part = extensions.rest
+    starts = expression_tables(scene).starts
     for entries in structure.forces:
         given: list[Mapping[str, Any]] = [
-            contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters
+            contact_parameters(scene, name)
+            if isinstance(name, ShapePair)
+            else {**scene.forces[name].parameters, **starts.get(name, {})}
             for name in entries.names
         ]
         _put(part.first, entries.kind.parameters, given, device)

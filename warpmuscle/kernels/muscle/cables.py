@@ -5,31 +5,13 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.algebra.piecewise import piecewise
 from warpmuscle.kernels.curve.curve_sets import BLANKEVOORT, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, ScratchRef, StateRef, at
-
-PIECE = 3  # rows of a piece in a table: where it starts and its constant, then its other coefficients in twos
-
-
-@func
-def piecewise(table: wp.array[wp.vec2], first: int, x: float) -> float:
-    """Value at x of a function of cubic pieces.
-
-    Args:
-        first: row of its head, the number of its pieces, which follow; the first one counts before its start, too.
-    """
-    found = first + 1
-    end = found + PIECE * int(table[first][0])
-    for row in range(found + PIECE, end, PIECE):
-        if table[row][0] <= x:
-            found = row
-    t = x - table[found][0]
-    low = table[found + 1]
-    return table[found][1] + t * (low[0] + t * (low[1] + t * table[found + 2][0]))
 
 
 @func
@@ -47,8 +29,8 @@ def ligament_tension(table: wp.array[wp.vec2], first: int, stretch: float, speed
 def blankevoort_tension(table: wp.array[wp.vec2], first: int, strain: float, rate: float) -> float:
     """Tension over the stiffness at a strain and its rate, 1/s, of Blankevoort and Huiskes 1991, eq. 1.
 
-    A toe of e^2/(2 e_t) up to the transition strain e_t, and e - e_t/2 beyond. A damper, as OpenSim adds one, acts while
-    the ligament is taut and lengthens. The table has e_t and the damper's coefficient over the stiffness, s.
+    A toe of e^2/(2 e_t) up to the transition strain e_t, and e - e_t/2 beyond. A damper, as OpenSim adds one, acts as
+    long as the ligament is taut and lengthens. The table has e_t and the damper's coefficient over the stiffness, s.
     """
     transition = table[first][0]
     if strain <= 0.0:

@@ -8,9 +8,9 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import (
+    BlankevoortLigament,
     CurveShape,
     DeGrooteCurves,
-    BlankevoortLigament,
     Ligament,
     MillardCurves,
     MujocoCurves,
