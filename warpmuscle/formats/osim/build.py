@@ -23,6 +23,7 @@ from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
 from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, root_kind, tell_loose
+from warpmuscle.formats.osim.wraps.idle import drop_idle_wraps
 from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
 from warpmuscle.scene.muscles.cables import LIGAMENTS
 from warpmuscle.scene.validation.paths import is_route, usual_drive
@@ -100,6 +101,7 @@ def build(
     hold_ranges(scene, limit_stiffness)
     tell_ranges(model, scene, notes)
     if not hard_points:
+        drop_idle_wraps(character)
         open_at_stops(scene)
     jumps = {} if hard_points else blend_conditions(scene)
     if character.surfaces and not hard_points:
