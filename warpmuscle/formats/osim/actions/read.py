@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.forces import ABOUT_DRAWING
 from warpmuscle.formats.osim.frames import Frames
@@ -95,7 +96,7 @@ def _prescribed(element: Element, frames: Frames, own: Properties) -> Made:
         holder = held(element, tag)
         members = holder.objects() if holder is not None else []
         if len(members) not in (0, 3):
-            element.fail(f"has {len(members)} functions in <{tag}>; three are needed, or none")
+            element.fail(f"has {number_of(len(members), 'function')} in <{tag}>; three are needed, or none")
         functions[tag] = tuple(read_function(one) for one in members) or (ZERO,) * 3
     numbers: dict[str, tuple[float, ...]] = {
         "force_in_body": (0.0 if own.truth(element, "forceIsGlobal", True) else 1.0,),
