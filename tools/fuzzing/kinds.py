@@ -11,7 +11,8 @@ from random import Random
 
 from fuzzing import archives
 from fuzzing.commands import option_command, put_no_file, reading_command
-from fuzzing.models import MODELS, mutated_model
+from fuzzing.held import ROBOT
+from fuzzing.models import MODELS, mutated_attributes, mutated_model
 from fuzzing.seeds import LAYERED, MORE, RUN, SCENES, SIMBICON
 from fuzzing.tables import changed, paths
 from fuzzing.texts import damaged, mutated
@@ -112,6 +113,12 @@ def osim(rng: Random, at: Setting) -> list[Command]:
     name = rng.choice(list(MODELS))
     (at.folder / name).write_bytes(mutated_model(MODELS[name], rng))
     return scene_commands(name, rng, simulated=False)
+
+
+def mujoco(rng: Random, at: Setting) -> list[Command]:
+    """Models of MuJoCo."""
+    (at.folder / "robot.xml").write_bytes(mutated_attributes(ROBOT, rng))
+    return scene_commands("robot.xml", rng, simulated=False)
 
 
 def hdf5_structure(rng: Random, at: Setting) -> list[Command]:
@@ -332,7 +339,8 @@ KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all c
     "scene-layers": (scene_layers, 0.06),
     "simbicon": (simbicon, 0.10),
     "osim": (osim, 0.10),
-    "hdf5-structure": (hdf5_structure, 0.12),
+    "mujoco": (mujoco, 0.04),
+    "hdf5-structure": (hdf5_structure, 0.08),
     "hdf5-values": (hdf5_values, 0.05),
     "policy": (policy, 0.05),
     "journal": (journal, 0.04),

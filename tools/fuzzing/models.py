@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from random import Random
 
+from fuzzing.held import HELD
 from fuzzing.texts import encoded, mutated
 
 LEG = """<?xml version="1.0" encoding="UTF-8"?>
@@ -157,8 +158,9 @@ OLD_ARM = """<OpenSimDocument Version="20301"><Model name="arm"><ForceSet><objec
 <Coordinate name="q"><default_value>0.3</default_value><range>-1 1</range></Coordinate></objects></CoordinateSet>
 <reverse>false</reverse></PinJoint></Joint></Body></objects></BodySet></Model></OpenSimDocument>
 """
-MODELS = {"leg.osim": LEG, "arm.osim": OLD_ARM}
+MODELS = {"leg.osim": LEG, "arm.osim": OLD_ARM, "held.osim": HELD}
 ELEMENT = re.compile(r"<([A-Za-z_:0-9]+)(?: [^<>]*)?>[^<>]*</\1>")
+ATTRIBUTE = re.compile(r'(\w+)="([^"<>]*)"')
 OPENING = re.compile(r"<([A-Za-z_:0-9]+)([^<>]*)>")
 
 
@@ -169,6 +171,18 @@ def mutated_model(text: str, rng: Random) -> bytes:
     for _ in range(rng.choice([1, 1, 2, 3])):
         text = rng.choice([_dropped, _doubled, _swapped, _retagged, _moved, _emptied])(text, rng)
     return encoded(text, rng) if rng.random() < 0.1 else text.encode()
+
+
+def mutated_attributes(text: str, rng: Random) -> bytes:
+    """A model whose numbers and names stand in attributes, with others in them; or mutated as any text."""
+    for _ in range(rng.randint(1, 4)):
+        found = list(ATTRIBUTE.finditer(text))
+        if not found or rng.random() < 0.3:
+            return mutated(text, rng)
+        one, other = rng.choice(found), rng.choice(found)
+        value = rng.choice((other[2], "", "0", "-1", "1e300", "nan", "inf", "a b", one[2] + " 1", one[2][:-1]))
+        text = text[: one.start(2)] + value + text[one.end(2) :]
+    return encoded(text, rng)
 
 
 def _leaf(text: str, rng: Random) -> re.Match[str]:

@@ -9,11 +9,11 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.mjcf_text import numbers, text, texts
 from warpmuscle.formats.mjcf_wraps import add_geom, wrap_geoms
 from warpmuscle.model.muscles import driven
-from warpmuscle.scene import Character, Ligament, MujocoCurves, Muscle, MuscleModel, Scene
+from warpmuscle.scene import Character, Ligament, MujocoCurves, Muscle, MuscleModel, PathActuator, Scene
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.muscles import given, is_cable
-from warpmuscle.scene.muscles.cables import is_straight
+from warpmuscle.scene.muscles.cables import LIGAMENTS, is_straight
 from warpmuscle.scene.topology import topology
 
 _OPERATING = (0.5, 1.5)  # fibre lengths over the optimal one that MuJoCo's lengthrange stands for; any two would do
@@ -51,7 +51,7 @@ def add_muscles(model: Element, scene: Scene) -> int:
         muscle = muscles[name]
         if not is_cable(muscle):
             SubElement(actuators, "muscle", _actuator(muscle, scene.muscle_model), name=name, tendon=name)
-        elif not isinstance(muscle.curve_shape, Ligament):
+        elif isinstance(muscle.curve_shape, PathActuator):
             pull = {"gear": text(-plain_number(muscle.f_max)), "ctrlrange": "0 1"}
             SubElement(actuators, "motor", pull, name=name, tendon=name)
     return sum(not is_cable(muscles[name]) for name in acting)
@@ -64,9 +64,9 @@ def _spring(name: str, muscle: Muscle) -> dict[str, str]:
         SceneError: its tension is not straight over its length.
     """
     shape = muscle.curve_shape
-    if not isinstance(shape, Ligament):
+    if not isinstance(shape, LIGAMENTS):
         return {}
-    if not is_straight(shape):
+    if not isinstance(shape, Ligament) or not is_straight(shape):
         message = "MuJoCo's tendons are springs without damping; leave the ligament out, or make its curve straight"
         raise SceneError(message, key=f"character.muscles.{name}.curve_shape")
     rest = plain_number(muscle.l_slack)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import warnings
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import msgspec
 
 from warpmuscle.core.arguments import as_kind, as_path
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.files import replace_files
+from warpmuscle.core.files import replace_files, unwritable
 from warpmuscle.formats import simbicon, toml
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
@@ -85,12 +86,31 @@ def _write_three(scene: Scene, path: Path) -> list[Ignored]:
     texts = {character: simbicon.rbs_text(plain), state: simbicon.rs_text(plain.initial_state, plain.character)}
     if plain.simbicon is not None:
         texts[controller] = simbicon.sbc_text(plain.simbicon, state.name)
+    again = _read_again(texts)
     replace_files(texts)
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SceneWarning)  # about a scene that the caller has at hand already
-        again = load(*texts, ignored=[], keyword_rule=True)
     return free + lines + [Ignored(path, 0, key, LOST) for key in _differences(plain, again)]
+
+
+def _read_again(texts: dict[Path, str]) -> Scene:
+    """The scene of some files before they are written.
+
+    Raises:
+        SceneError: they could not be read again, since these files cannot hold what makes the scene one.
+    """
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)  # about a scene that the caller has at hand already
+        files = [Path(folder) / path.name for path in texts]
+        for file, (path, text) in zip(files, texts.items(), strict=True):
+            try:
+                file.write_bytes(text.encode())
+            except (OSError, ValueError) as error:
+                raise SceneError(unwritable(error), file=path) from None
+        try:
+            return load(*files, ignored=[], keyword_rule=True)
+        except SceneError as error:
+            kinds = ", ".join(path.suffix for path in texts)
+            raise SceneError(f"{kinds} cannot hold it: {error.message}", key=error.key) from None
 
 
 def _settle_on_lines(plain: Scene) -> list[str]:

@@ -11,6 +11,7 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels.step import extensions_of
 from warpmuscle.model.body_contact import ShapePair, contact_parameters
 from warpmuscle.model.controllers.declared import own_parameters, parameters_of
+from warpmuscle.model.expressions.programs import expression_tables
 from warpmuscle.model.objects.arrays import put_numbers, put_places
 from warpmuscle.model.structure import Structure
 from warpmuscle.model.water.arrays import put_water
@@ -57,6 +58,7 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
         if struct is not None:
             _put(own, struct, list(own_parameters(scene, place, names, struct)), device, place)
     part = extensions.rest
+    starts = expression_tables(scene).starts
     for entries in structure.forces:
         if entries.objects is not None:
             put_numbers(part.first, scene, structure.names, device)
@@ -64,7 +66,9 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
             put_water(part.first, scene, structure.names, device)
         else:
             given: list[Mapping[str, Any]] = [
-                contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters
+                contact_parameters(scene, name)
+                if isinstance(name, ShapePair)
+                else {**scene.forces[name].parameters, **starts.get(name, {})}
                 for name in entries.names
             ]
             _put(part.first, entries.kind.parameters, given, device)

@@ -59,7 +59,7 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
         if kind.of_leg:
             check_leg(scene, force.joint, f"{key}.joint")
         acts_on = getattr(force, place)
-        check_values(kind.parameters, force.parameters, f"{key}.parameters")
+        check_values(kind.parameters, force.parameters, f"{key}.parameters", kind.programs)
         body = names.body_of_joint(acts_on) if place == "joint" else names.bodies.index(acts_on)
         acting = found.setdefault(kind, [])
         if kind.pair is None:

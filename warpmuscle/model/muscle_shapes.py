@@ -10,12 +10,13 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.curve.curve_sets import CURVES, LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.curve.curve_sets import BLANKEVOORT, CURVES, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.curve.millard_tables import Numbers, table_of
 from warpmuscle.kernels.curve.shaped_curves import FAMILIES, Shaped
-from warpmuscle.kernels.muscle.cables import PIECE
 from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER, RIGID, SWITCH
+from warpmuscle.model.expressions.programs import piece_rows
 from warpmuscle.scene import (
+    BlankevoortLigament,
     CurveShape,
     DeGrooteCurves,
     Displacement,
@@ -26,7 +27,6 @@ from warpmuscle.scene import (
     MuscleModel,
     ThelenCurves,
 )
-from warpmuscle.scene.joints.displacement import pieces
 from warpmuscle.scene.muscles import given, is_cable
 from warpmuscle.scene.muscles.curves import LEAST_DAMPING, SHAPED, STRAINS, family
 
@@ -65,12 +65,16 @@ def has_floor(muscles: Sequence[Muscle], model: MuscleModel) -> bool:
     return any(not isinstance(floor, float) or floor > 0.0 for floor in floors)
 
 
-def muscle_shapes(muscles: Sequence[Muscle], model: MuscleModel) -> Shapes | None:
-    """The shapes of some muscles; None where muscles do not differ in such things."""
+def muscle_shapes(muscles: Sequence[Muscle], model: MuscleModel, before: Floats | None = None) -> Shapes | None:
+    """The shapes of some muscles; None where muscles do not differ in such things.
+
+    Args:
+        before: rows (n, 2) that the table begins with.
+    """
     shaped = shaped_kind(muscles, model)
     if shaped is None and tendon_kind(muscles, model) != EITHER and not has_floor(muscles, model):
         return None
-    tables = _Tables()
+    tables = _Tables(before)
     entries = [_entry(muscle, model, shaped is not None, tables) for muscle in muscles]
     columns = {field: rows([_number(entry.get(field, 0.0)) for entry in entries]) for field in structs.CurveRow.vars}
     return Shapes(columns, tables.joined())
@@ -79,9 +83,9 @@ def muscle_shapes(muscles: Sequence[Muscle], model: MuscleModel) -> Shapes | Non
 class _Tables:
     """Tables one behind the other, each once."""
 
-    def __init__(self) -> None:
+    def __init__(self, before: Floats | None = None) -> None:
         self._starts: dict[Hashable, int] = {}
-        self._made: list[Floats] = []
+        self._made: list[Floats] = [] if before is None or not len(before) else [before]
 
     def start(self, key: Hashable, make: Callable[[], Floats]) -> int:
         """The first row of a table, which is made if there is none of this key."""
@@ -144,6 +148,9 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: _Tables) ->
 def _cable(muscle: Muscle, tables: _Tables) -> dict[str, Any]:
     """What a row has of an actuator or a ligament."""
     shape = muscle.curve_shape
+    if isinstance(shape, BlankevoortLigament):
+        row = (shape.transition_strain, shape.damping)
+        return {"curves": BLANKEVOORT, "table": tables.start(("blankevoort", *row), lambda: np.array([row]))}
     if not isinstance(shape, Ligament):
         return {"curves": PATH_ACTUATOR}
     key = (*shape.x, *shape.y, shape.ends, shape.dissipation)
@@ -151,14 +158,9 @@ def _cable(muscle: Muscle, tables: _Tables) -> dict[str, Any]:
 
 
 def ligament_table(ligament: Ligament) -> Floats:
-    """The function of a ligament as `kernels.muscle.cables.piecewise` reads it, (1 + PIECE pieces, 2)."""
+    """The function of a ligament as `kernels.muscle.cables.ligament_tension` reads it."""
     function = Displacement((1.0, 0.0, 0.0), x=ligament.x, y=[*ligament.y], ends=ligament.ends)
-    start, coefficients = pieces(function)
-    c = coefficients[0]
-    table = np.zeros((len(start), PIECE, 2))
-    table[:, 0, 0], table[:, 0, 1] = start, c[:, 0]
-    table[:, 1], table[:, 2, 0] = c[:, 1:3], c[:, 3]
-    return np.concatenate([[[len(start), ligament.dissipation]], table.reshape(-1, 2)])
+    return piece_rows(function, ligament.dissipation)
 
 
 def _thelen(shape: ThelenCurves, passive: Floats) -> dict[str, Any]:

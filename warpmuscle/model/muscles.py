@@ -20,6 +20,7 @@ from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import LAWS
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.controllers.gait_states import gait_states_struct
+from warpmuscle.model.expressions.programs import expression_tables
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
 from warpmuscle.model.path_table import PathTable, path_table
@@ -127,10 +128,13 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     columns["width"] = own["l_opt"] * np.sin(_of_muscles(muscles, "pennation"))
     columns["delay_steps"] = delay_steps(scene, chosen)
     s.row = structs_to_device(structs.MuscleRow, columns, device)
-    shapes = muscle_shapes(muscles, model)
+    before = expression_tables(scene).rows if scene.forces else None
+    shapes = muscle_shapes(muscles, model, before)
     if shapes is not None:
         s.shape = structs_to_device(structs.CurveRow, shapes.columns, device)
         s.curve_table = to_device(shapes.table, wp.vec2, device)
+    elif before is not None and len(before):
+        s.curve_table = to_device(before, wp.vec2, device)
     masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
     s.mass = to_device(masses, float, device)
     _excitations(s, muscles, device)

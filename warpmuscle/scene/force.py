@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from warpmuscle.scene.expressions.part import ExpressionCurve
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
@@ -12,7 +13,8 @@ class Force(Part):
     """A device on a joint, or a force on a body.
 
     `type`: `bilinear_spring` on a joint, `air_drag` on a body, `bushing` between two, see `kernels.force.devices`; or
-    `module:name` of a `kernels.force.forces.ForceKind` of one's own.
+    `module:name` of a `kernels.force.forces.ForceKind` of one's own. Those whose names end with `_expression` take
+    `expressions` such as `effort = "-20*q^3 - 0.1*qdot"`, see `kernels.force.expressions`.
     """
 
     type: str
@@ -20,6 +22,8 @@ class Force(Part):
     body: str = ""  # or on which body
     other_body: str = ""  # and on which other one, if it acts between two
     parameters: Annotated[dict[str, Number], "1"] = {}
+    expressions: dict[str, str] = {}  # what it is, of what it depends on; 0 where it says nothing
+    curves: dict[str, ExpressionCurve] = {}  # that the expressions may call, by their own names
 
 
 def power_name(force: str) -> str:

@@ -41,7 +41,7 @@ from warpmuscle.scene.muscles import (
     ViaPoint,
     Wrap,
 )
-from warpmuscle.scene.muscles.cables import Ligament, PathActuator
+from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
 from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, MujocoCurves, ThelenCurves
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
@@ -66,6 +66,7 @@ __all__ = [
     "Balance",
     "BallCoordinates",
     "BallObject",
+    "BlankevoortLigament",
     "Body",
     "BodyContact",
     "Box",

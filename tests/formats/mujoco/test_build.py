@@ -119,8 +119,14 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path):
     [
         ('damping="0.3"', 'damping="0.3" frictionloss="0.1"', "joint ankle", "friction has no effect"),
         ('name="long" tendon', 'name="long" tausmooth="0.1" tendon', "actuator long", "tausmooth is not kept"),
-        ("<keyframe>", '<equality><weld body1="foot"/></equality><keyframe>', "equality 0", "a weld holds nothing"),
-        ("<actuator>", '<actuator><motor name="m" joint="hip"/>', "actuator m", "is no muscle; it is left out"),
+        (
+            "<keyframe>",
+            '<equality><weld body1="foot"/></equality><keyframe>',
+            "equality equality0",
+            "holds exactly",
+        ),
+        ("<actuator>", '<actuator><motor name="m" tendon="long"/>', "actuator m", "is no muscle; it is left out"),
+        ("<actuator>", '<actuator><motor name="m" joint="hip"/>', "actuator", "controls of m stay as they are"),
         ('<spatial name="long">', '<spatial name="long" range="0 1">', "tendon long", "limits have no effect"),
         (
             '<site site="l1"/>',

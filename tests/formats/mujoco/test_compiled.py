@@ -69,3 +69,13 @@ def test_without_the_package_the_extra_is_named(tmp_path: Path, monkeypatch):
 def test_a_file_that_is_not_there(tmp_path: Path):
     with pytest.raises(SceneError, match="no such file"):
         compiled(tmp_path / "none.xml")
+
+
+def test_what_mujoco_warns_of_is_written_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """By itself it puts a MUJOCO_LOG.TXT into the working folder."""
+    path = tmp_path / "model.xml"
+    path.write_text('<mujoco><worldbody><body><geom size="1" euler="1 2"/></body></worldbody></mujoco>')
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SceneError, match="does not have enough data"):
+        compiled(path)
+    assert list(tmp_path.iterdir()) == [path]

@@ -12,7 +12,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored, load, save
 from warpmuscle.formats.mjcf import dumps as mjcf_text
 from warpmuscle.formats.toml import dumps, loads
-from warpmuscle.scene import Excitation, Ligament, PathActuator, Scene
+from warpmuscle.scene import BlankevoortLigament, Excitation, Ligament, PathActuator, Scene
 from warpmuscle.simulation.rollout import Rollout
 
 pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
@@ -26,6 +26,12 @@ OPENSIM = {  # class, what is in it, and accelerations of the rod in OpenSim 4.6
     "spring": (
         "PathSpring", f"{REST}<stiffness>300</stiffness><dissipation>0.3</dissipation>",
         (-0.289228, 1.866908, -1.707070),
+    ),
+    "toe": (
+        "Blankevoort1991Ligament",
+        "<slack_length>0.25</slack_length><linear_stiffness>900</linear_stiffness>"
+        "<transition_strain>0.3</transition_strain><damping_coefficient>40</damping_coefficient>",
+        (0.116319, 2.078534, -1.707070),
     ),
     "cable": ("PathActuator", "<optimal_force>30</optimal_force>", (0.175627, 1.854164, -0.641542)),
 }  # fmt: skip
@@ -66,7 +72,7 @@ def test_rods_accelerate_as_in_opensim(tmp_path: Path):
     found = (rollout.state.speeds.numpy() - speeds)[:, columns] / 1e-4
     np.testing.assert_allclose(found, np.transpose([expected for *_, expected in OPENSIM.values()]), atol=1e-3)
     activation = dict(zip(scene.character.muscles, rollout.state.muscles.activation.numpy()[0], strict=True))
-    assert activation == {"plain": 0.0, "curved": 0.0, "spring": 0.0, "cable": pytest.approx(CONTROL)}
+    assert activation == {"plain": 0.0, "curved": 0.0, "spring": 0.0, "toe": 0.0, "cable": pytest.approx(CONTROL)}
 
 
 @pytest.mark.parametrize("name", OPENSIM)
@@ -76,7 +82,8 @@ def test_what_is_written_is_read_again(tmp_path: Path, name: str):
     save(scene, tmp_path / "again.osim", [])
     assert f"<{kind} " in (tmp_path / "again.osim").read_text()
     assert load(tmp_path / "again.osim", ignored=[]).character.muscles == scene.character.muscles
-    assert isinstance(scene.character.muscles["one"].curve_shape, PathActuator if name == "cable" else Ligament)
+    kinds = {"cable": PathActuator, "toe": BlankevoortLigament}
+    assert isinstance(scene.character.muscles["one"].curve_shape, kinds.get(name, Ligament))
 
 
 @pytest.mark.parametrize(
@@ -85,6 +92,7 @@ def test_what_is_written_is_read_again(tmp_path: Path, name: str):
         ("Ligament", "<pcsa_force>100</pcsa_force>", "resting_length must be greater than 0"),
         ("Ligament", REST, "force is 0 at any length"),
         ("PathSpring", f"{REST}<stiffness>-3</stiffness>", "push along its path"),
+        ("Blankevoort1991Ligament", "<linear_stiffness>9</linear_stiffness>", "must be greater than 0"),
         ("PathActuator", "<optimal_force>-1</optimal_force>", "push along its path"),
     ],
 )

@@ -12,6 +12,8 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.mujoco.compiled import compiled
 from warpmuscle.formats.mujoco.contact import build_contact
+from warpmuscle.formats.mujoco.drives import driven_joint, put_drives
+from warpmuscle.formats.mujoco.loops import loops_on_world, put_loops
 from warpmuscle.formats.mujoco.lost import tell_lost
 from warpmuscle.formats.mujoco.muscles import build_muscles
 from warpmuscle.formats.mujoco.reference import BALL, FREE, HINGE, SLIDE, Reference
@@ -47,11 +49,12 @@ def _build(path: Path, notes: Notes) -> Scene:
     reference = Reference(model, path, notes, held_joints(model))
     follows = followers(model, lambda joint: reference.name("joint", joint))
     tendons = Tendons(reference)
-    root = free_root(reference, tendons.on_world())
+    root = free_root(reference, tendons.on_world() or loops_on_world(reference))
     character = build_character(reference, root, follows)
     character.wrapping = "mujoco"
     moving = {name for name, joint in character.joints.items() if joint.type in ("hinge", "slide")}
-    common, character.muscles = build_muscles(reference, tendons, moving)
+    drives = {actuator for actuator in range(model.nu) if driven_joint(reference, character, actuator) is not None}
+    common, character.muscles = build_muscles(reference, tendons, moving, drives)
     character.surfaces = tendons.surfaces
     scene = Scene(name=path.stem, character=character, muscle_model=common, gravity=reference.gravity)
     scene.description = f"MuJoCo model {path.name}"
@@ -59,6 +62,8 @@ def _build(path: Path, notes: Notes) -> Scene:
     scene.ground = build_contact(reference, character)
     scene.initial_state = _start(reference, root, follows)
     _drives(reference, follows, scene)
+    put_drives(reference, scene)
+    put_loops(reference, scene)
     if character.root_joint == "fixed":
         scene.failure = Failure(com_height=0.0, heading=0.0)
     tell_lost(reference)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 from xml.parsers import expat
@@ -40,12 +42,24 @@ def compiled(path: Path) -> Any:
     _look(path, path.parent)
     mujoco = mujoco_package()
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
+        with _without_log(mujoco):
+            return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, RuntimeError, OSError) as error:
         text = " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
         line = re.search(r"\bline (\d+)\b", text)
         message = f"MuJoCo cannot compile it: {shortened(text)}"
         raise SceneError(message, file=path, line=int(line.group(1)) if line else 0) from None
+
+
+@contextlib.contextmanager
+def _without_log(mujoco: Any) -> Iterator[None]:
+    """Keep MuJoCo from writing its warnings, as of a muscle's range of lengths, to a file in the working folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _look(path: Path, folder: Path) -> None:

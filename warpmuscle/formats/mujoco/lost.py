@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.formats.mujoco.loops import CONNECT, WELD
 from warpmuscle.formats.mujoco.reference import BALL, Reference
 from warpmuscle.formats.mujoco.skeleton import JOINT_EQUALITY
 
-KINDS = {0: "connect", 1: "weld", 3: "tendon", 4: "flex"}  # mjtEq
+KINDS = {3: "tendon", 4: "flex"}  # mjtEq
 
 
 def tell_lost(reference: Reference) -> None:
@@ -14,7 +15,7 @@ def tell_lost(reference: Reference) -> None:
     model = reference.model
     for eq in range(model.neq):
         kind = int(model.eq_type[eq])
-        if kind != JOINT_EQUALITY and model.eq_active0[eq]:
+        if kind not in (JOINT_EQUALITY, CONNECT, WELD) and model.eq_active0[eq]:
             name = model.equality(eq).name or str(eq)
             reference.lose(f"equality {name}", f"a {KINDS.get(kind, 'flexible')} holds nothing here")
     if soft := sum(bool(model.eq_active0[eq]) and model.eq_type[eq] == JOINT_EQUALITY for eq in range(model.neq)):

@@ -14,16 +14,21 @@ SMALLEST = 1.0e-9  # of what is divided by
 TIMES = 1.0e-6  # s, least time constant
 
 
-def build_muscles(reference: Reference, tendons: Tendons, moving: set[str]) -> tuple[MuscleModel, dict[str, Muscle]]:
+def build_muscles(
+    reference: Reference, tendons: Tendons, moving: set[str], drives: set[int]
+) -> tuple[MuscleModel, dict[str, Muscle]]:
     """All muscles, and what most of them have in common.
 
     Args:
         moving: joints that have a coordinate of their own, on which polynomials may depend.
+        drives: actuators that are forces of the scene instead.
     """
     model = reference.model
     common = MuscleModel(curves="mujoco", activation="scaled", damping=0.0, initial_activation=0.0)
     muscles: dict[str, Muscle] = {}
     for actuator in range(model.nu):
+        if actuator in drives:
+            continue
         name = model.actuator(actuator).name or f"actuator{actuator}"
         found = _muscle(reference, tendons, actuator)
         if isinstance(found, Muscle) and found.polynomial and not set(found.polynomial.joints) <= moving:

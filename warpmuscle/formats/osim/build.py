@@ -9,6 +9,7 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.actions.controls import excitation_of
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
@@ -22,7 +23,9 @@ from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model
 from warpmuscle.formats.osim.tree import Branch, branches, joined, merge_welds, root_kind, tell_loose
+from warpmuscle.formats.osim.wraps.idle import drop_idle_wraps
 from warpmuscle.scene import Actuation, Character, Failure, Marker, Motion, Scene
+from warpmuscle.scene.muscles.cables import LIGAMENTS
 from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.skeleton import weightless
@@ -93,10 +96,12 @@ def build(
     put_loops(model, scene, skeleton.placement, notes)
     close_loops(model, scene, coordinates, notes)
     build_forces(model, scene, skeleton, coordinates, notes)
+    _excite(model, scene, notes)
     _settle_drives(scene)
     hold_ranges(scene, limit_stiffness)
     tell_ranges(model, scene, notes)
     if not hard_points:
+        drop_idle_wraps(character)
         open_at_stops(scene)
     jumps = {} if hard_points else blend_conditions(scene)
     if character.surfaces and not hard_points:
@@ -121,7 +126,9 @@ def root_of(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
             needed |= {point.coordinate, *(name for name, _ in point.motion)}
         needed |= set(muscle.polynomial.coordinates if muscle.polynomial is not None else ())
     needed |= {force.words["coordinate"] for force in model.forces if "coordinate" in force.words} - {
-        force.words["coordinate"] for force in model.forces if force.kind == "CoordinateActuator"
+        force.words["coordinate"]
+        for force in model.forces
+        if force.kind == "CoordinateActuator" and force.name not in model.controls
     }
     return root_kind(model, tree, coordinates, needed, on_ground(model))
 
@@ -144,6 +151,17 @@ def _prescribe(scene: Scene, coordinates: Coordinates) -> None:
         time = [0.0] if function.constant else [float(t) for t in np.linspace(0.0, scene.duration, KNOTS)]
         scene.motion[name] = Motion(time, [float(value) for value in function.values(np.array(time))])
         scene.initial_state.joints.pop(name, None)
+
+
+def _excite(model: Model, scene: Scene, notes: Notes) -> None:
+    """Muscles and path actuators get the controls that controllers prescribe."""
+    for record in model.muscles:
+        muscle = scene.character.muscles.get(record.name)
+        if muscle is None or record.name not in model.controls or isinstance(muscle.curve_shape, LIGAMENTS):
+            continue
+        muscle.excitation, cut = excitation_of(model.controls[record.name], scene.duration)
+        if cut:
+            note(notes, model, record, "its control is cut to be from 0 to 1")
 
 
 def _hold_weightless(model: Model, scene: Scene, coordinates: Coordinates, notes: Notes) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -11,10 +12,14 @@ import numpy as np
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim import records
+from warpmuscle.formats.osim.actions.build import ANGLES, Unfit, bushing_of_texts, checked_text, made_action
+from warpmuscle.formats.osim.actions.build import SHIFTS as DELTAS
+from warpmuscle.formats.osim.actions.read import CONTROL
 from warpmuscle.formats.osim.build_skeleton import Skeleton
 from warpmuscle.formats.osim.expressions import NotStraight, straight
 from warpmuscle.formats.osim.forces import EXPRESSIONS
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused, turned
+from warpmuscle.formats.osim.functions import ZERO
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.placement import WORLD, rotation_vector, vector
 from warpmuscle.formats.osim.records import Contact, Model
@@ -25,6 +30,7 @@ from warpmuscle.scene.validation.paths import usual_drive
 RELAXATION = 0.005  # s, damping over stiffness of a range, as of the scene's own joints
 DEGREE = math.pi / 180.0
 ROOT = "acts on the root, on whose coordinates forces do not act here; it is left out"
+NOT_CONTROLLED = "no controller prescribes its control, which is 0 then, as in OpenSim; write one into `expressions`"
 LOCKED = "acts on a coordinate that is locked or coupled; it is left out"
 
 EFFORTS, SHIFTS = (
@@ -69,7 +75,10 @@ class ForceBuilder:
         return name
 
     def actuator(self, force: records.OsimForce) -> None:
-        """A joint that an actuator drives takes torques, besides those of its muscles."""
+        """A joint that an actuator drives takes torques, besides those of its muscles, or what a controller says."""
+        if force.name in self._model.controls:
+            self.action(replace(force, functions={CONTROL: (self._model.controls[force.name],)}))
+            return
         name = self.joint(force)
         if name and name not in self._scene.actuation:
             crossed = usual_drive(name, self._scene.character) == "muscle"
@@ -114,14 +123,11 @@ class ForceBuilder:
         if force.kind == "BushingForce":
             stiffness[:, 1:] = np.diag([*n["rotational_stiffness"], *n["translational_stiffness"]])
         else:
-            for row, tag in enumerate(EXPRESSIONS):
-                try:
-                    stiffness[row] = straight(force.words[tag])
-                except NotStraight as error:
-                    reason = f"{tag}: {error}; only straight ones are known; it is left out, and holds nothing"
-                    note(self._notes, self._model, force, reason)
-                    lose(self._model, force, force.frames)
-                    return
+            try:
+                stiffness[:] = [straight(force.words[tag]) for tag in EXPRESSIONS]
+            except NotStraight:
+                self._curved_bushing(force)
+                return
         turns = [rotation_vector(self._skeleton.placement.axes(frame)) for frame in force.frames]
         values = dict(zip(PLACES, (*place, *turns[0], *other_place, *turns[1]), strict=True))
         values |= dict(zip(EFFORTS, stiffness[:, 0], strict=True))
@@ -130,6 +136,32 @@ class ForceBuilder:
         values |= {f"damping_{q}": number for q, number in zip(SHIFTS, damping, strict=True)}
         plain: dict[str, Number] = {name: float(value) for name, value in values.items()}
         self.add(force, Force("bushing", body=first, other_body=second, parameters=plain))
+
+    def _curved_bushing(self, force: records.OsimForce) -> None:
+        """A bushing of expressions that are not straight."""
+        try:
+            texts = [checked_text(force.words[tag], (*ANGLES, *DELTAS)) for tag in EXPRESSIONS]
+            made = bushing_of_texts(force, self._skeleton.placement, texts, {})
+        except Unfit as error:
+            note(self._notes, self._model, force, str(error))
+            lose(self._model, force, force.frames)
+            return
+        self.add(force, made)
+
+    def action(self, force: records.OsimForce) -> None:
+        """A force of functions or expressions, or an actuator with a told control."""
+        joint = self.joint(force) if "coordinate" in force.words else ""
+        if "coordinate" in force.words and not joint:
+            return
+        if force.kind.endswith("Actuator") and force.functions[CONTROL] == (ZERO,):
+            note(self._notes, self._model, force, NOT_CONTROLLED)
+        try:
+            made = made_action(force, self._model, self._skeleton.placement, joint)
+        except Unfit as error:
+            note(self._notes, self._model, force, str(error))
+            lose(self._model, force, force.frames)
+            return
+        self.add(force, made)
 
     def add(self, force: records.OsimForce, made: Force) -> None:
         """Put a force into the scene under its own name."""
@@ -168,8 +200,10 @@ def build_forces(model: Model, scene: Scene, skeleton: Skeleton, coordinates: Co
             case "SmoothSphereHalfSpaceForce":
                 names = [force.words["sphere"], force.words["half_space"]]
                 _contact(force, names, builder, model, scene, skeleton, notes)
-            case _:
+            case "BushingForce" | "ExpressionBasedBushingForce":
                 builder.bushing(force)
+            case _:
+                builder.action(force)
 
 
 def _contact(

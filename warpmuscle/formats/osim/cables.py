@@ -8,7 +8,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.functions import Function, resampled
 from warpmuscle.formats.osim.records import Muscle as Record
 from warpmuscle.formats.osim.xml_text import element, function_xml, numbers
-from warpmuscle.scene import Displacement, Ligament, Muscle, PathActuator
+from warpmuscle.scene import BlankevoortLigament, Displacement, Ligament, Muscle, PathActuator
 from warpmuscle.scene.initial_pose import plain_number
 
 LONGEST = 5.0  # resting lengths, up to which a function that is no spline is taken
@@ -19,6 +19,8 @@ def made_cable(one: Record) -> tuple[Muscle | None, str]:
     """An actuator or a ligament without its path, None if it pulls with nothing; and what there is to say of it."""
     if one.kind == "PathActuator":
         return _actuator(one)
+    if one.kind == "Blankevoort1991Ligament":
+        return _blankevoort(one)
     rest = one.numbers["resting_length"]
     scale = one.numbers["pcsa_force"] if one.kind == "Ligament" else one.numbers["stiffness"] * rest
     if not rest > 0.0:
@@ -41,6 +43,17 @@ def _actuator(one: Record) -> tuple[Muscle | None, str]:
         return None, "it would pull with nothing, or push along its path; it is left out"
     reason = CONTROLS.format(low, high) if (low, high) != (0.0, 1.0) else ""
     return Muscle(f_max=force, l_opt=1.0, l_slack=1.0, curve_shape=PathActuator()), reason
+
+
+def _blankevoort(one: Record) -> tuple[Muscle | None, str]:
+    """A ligament with a toe; OpenSim's damping_coefficient is in newtons for a rate of strain of 1/s."""
+    stiffness, rest, transition, damping = (
+        one.numbers[tag] for tag in ("linear_stiffness", "slack_length", "transition_strain", "damping_coefficient")
+    )
+    if not (stiffness > 0.0 and rest > 0.0 and transition > 0.0 and damping >= 0.0):
+        return None, "its stiffness, slack_length and transition_strain must be greater than 0; it pulls on nothing"
+    ligament = BlankevoortLigament(transition, damping / stiffness)
+    return Muscle(f_max=stiffness, l_opt=rest, l_slack=rest, curve_shape=ligament), ""
 
 
 def _ligament(function: Function) -> tuple[Ligament, str]:
@@ -66,6 +79,12 @@ def cable_xml(muscle: Muscle, path: str, name: str, lose: Callable[[str], None])
     force, rest, shape = plain_number(muscle.f_max), plain_number(muscle.l_slack), muscle.curve_shape
     if plain_number(muscle.delay):
         lose("its delay is not held")
+    if isinstance(shape, BlankevoortLigament):
+        values = {
+            "linear_stiffness": force, "transition_strain": shape.transition_strain,
+            "damping_coefficient": force * shape.damping, "slack_length": rest,
+        }  # fmt: skip
+        return element("Blankevoort1991Ligament", path + _numbers(values), name=name)
     if not isinstance(shape, Ligament):
         values = {"optimal_force": force, "min_control": 0.0, "max_control": 1.0}
         return element("PathActuator", path + _numbers(values), name=name)

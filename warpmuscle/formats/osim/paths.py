@@ -35,6 +35,9 @@ CLASSES: dict[str, dict[str, float]] = {
     },
     "PathActuator": {"optimal_force": 1.0, "min_control": float("-inf"), "max_control": float("inf")},
     "Ligament": {"resting_length": 0.0, "pcsa_force": 0.0},
+    "Blankevoort1991Ligament": {
+        "slack_length": 0.0, "linear_stiffness": 1.0, "transition_strain": 0.06, "damping_coefficient": 0.003,
+    },
     "PathSpring": {"resting_length": 0.0, "stiffness": 0.0, "dissipation": 0.0},
 }  # fmt: skip
 LIGAMENT_CURVE = Function(  # of OpenSim's Ligament that has none of its own

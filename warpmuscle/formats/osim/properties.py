@@ -51,3 +51,16 @@ class Properties:
 def last_name(path: str) -> str:
     """The name of a component from its path."""
     return path.rpartition("/")[2]
+
+
+def held(element: Element, name: str) -> Element | None:
+    """What a property of objects holds: a child of this tag, or, as OpenSim writes it, one that has it for its name."""
+    found = element.child(name)
+    if found is None:
+        named = [child for child in element.children if child.name == name]
+        found = named[-1] if named else None
+    elif len(found.children) == 1 and found.children[0].tag.endswith("Set"):
+        found = found.children[0]
+    if found is not None:
+        found.used = True
+    return found

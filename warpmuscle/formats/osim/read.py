@@ -5,7 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.actions.controls import PRESCRIBED, read_controls
+from warpmuscle.formats.osim.actions.read import READERS, taken
 from warpmuscle.formats.osim.drawn import read_all
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
@@ -26,7 +29,6 @@ GEOMETRY = ("FrameGeometry", "attached_geometry", "Appearance", "VisibleObject",
 DRAWN = "not read; bodies are drawn by their meshes, or by their joints, shapes and muscles"
 REASONS = {
     **dict.fromkeys(GEOMETRY, DRAWN),
-    "ControllerSet": "not read; muscles get their excitations from the scene",
     "ProbeSet": "not read; the metabolic power is that of the scene's objective",
     "Umberger2010MuscleMetabolicsProbe": "not read; the metabolic power is that of the scene's objective",
     "AnalysisSet": "not read; it analyses motions in OpenSim",
@@ -39,6 +41,7 @@ NO_MUSCLE = (
     "muscles of this class are not known; make it a Millard2012EquilibriumMuscle or a Thelen2003Muscle; "
     "it is left out, and pulls on nothing"
 )
+NO_CONTROLLER = "only a PrescribedController is known; what it controls gets its excitation from the scene"
 SWITCHED_OFF = "switched off in the model, and left out"
 
 
@@ -150,6 +153,7 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
 def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: Notes) -> None:
     """Muscles and forces; what is switched off or not known is noted."""
     names: dict[str, int] = {}
+    _controls(top, found, own, notes)
     shapes = {shape.name: words_of(shape) for shape in _members(top, "ContactGeometrySet")}
     for element in _members(top, "ForceSet"):
         if not own.applied(element):
@@ -165,10 +169,32 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
             found.muscles.append(read_muscle(element, frames, own))
         elif element.tag in NUMBERS:
             found.forces += read_force(element, frames, own)
+        elif element.tag in READERS:
+            action = taken(element, frames, own, found.controls.get(element.name))
+            if isinstance(action, str):
+                found.lost.append(lost_force(element, shapes))
+                _leave_out(notes, element, action)
+            else:
+                found.forces.append(action)
         else:
             if "Muscle" not in element.tag:
                 found.lost.append(lost_force(element, shapes))
             _leave_out(notes, element, NO_MUSCLE if "Muscle" in element.tag else NO_FORCE)
+
+
+def _controls(top: Element, found: Model, own: Properties, notes: Notes) -> None:
+    """What controllers prescribe; others are noted."""
+    actuators = [element.name for element in _members(top, "ForceSet")]
+    for controller in _members(top, "ControllerSet"):
+        if controller.tag == PRESCRIBED and own.truth(controller, "enabled", True):
+            try:
+                found.controls |= read_controls([controller], actuators)
+            except SceneError as error:
+                _leave_out(notes, controller, f"{error.message}; what it controls gets no excitation from it")
+        elif not own.truth(controller, "enabled", True):
+            _leave_out(notes, controller, SWITCHED_OFF)
+        else:
+            _leave_out(notes, controller, NO_CONTROLLER)
 
 
 def _leave_out(notes: Notes, element: Element, reason: str) -> None:

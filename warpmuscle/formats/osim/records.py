@@ -197,6 +197,7 @@ class OsimForce:
     numbers: dict[str, tuple[float, ...]]
     words: dict[str, str]
     frames: tuple[str, ...] = ()
+    functions: dict[str, tuple[Function, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,6 +265,7 @@ class Model:
     contacts: dict[str, Contact] = field(default_factory=dict)
     markers: list[Marker] = field(default_factory=list)
     meshes: list[DrawnMesh] = field(default_factory=list)
+    controls: dict[str, Function] = field(default_factory=dict)  # over time, by actuator
     lost: list[Lost] = field(default_factory=list)
     lost_shapes: dict[str, frozenset[str]] = field(default_factory=dict)  # not known: all names that stand in them
 

@@ -108,6 +108,74 @@ def rates_of_angles(angles: wp.vec3) -> wp.mat33:
     )  # fmt: skip
 
 
+@wp.struct
+class BushingFrames:
+    """Where both frames are on their bodies."""
+
+    first: wp.vec3  # m, from the centre of mass of the first body
+    first_turn: wp.vec3  # rad, rotation vector from the frame's axes to those of the body
+    second: wp.vec3
+    second_turn: wp.vec3
+
+
+@wp.struct
+class BushingMotion:
+    """How the second frame lies and moves in the first one."""
+
+    angles: wp.vec3  # rad, body-fixed
+    shift: wp.vec3  # m
+    rates: wp.vec3  # rad/s, of the angles
+    speed: wp.vec3  # m/s, of the shift
+    axes: wp.mat33  # of the first frame, in the world
+    to_rates: wp.mat33  # see `rates_of_angles`
+    first_arm: wp.vec3  # m, from the centre of mass of each body to the second frame, world
+    second_arm: wp.vec3
+
+
+@func
+def bushing_motion(
+    instance: int, one: int, two: int, frames: BushingFrames, model: ModelRef, work: ScratchRef
+) -> BushingMotion:
+    """How the frame on the second body lies and moves in that on the first one."""
+    first_center = at(model.skeleton.row, instance, one).com
+    second_center = at(model.skeleton.row, instance, two).com
+    arm_one = work.rotation[one] * (frames.first + first_center)
+    arm_two = work.rotation[two] * (frames.second + second_center)
+    m = BushingMotion()
+    m.axes = work.rotation[one] * turning(frames.first_turn)
+    from_world = wp.transpose(m.axes)
+    apart = work.position[two] - work.position[one] + arm_two - arm_one
+    m.angles = body_fixed_angles(from_world * work.rotation[two] * turning(frames.second_turn))
+    m.shift = from_world * apart
+    spin = work.angular_velocity[two] - work.angular_velocity[one]
+    moving = work.velocity[two] + wp.cross(work.angular_velocity[two], arm_two) - work.velocity[one]
+    moving -= wp.cross(work.angular_velocity[one], arm_one + apart)
+    m.to_rates = rates_of_angles(m.angles)
+    m.rates = m.to_rates * (from_world * spin)
+    m.speed = from_world * moving
+    m.first_arm = arm_one + apart - work.rotation[one] * first_center
+    m.second_arm = arm_two - work.rotation[two] * second_center
+    return m
+
+
+@func
+def bushing_wrench(about: wp.vec3, along: wp.vec3, second: int, m: BushingMotion) -> Wrench:
+    """What acts on one of both bodies, where the angles and shifts take the generalised force -(about, along).
+
+    Its work is that of a moment N^T f on the second body, N as in `rates_of_angles` (OpenSim's TwoFrameLinker).
+    """
+    force = -(m.axes * along)
+    moment = -(m.axes * (wp.transpose(m.to_rates) * about))
+    w = Wrench()
+    if second == 1:
+        w.force = force
+        w.moment = moment + wp.cross(m.second_arm, force)
+    else:
+        w.force = -force
+        w.moment = -moment - wp.cross(m.first_arm, force)
+    return w
+
+
 @func
 def bushing(
     instance: int, body: int, other: int, second: int, model: ModelRef, state: StateRef, work: ScratchRef,
@@ -115,30 +183,16 @@ def bushing(
 ) -> Wrench:  # fmt: skip
     """What a bushing does to one of its bodies, of which `second` says whether it is the second one.
 
-    The angles and shifts q of the second frame in the first one take the generalised force -(f0 + K q + D q'), whose
-    work is that of a moment N^T f on the second body, N as in `rates_of_angles` (OpenSim's TwoFrameLinker).
+    The angles and shifts q of the second frame in the first one take the generalised force -(f0 + K q + D q').
     """
+    frames = BushingFrames()
+    frames.first = wp.vec3(given.first_x, given.first_y, given.first_z)
+    frames.first_turn = wp.vec3(given.first_turn_x, given.first_turn_y, given.first_turn_z)
+    frames.second = wp.vec3(given.second_x, given.second_y, given.second_z)
+    frames.second_turn = wp.vec3(given.second_turn_x, given.second_turn_y, given.second_turn_z)
     one = wp.where(second == 1, other, body)
     two = wp.where(second == 1, body, other)
-    first_center = at(model.skeleton.row, instance, one).com
-    second_center = at(model.skeleton.row, instance, two).com
-    first_local = wp.vec3(given.first_x, given.first_y, given.first_z) + first_center
-    second_local = wp.vec3(given.second_x, given.second_y, given.second_z) + second_center
-    turn_one = wp.vec3(given.first_turn_x, given.first_turn_y, given.first_turn_z)
-    turn_two = wp.vec3(given.second_turn_x, given.second_turn_y, given.second_turn_z)
-    arm_one = work.rotation[one] * first_local
-    arm_two = work.rotation[two] * second_local
-    axes = work.rotation[one] * turning(turn_one)
-    from_world = wp.transpose(axes)
-    apart = work.position[two] - work.position[one] + arm_two - arm_one
-    angles = body_fixed_angles(from_world * work.rotation[two] * turning(turn_two))
-    shift = from_world * apart
-    spin = work.angular_velocity[two] - work.angular_velocity[one]
-    moving = work.velocity[two] + wp.cross(work.angular_velocity[two], arm_two) - work.velocity[one]
-    moving -= wp.cross(work.angular_velocity[one], arm_one + apart)
-    to_rates = rates_of_angles(angles)
-    rates = to_rates * (from_world * spin)
-    speed = from_world * moving
+    m = bushing_motion(instance, one, two, frames, model, work)
     mt = wp.mat33(given.mx_tx, given.mx_ty, given.mx_tz, given.my_tx, given.my_ty, given.my_tz,
                   given.mz_tx, given.mz_ty, given.mz_tz)  # fmt: skip
     ms = wp.mat33(given.mx_x, given.mx_y, given.mx_z, given.my_x, given.my_y, given.my_z,
@@ -149,15 +203,6 @@ def bushing(
                   given.fz_x, given.fz_y, given.fz_z)  # fmt: skip
     damping = wp.vec3(given.damping_tx, given.damping_ty, given.damping_tz)
     resistance = wp.vec3(given.damping_x, given.damping_y, given.damping_z)
-    about = wp.vec3(given.mx, given.my, given.mz) + mt * angles + ms * shift + wp.cw_mul(damping, rates)
-    along = wp.vec3(given.fx, given.fy, given.fz) + ft * angles + fs * shift + wp.cw_mul(resistance, speed)
-    force = -(axes * along)
-    moment = -(axes * (wp.transpose(to_rates) * about))
-    w = Wrench()
-    if second == 1:
-        w.force = force
-        w.moment = moment + wp.cross(arm_two - work.rotation[two] * second_center, force)
-    else:
-        w.force = -force
-        w.moment = -moment - wp.cross(arm_one + apart - work.rotation[one] * first_center, force)
-    return w
+    about = wp.vec3(given.mx, given.my, given.mz) + mt * m.angles + ms * m.shift + wp.cw_mul(damping, m.rates)
+    along = wp.vec3(given.fx, given.fy, given.fz) + ft * m.angles + fs * m.shift + wp.cw_mul(resistance, m.speed)
+    return bushing_wrench(about, along, second, m)

@@ -4,6 +4,18 @@ import warp as wp
 
 from warpmuscle.kernels.force.bushing import Bushing, bushing
 from warpmuscle.kernels.force.cycle_torque import CycleTorque, cycle_torque
+from warpmuscle.kernels.force.expressions import (
+    BodyExpression,
+    BushingExpression,
+    CoordinateExpression,
+    PointExpression,
+    TorqueExpression,
+    body_expression,
+    bushing_expression,
+    coordinate_expression,
+    point_expression,
+    torque_expression,
+)
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad, joint_load, load, point_load
 from warpmuscle.kernels.force.point_spring import PointSpring, point_spring
@@ -167,9 +179,40 @@ FORCES = {
     "range_limit": ForceKind(effort=range_limit, parameters=RangeLimit, of_angle=True),
     "coordinate_spring": ForceKind(effort=coordinate_spring, parameters=CoordinateSpring, of_angle=True),
     "bushing": ForceKind(pair=bushing, parameters=Bushing),
+    "coordinate_expression": ForceKind(
+        effort=coordinate_expression,
+        parameters=CoordinateExpression,
+        of_angle=True,
+        programs=("effort",),
+        variables=("q", "qdot", "t"),
+    ),
+    "point_expression": ForceKind(
+        pair=point_expression,
+        parameters=PointExpression,
+        programs=("tension",),
+        variables=("d", "ddot", "t"),
+    ),
+    "body_expression": ForceKind(
+        wrench=body_expression,
+        parameters=BodyExpression,
+        variables=("t",),
+        programs=tuple(f"{part}_{axis}" for part in ("force", "moment", "point") for axis in "xyz"),
+    ),
+    "torque_expression": ForceKind(
+        pair=torque_expression,
+        parameters=TorqueExpression,
+        programs=("torque",),
+        variables=("t",),
+    ),
+    "bushing_expression": ForceKind(
+        pair=bushing_expression,
+        parameters=BushingExpression,
+        programs=("mx", "my", "mz", "fx", "fy", "fz"),
+        variables=("theta_x", "theta_y", "theta_z", "delta_x", "delta_y", "delta_z"),
+    ),
     "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),
     "load": ForceKind(wrench=load, parameters=Load),
     "point_load": ForceKind(wrench=point_load, parameters=PointLoad),
     "joint_load": ForceKind(effort=joint_load, parameters=JointLoad),
 }
-FORCES = {name: force._replace(shipped=True) for name, force in FORCES.items()}
+FORCES = {name: force._replace(shipped=not force.programs) for name, force in FORCES.items()}

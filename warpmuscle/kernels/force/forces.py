@@ -54,6 +54,8 @@ class ForceKind(NamedTuple):
     touch: Any = None  # (instance, first, second, model, work, parameters) -> touching.Touch, of bodies that may touch
     positive: tuple[str, ...] = ()  # parameters that are divided by
     shipped: bool = False  # one of `devices.FORCES`, whose values need not be looked at
+    programs: tuple[str, ...] = ()  # parameters that are first rows of programs, see `expressions.py`; of shipped kinds
+    variables: tuple[str, ...] = ()  # what their expressions may be of
     of_angle: bool = False  # whether it is of a joint's first coordinate, which a ball joint has none of
     device: bool = False  # whether recordings have its power; of one without a state
     of_leg: bool = False  # whether it asks in which part of its gait cycle the foot beyond its joint is

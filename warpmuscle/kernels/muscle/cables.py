@@ -5,31 +5,13 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.curve.curve_sets import LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.algebra.piecewise import piecewise
+from warpmuscle.kernels.curve.curve_sets import BLANKEVOORT, LIGAMENT, PATH_ACTUATOR
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.contraction import Contraction
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import ModelRef, MuscleRow, ScratchRef, StateRef, at
-
-PIECE = 3  # rows of a piece in a table: where it starts and its constant, then its other coefficients in twos
-
-
-@func
-def piecewise(table: wp.array[wp.vec2], first: int, x: float) -> float:
-    """Value at x of a function of cubic pieces.
-
-    Args:
-        first: row of its head, the number of its pieces, which follow; the first one counts before its start, too.
-    """
-    found = first + 1
-    end = found + PIECE * int(table[first][0])
-    for row in range(found + PIECE, end, PIECE):
-        if table[row][0] <= x:
-            found = row
-    t = x - table[found][0]
-    low = table[found + 1]
-    return table[found][1] + t * (low[0] + t * (low[1] + t * table[found + 2][0]))
 
 
 @func
@@ -44,6 +26,20 @@ def ligament_tension(table: wp.array[wp.vec2], first: int, stretch: float, speed
 
 
 @func
+def blankevoort_tension(table: wp.array[wp.vec2], first: int, strain: float, rate: float) -> float:
+    """Tension over the stiffness at a strain and its rate, 1/s, of Blankevoort and Huiskes 1991, eq. 1.
+
+    A toe of e^2/(2 e_t) up to the transition strain e_t, and e - e_t/2 beyond. A damper, as OpenSim adds one, acts as
+    long as the ligament is taut and lengthens. The table has e_t and the damper's coefficient over the stiffness, s.
+    """
+    transition = table[first][0]
+    if strain <= 0.0:
+        return 0.0
+    toe = wp.where(strain < transition, 0.5 * strain * strain / transition, strain - 0.5 * transition)
+    return toe + table[first][1] * wp.max(rate, 0.0)
+
+
+@func
 def is_cable(instance: int, m: int, model: ModelRef) -> bool:
     """Whether one of the muscles is an actuator or a ligament."""
     return at(model.muscles.shape, instance, m).curves >= PATH_ACTUATOR
@@ -53,7 +49,7 @@ def is_cable(instance: int, m: int, model: ModelRef) -> bool:
 def cable_signals(instance: int, m: int, activation: float, excitation: float, model: ModelRef) -> wp.vec2:
     """Activation and excitation: an actuator follows at once, a ligament has none, and muscles keep theirs."""
     curves = at(model.muscles.shape, instance, m).curves
-    if curves == LIGAMENT:
+    if curves >= LIGAMENT:
         return wp.vec2(0.0, 0.0)
     return wp.vec2(wp.where(curves == PATH_ACTUATOR, wp.clamp(excitation, 0.0, 1.0), activation), excitation)
 
@@ -76,6 +72,9 @@ def with_cables(contraction: Any) -> Any:
         if shape.curves == LIGAMENT:
             tension = ligament_tension(model.muscles.curve_table, shape.table, c.length / row.l_slack, c.speed)
             c.force = row.f_max * tension
+        if shape.curves == BLANKEVOORT:
+            strain, rate = c.length / row.l_slack - 1.0, c.speed / row.l_slack
+            c.force = row.f_max * blankevoort_tension(model.muscles.curve_table, shape.table, strain, rate)
         return c
 
     return contracted

@@ -28,7 +28,19 @@ class Ligament(Part, tag_field="type", tag="ligament"):
     dissipation: Annotated[float, "s/m"] = 0.0
 
 
-CABLES = PathActuator | Ligament
+class BlankevoortLigament(Part, tag_field="type", tag="blankevoort"):
+    """A ligament with a toe, whose stiffness over strain is `f_max`: OpenSim's Blankevoort1991Ligament.
+
+    Its tension is f_max e^2/(2 e_t) at strains e of `l_slack` up to `transition_strain`, and f_max (e - e_t/2) beyond
+    (Blankevoort and Huiskes 1991, eq. 1). While it lengthens, f_max `damping` times the rate of strain comes to it.
+    """
+
+    transition_strain: Annotated[float, "1"] = 0.06
+    damping: Annotated[float, "s"] = 0.0
+
+
+LIGAMENTS = Ligament | BlankevoortLigament
+CABLES = PathActuator | LIGAMENTS
 
 
 def is_straight(ligament: Ligament) -> bool:

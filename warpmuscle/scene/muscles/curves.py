@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from warpmuscle.scene.muscles.cables import Ligament, PathActuator
+from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
@@ -79,7 +79,9 @@ class MujocoCurves(Part, tag_field="type", tag="mujoco"):
     lengthening_force: Annotated[Number, "1"] = 1.2  # fvmax
 
 
-CurveShape = MillardCurves | ThelenCurves | DeGrooteCurves | MujocoCurves | PathActuator | Ligament
+CurveShape = (
+    MillardCurves | ThelenCurves | DeGrooteCurves | MujocoCurves | PathActuator | Ligament | BlankevoortLigament
+)
 
 
 def family(shape: CurveShape) -> str:

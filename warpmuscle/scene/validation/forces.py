@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import SceneError, shortened
+from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import Force, Scene
+from warpmuscle.scene.expressions.parse import FUNCTIONS, BadExpression, parse
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.validation.checks import Checks, known, near
+
+NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 def check_forces(check: Checks) -> None:
@@ -29,6 +36,8 @@ def check_forces(check: Checks) -> None:
             known(force.other_body, character.bodies, "body", f"{key}.other_body")
         if ":" not in force.type:
             _check_shipped(check, force, key)
+        elif force.expressions or force.curves:
+            raise SceneError(f"{force.type!r} takes no expressions", key=f"{key}.expressions")
 
 
 def _check_shipped(check: Checks, force: Force, key: str) -> None:
@@ -40,7 +49,8 @@ def _check_shipped(check: Checks, force: Force, key: str) -> None:
         raise SceneError(f"no force is called {force.type!r}{near(force.type, FORCES)}; {there_are}", key=f"{key}.type")
     kind = FORCES[force.type]
     check_place(force, "joint" if kind.effort is not None else "body", key, kind.pair is not None)
-    check_values(FORCES[force.type].parameters, force.parameters, f"{key}.parameters")
+    check_values(kind.parameters, force.parameters, f"{key}.parameters", kind.programs)
+    _check_expressions(check, force, kind.programs, kind.variables, key)
     if kind.of_angle and not joint_type(check.checked.character.joints[force.joint]).scalars:
         raise SceneError(f"{force.type!r} is of an angle or a length, but {force.joint!r} has none", key=f"{key}.joint")
     if kind.of_leg:
@@ -49,6 +59,31 @@ def _check_shipped(check: Checks, force: Force, key: str) -> None:
         least = check.interval(force.parameters[name])[0]
         if not least > 0.0:
             raise SceneError(f"must be greater than 0, is {least:g}", key=f"{key}.parameters.{name}")
+
+
+def _check_expressions(
+    check: Checks, force: Force, programs: tuple[str, ...], variables: tuple[str, ...], key: str
+) -> None:
+    """Expressions are of what they may be of, and curves have knots in order."""
+    for name, curve in force.curves.items():
+        place = f"{key}.curves.{name}"
+        if not NAME.fullmatch(name) or name in (*variables, *FUNCTIONS):
+            message = "the name of a curve has letters, digits and _, and is none of a variable or function"
+            raise SceneError(message, key=place)
+        if len(curve.x) < 2 or len(curve.x) != len(curve.y):
+            counts = f"{number_of(len(curve.x), 'knot')} with {number_of(len(curve.y), 'value')}"
+            raise SceneError(f"needs two knots at least, and a value for each; has {counts}", key=place)
+        check_size("knots", len(curve.x), partial(SceneError, key=f"{place}.x"))
+        check.increasing(f"{place}.x", curve.x, "knots")
+    for name, text in force.expressions.items():
+        place = f"{key}.expressions.{name}"
+        if name not in programs:
+            takes = f"it takes {', '.join(programs)}" if programs else f"{force.type!r} takes none"
+            raise SceneError(f"no expression is called {name!r}{near(name, programs)}; {takes}", key=place)
+        try:
+            parse(text, variables, force.curves)
+        except BadExpression as error:
+            raise SceneError(shortened(f"{text[:60]!r}: {error}"), key=place) from None
 
 
 def check_place(force: Force, place: str, key: str, pair: bool = False) -> None:
@@ -77,9 +112,13 @@ def check_leg(scene: Scene, joint: str, key: str) -> None:
         raise SceneError(f"must be a joint of one leg, whose gait cycle it is to follow; {why} on {joint!r}", key=key)
 
 
-def check_values(struct: Any, given: Mapping[str, Number], key: str) -> None:
-    """SceneError unless a scene gives all the parameters of a structure of Warp, and no others."""
-    names = [] if struct is None else list(struct.vars)
+def check_values(struct: Any, given: Mapping[str, Number], key: str, others: tuple[str, ...] = ()) -> None:
+    """SceneError unless a scene gives all the parameters of a structure of Warp, and no others.
+
+    Args:
+        others: parameters that the scene does not give.
+    """
+    names = [] if struct is None else [name for name in struct.vars if name not in others]
     for name in given:
         if name not in names:
             takes = f"takes {', '.join(names)}" if names else "takes none"

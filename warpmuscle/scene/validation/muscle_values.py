@@ -8,6 +8,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import (
+    BlankevoortLigament,
     CurveShape,
     DeGrooteCurves,
     Ligament,
@@ -18,6 +19,7 @@ from warpmuscle.scene import (
     ThelenCurves,
 )
 from warpmuscle.scene.muscles import is_cable
+from warpmuscle.scene.muscles.cables import LIGAMENTS
 from warpmuscle.scene.muscles.curves import OWN, SHAPED, STRAINS, family
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
@@ -111,7 +113,7 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
     what = family(muscle.curve_shape).replace("_", " ")
     fibre = [field for field in OWN if field != "curve_shape" and getattr(muscle, field) is not None]
     fibre += ["pennation"] if muscle.pennation != 0.0 else []
-    if isinstance(muscle.curve_shape, Ligament):
+    if isinstance(muscle.curve_shape, LIGAMENTS):
         fibre += [field for field in ("excitation",) if muscle.excitation is not None]
     for field in fibre:
         raise SceneError(f"a {what} has no `{field}`; leave it out", key=f"{key}.{field}")
@@ -124,6 +126,9 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
     checks.positive(key, muscle, "l_slack")
     if isinstance(muscle.curve_shape, Ligament):
         _ligament(checks, f"{key}.curve_shape", muscle.curve_shape)
+    elif isinstance(muscle.curve_shape, BlankevoortLigament):
+        checks.positive(f"{key}.curve_shape", muscle.curve_shape, "transition_strain")
+        checks.not_negative(f"{key}.curve_shape", muscle.curve_shape, "damping")
 
 
 def _ligament(checks: Checks, key: str, ligament: Ligament) -> None:
