@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.emg import Emg
     from warpmuscle.inverse.output import Trial
-    from warpmuscle.inverse.tracking.track import TrackingOptions
+    from warpmuscle.inverse.tracking.tracker import TrackingOptions
     from warpmuscle.inverse.trial import Coordinates, Loads
 
 MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
@@ -129,7 +129,7 @@ def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff:
 
 def _tracking(options: ActivationOptions, window: float, reserves: bool, residuals: bool) -> TrackingOptions:
     """Options of tracking, whose reserves are as strong as those of static optimisation."""
-    from warpmuscle.inverse.tracking.track import TrackingOptions
+    from warpmuscle.inverse.tracking.tracker import TrackingOptions
 
     strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
     return TrackingOptions(window, reserve=strength, reserves=reserves, residuals=residuals)

@@ -16,8 +16,9 @@ from warpmuscle.inverse.joint_reactions import reactions_of
 from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.recordings.motion import recorded_motions
 from warpmuscle.inverse.static_optimization import activations_of
-from warpmuscle.inverse.tracking.track import TrackingOptions, track_trials
+from warpmuscle.inverse.tracking.track import track_trials
 from warpmuscle.inverse.tracking.tracked import Tracked
+from warpmuscle.inverse.tracking.tracker import TrackingOptions
 from warpmuscle.inverse.trial import Coordinates, Loads
 
 STEPS = ("ik", "id", "so", "jr", "track")
