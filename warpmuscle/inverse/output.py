@@ -114,6 +114,8 @@ def _labels(trial: Trial) -> dict[str, tuple[str, ...]]:
         found["coordinate"] = moments.names
     if trial.tracked is not None:
         found |= {"coordinate": trial.tracked.names, "muscle": trial.tracked.muscles}
+        if trial.tracked.ground is not None:
+            found |= {"foot": ("left", "right"), "ground_axis": ("x", "y", "z")}
     if trial.activations is not None:
         found["muscle"] = trial.activations.muscles
     if trial.reactions is not None:

@@ -102,7 +102,9 @@ class Planner:
         recorded = q, v, effort
         now = self._try(*recorded, recorded)
         a, b = self._derivatives(now)
-        for iterations in range(1, MOST + 1):
+        iterations, settled = 0, False
+        while iterations < MOST and not settled:
+            iterations += 1
             step = solve(*_with_efforts(a, b), _padded(now.gap, self.windows.efforts), self._costs(now))
             tries = (self._moved(now, share * step.state, recorded) for share in SHARES)
             better = next((one for one in tries if one.merit < now.merit), None)
@@ -111,8 +113,6 @@ class Planner:
             settled = better.merit > (1.0 - SETTLED) * now.merit
             now = better
             a, b = self._derivatives(now)
-            if settled:
-                break
         gap = now.greatest_gap(self._lengths)
         return Plan(now.q, now.v, now.effort, a, b, self._gains(a, b), gap, iterations)
 
