@@ -38,7 +38,8 @@ def text() -> str:
     for side, away in (("r", 0.08), ("l", -0.08)):
         for name, mass, center, inertia in (
             ("femur", 8.0, "0 -0.18 0", "0.13 0.035 0.14 0 0 0"), ("tibia", 3.7, "0 -0.19 0", "0.05 0.005 0.05 0 0 0"),
-            ("calcn", 1.2, "0.1 0.02 0", "0.001 0.004 0.004 0 0 0"), ("toes", 0.2, "0.03 0 0", "0.001 0.001 0.001 0 0 0"),
+            ("calcn", 1.2, "0.1 0.02 0", "0.001 0.004 0.004 0 0 0"),
+            ("toes", 0.2, "0.03 0 0", "0.001 0.001 0.001 0 0 0"),
         ):  # fmt: skip
             bodies += body(f"{name}_{side}", mass, center, inertia)
         for name, parent, child, place, own in (
@@ -53,12 +54,8 @@ def text() -> str:
             )  # fmt: skip
         joints += joint("WeldJoint", f"mtp_{side}", f"calcn_{side}", f"toes_{side}", place="0.18 0 0")
         for name, force, slack, *path in MUSCLES:
-            points = "".join(
-                point(
-                    f"{name}_{side}{k}", where if where == "pelvis" else f"{where}_{side}", place.replace("Z", str(away))
-                )
-                for k, (where, place) in enumerate(path)
-            )
+            places = [(w if w == "pelvis" else f"{w}_{side}", at.replace("Z", str(away))) for w, at in path]
+            points = "".join(point(f"{name}_{side}{k}", *place) for k, place in enumerate(places))
             muscles += muscle(f"{name}_{side}", points, more=STRENGTH.format(force=force, slack=slack))
     return model(bodies, joints, muscles)
 
