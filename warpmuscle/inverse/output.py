@@ -67,9 +67,13 @@ def write_result(
         raise ResultError(f"two trials are called {twice!r}; rename one of their files")
     content = io.BytesIO()
     with h5py.File(content, "w", track_order=True) as file:
-        motions = [trial.recording for trial in trials if trial.recording is not None]
+        motions = {trial.name: trial.recording for trial in trials if trial.recording is not None}
         if body is not None and motions:
-            put(file, motions_result(body, names, motions, about.get("command", "")), INVERSE_FORMAT)
+            runs = {f"{trial.name} followed": trial.tracked for trial in trials if trial.tracked is not None}
+            motions |= {name: run.motion for name, run in runs.items() if run.motion is not None}
+            grounds = [run.ground for run in runs.values() if run.ground is not None]
+            scene = grounds[0].scene if grounds else body.scene
+            put(file, motions_result(body, scene, motions, about.get("command", "")), INVERSE_FORMAT)
         else:
             file.attrs["format"] = INVERSE_FORMAT
         for key, value in about.items():

@@ -78,7 +78,7 @@ def run_steps(
     tracked: Sequence[Tracked | None] = nothing
     if "track" in steps:
         begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))
-        tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end)
+        tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end, recorded)
     shown = recorded_motions(body, trials, dynamics.effort, activations) if recorded else nothing
     found = zip(names, motions, moments, activations or nothing, reactions, tracked, shown, strict=True)
     return [

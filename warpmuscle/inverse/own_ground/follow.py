@@ -35,7 +35,9 @@ class _Ground(NamedTuple):
     activation: Floats  # (n, M) at the starts
 
 
-def ground_tracker(body: BodyModel, trials: Prepared, options: TrackingOptions) -> GroundTracker:
+def ground_tracker(
+    body: BodyModel, trials: Prepared, options: TrackingOptions, recorded_too: bool = False
+) -> GroundTracker:
     """Put trials on the ground and plan their motions; raises ArgumentError for models without feet and loads."""
     feet, dynamics = feet_of(body), body.dynamics(trials.states, trials.loads)
     parts = [slice(first, last) for first, last in zip(trials.starts[:-1], trials.starts[1:], strict=True)]
@@ -56,7 +58,7 @@ def ground_tracker(body: BodyModel, trials: Prepared, options: TrackingOptions) 
     nothing = BodyLoads([], *(np.zeros((len(states.coordinates), 0, 3)) for _ in range(3)))
     shifted = Prepared(trials.times, states, nothing, ground.map.values(states.coordinates))
     more = _Ground(plans, floors, seen, first_activations(body, trials))
-    return GroundTracker(ground, shifted, replace(options, residuals=False), more)
+    return GroundTracker(ground, shifted, replace(options, residuals=False), more, recorded_too)
 
 
 def _rows(dynamics: Dynamics, part: slice) -> Dynamics:
@@ -81,10 +83,12 @@ def _on_floor(body: BodyModel, trials: Prepared, floors: list[Floor], parts: lis
 class GroundTracker(Tracker):
     """Follows plans of prepared trials on the ground, all at once."""
 
-    def __init__(self, body: BodyModel, trials: Prepared, options: TrackingOptions, ground: _Ground) -> None:
+    def __init__(
+        self, body: BodyModel, trials: Prepared, options: TrackingOptions, ground: _Ground, recorded: bool
+    ) -> None:
         """Args: body: on the ground. trials: lifted to it, without loads."""
         self._ground, self._plans = ground, ground.plans
-        super().__init__(body, trials, options)
+        super().__init__(body, trials, options, recorded)
         self._root = body.topology.speed_start[1]
         self._told = np.stack([plan.effort[0] for plan in self._plans])  # (n, m) at the start of a window
         self._foot_force = np.zeros((self.windows, self.count, 2, 3))

@@ -69,15 +69,16 @@ def track_trials(
     cutoff: float | None = None,
     begin: float | Sequence[float] | None = None,
     end: float | Sequence[float] | None = None,
+    recorded: bool = False,
 ) -> list[Tracked]:
-    """The same of a list of trials."""
+    """The same of a list of trials, whose runs are kept as motions if `recorded`."""
     options.check()
     if not body.muscles:
         raise ArgumentError("the model has no muscles")
     step = body.scene.time_step
     window = max(round(options.window / step), 1) * step
     trials = prepare(body, motions, loads, cutoff, window_times(motions, window, begin, end))
-    tracker = ground_tracker(body, trials, options) if options.ground else Tracker(body, trials, options)
+    tracker = (ground_tracker if options.ground else Tracker)(body, trials, options, recorded)
     tracker.follow()
     tracker.repeat()
     found = tracker.results()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from warpmuscle.inverse.tracking.force_sharing import ForceSharing, interpolated
 from warpmuscle.inverse.tracking.look_ahead import LookAhead
 from warpmuscle.inverse.tracking.state_difference import difference, moved_by
 from warpmuscle.inverse.tracking.tracked import Tracked
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene.muscles import given
 
 MENDED = 0.3  # of what accelerations fell short by, that is added to those of the next window
@@ -55,14 +56,18 @@ class TrackingOptions:
 class Tracker:
     """Follows prepared trials, whose frames lie between windows, all at once."""
 
-    def __init__(self, body: BodyModel, trials: Prepared, options: TrackingOptions) -> None:
-        self.body, self.trials, self.options = body, trials, options
+    def __init__(
+        self, body: BodyModel, trials: Prepared, options: TrackingOptions, recorded: bool = False
+    ) -> None:  # fmt: skip
+        """Args: recorded: whether the runs are kept as motions."""
+        self.body, self.trials, self.options, self._recorded = body, trials, options, recorded
         counts = np.array([len(times) for times in trials.times])
         self.windows, self.count = int(counts.max()) - 1, len(counts)
         each = np.minimum(np.arange(self.windows + 1)[:, None], counts - 1)
         self._row = np.array(trials.starts[:-1]) + each  # frames of all trials, by window; short ones stay at their end
         duration = (self.windows + 1) * options.window
-        self.driven = DrivenBody(body, self.count, options.window, trials.loads.body, duration)
+        loads = trials.loads.body
+        self.driven = DrivenBody(body, self.count, options.window, loads, duration, recorded=recorded)
         self._ahead = LookAhead(self.driven)
         self.sharing = ForceSharing(body, np.full(body.topology.speeds, options.reserve))
         speeds, muscles, root = body.topology.speeds, len(body.muscles), body.topology.speed_start[1]
@@ -168,7 +173,13 @@ class Tracker:
             self._activation[: last + 1, k], self._force[part, k], acting, lacking, self._iterations[part, k],
             (self.trials.states.coordinates[rows[0]], self.trials.states.speeds[rows[0]]),
             None if last == len(times) - 1 else float(times[last]),
+            motion=self._motion(k, times[: last + 1]) if self._recorded else None,
         )  # fmt: skip
+
+    def _motion(self, k: int, times: Floats) -> Recording:
+        """The run of a trial, in its times."""
+        motion = self.driven.rollout.recording(k).window(0.0, float(times[-1] - times[0]))
+        return replace(motion, time=motion.time + times[0])  # without the scene, which has all trials' loads
 
 
 def first_activations(body: BodyModel, trials: Prepared) -> Floats:
