@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warpmuscle.core.arguments import as_truth
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.inverse.activations import ActivationOptions
@@ -30,7 +31,8 @@ class TrackingOptions:
     """How a motion is followed.
 
     Attributes:
-        window: s, over which excitations are constant. kp: 1/s^2, kv: 1/s, of the accelerations that lead back.
+        window: s, over which excitations are constant.
+        kp: 1/s^2, kv: 1/s, of the accelerations that lead back; on the ground, a feedback is found instead.
         reserve: N m or N, strength of reserves beside muscles, as of static optimisation.
         reserves: whether what muscles cannot make acts besides, or is only told.
         residuals: whether forces act on the root that nothing makes.
@@ -47,6 +49,8 @@ class TrackingOptions:
 
     def check(self) -> None:
         """Raise ArgumentError where an option is none."""
+        for name in ("reserves", "residuals", "ground"):
+            as_truth(getattr(self, name), name)
         for name, least, most in (("window", 1e-3, 0.1), ("kp", 0.0, 1e4), ("kv", 0.0, 1e3), ("reserve", 1e-4, 1e6)):
             value = getattr(self, name)
             if not (np.isfinite(value) and least <= value <= most):
