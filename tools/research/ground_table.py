@@ -76,7 +76,7 @@ def tell(name: str, found: Tracked, took: float) -> None:
               f"{own[:, 1].max():.0f} and {plates[:, 1].max():.0f} N), forward {off[2]:.0f} N ({alike[1]:.2f}), "
               f"aside {off[0]:.0f} N")  # fmt: skip
     print(f"  lifted by {1000 * found.ground.lift.min():.0f} to {1000 * found.ground.lift.max():.0f} mm; belt "
-          f"{-found.ground.belt[2]:.2f} m/s")  # fmt: skip
+          f"{abs(found.ground.belt[2]):.2f} m/s")  # fmt: skip
 
 
 def draw(runs: dict[str, Tracked], path: Path) -> None:
