@@ -38,10 +38,15 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark what is fast, and put it last, where short files even out what parallel workers have left to do."""
+    """Mark what is fast, and put it last for parallel workers: short files even out what they have left to do.
+
+    One process keeps the order in which files were given, for those who look for the first test that fails.
+    """
     for item in items:
         if is_fast(item.path, config) and item.get_closest_marker("long") is None:
             item.add_marker("fast")
+    if not hasattr(config, "workerinput"):
+        return
     tests_of = Counter(item.path for item in items)
     items.sort(key=lambda item: (is_fast(item.path, config), not starts_processes(item.path), -tests_of[item.path]))
 

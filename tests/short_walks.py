@@ -12,8 +12,12 @@ from warpmuscle.scene.parameters import start_values, substitute
 
 # Weights of all terms that a walk on torques has; tests that share them share a kernel.
 OF_TORQUES = dict.fromkeys(
-    ("torque", "speed", "heading", "applied_torque", "ground_force", "norms", "norm_force", "step_width"), 1.0
-)
+    (
+        "torque", "speed", "heading", "applied_torque", "ground_force", "norms", "norm_force", "norm_moments",
+        "step_width",
+    ),
+    1.0,
+)  # fmt: skip
 
 
 def plain_walk(duration: float = 0.5) -> Scene:

@@ -87,7 +87,11 @@ def test_arrays_that_are_not_wanted_are_not_read():
     assert list(read_arrays(packed(a=good, b=b"garbage"), ["a"])) == ["a"]
 
 
-@pytest.mark.parametrize("content", [b"", b"text", b"PK\x03\x04", packed(a=b"x").getvalue()[:-10]])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"text", b"PK\x03\x04", packed(a=b"x").getvalue()[:-10]],
+    ids=["empty", "text", "signature", "cut"],  # bytes of an archive name the second it was made in
+)
 def test_what_is_no_archive_is_refused(content):
     with pytest.raises(DamagedArchive, match=r"not an \.npz file"):
         read_arrays(io.BytesIO(content))

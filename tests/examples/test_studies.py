@@ -9,6 +9,7 @@ import command_line
 from warpmuscle.core.errors import SceneError
 from warpmuscle.examples.studies import STUDIES, study_text
 from warpmuscle.sweep.plan import read
+from warpmuscle.sweep.union import groups
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -26,6 +27,8 @@ def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name
     assert study.reference in conditions
     assert study.expected
     assert all(expected.source and expected.at in conditions for expected in study.expected)
+    batches = groups(plan.scenes)  # conditions that differ in numbers only are simulated together
+    assert len(batches) == (2 if name == "locked_ankles" else 1)
 
 
 @pytest.mark.parametrize(

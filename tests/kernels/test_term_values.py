@@ -104,7 +104,8 @@ def test_efforts_and_passive_forces_are_their_formulas(muscles: SimpleNamespace)
 BODIES, BINS = 3, 5  # the root, and a chain of two
 MASS, GRAVITY, BAND, TARGET_SPEED, BOUND, DESIRED = 62.0, 9.7, 0.15, 1.3, 0.9, 0.4
 TRACKED, SCALE, SIDE = (0.0, 1.0, 0.5), (0.0, 7.0, -4.0), (LEFT, LEFT, RIGHT)
-BODY_TERMS = ("applied_torque", "smoothness", "tracking", "norms")
+BODY_TERMS = ("applied_torque", "smoothness", "tracking", "norms", "norm_moments")
+MOMENT_SCALE = (0.0, 6.0, -8.0)
 WHOLE_TERMS = ("speed", "heading", "head", "ground_force", "step_width", "norm_force")
 
 
@@ -116,6 +117,7 @@ def of_bodies(model: Model, state: State, work: wp.array[Scratch], value: wp.arr
     value[i, body, 1] = terms.smoothness(i, body, model, state, mine)
     value[i, body, 2] = terms.tracking(i, body, model, state, mine)
     value[i, body, 3] = terms.norms(i, body, model, state, mine)
+    value[i, body, 4] = terms.norm_moments(i, body, model, state, mine)
 
 
 @wp.kernel(enable_backward=False)
@@ -140,6 +142,7 @@ def walk() -> SimpleNamespace:
         orientation=Rotation.random(N * BODIES, random_state=1).as_quat().reshape(N, BODIES, 4),
         torque=random.normal(size=(N, BODIES, 3)) * 30.0, spin=random.normal(size=(N, BODIES, 3)),
         center=random.normal(size=(N, 2, 3)), norm=random.normal(size=(BINS, BODIES)), force=random.random(BINS),
+        moment=random.normal(size=(BINS, BODIES)),
         reference=Rotation.random(2 * BINS * BODIES, random_state=2).as_quat().reshape(2 * BINS, BODIES, 4),
     )  # fmt: skip
     length = random.uniform(0.8, 1.2, (N, 2)) * random.integers(0, 2, (N, 2))
@@ -154,7 +157,8 @@ def model_of(d: SimpleNamespace, **more: Any) -> Model:
     plan = {"parent": (-1, 0, 1), "joint_type": (ROOT_FREE, 1, 3), "speed_start": (0, 6, 8), "speed_end": (6, 8, 9)}
     return filled(
         Model, body_count=BODIES, gravity=[[GRAVITY]], head=2, reference_bins=BINS, reference=d.reference,
-        tracked=TRACKED, norm_bins=BINS, norm=d.norm, norm_scale=SCALE, norm_side=SIDE, norm_force=d.force,
+        tracked=TRACKED, norm_bins=BINS, norm=d.norm, norm_scale=SCALE, norm_side=SIDE,
+        norm_moment=d.moment, moment_scale=MOMENT_SCALE, norm_force=d.force,
         norm_force_band=BAND, skeleton=filled(Skeleton, plan=plan, total_mass=[[MASS]]),
         heading=[[DESIRED]], objective={"target_speed": [[TARGET_SPEED]], "ground_force_bound": [[BOUND]]}, **more,
     )  # fmt: skip
@@ -210,7 +214,12 @@ def test_terms_of_bodies_are_their_formulas(walk: SimpleNamespace, by_contact: i
         turn = (2.0 * np.arctan2(q[:, 0], q[:, 3]) + np.pi) % (2.0 * np.pi) - np.pi
         human = d.norm[bins(cycle_part(d, SIDE[body]), BINS), body]
         np.testing.assert_allclose(got[:, body, 3], (SCALE[body] * turn - human) ** 2, rtol=1e-3, atol=1e-3)
-    np.testing.assert_array_equal(got[:, 0, 3], 0.0)
+        sagittal = parent.inv().apply(d.torque[:, body])[:, 0] / MASS
+        people = d.moment[bins(cycle_part(d, SIDE[body]), BINS), body]
+        miss = (MOMENT_SCALE[body] * sagittal - people) ** 2
+        np.testing.assert_allclose(got[:, body, 4], np.minimum(miss, 16.0), rtol=1e-3, atol=1e-3)
+        assert 0.1 < (miss > 16.0).mean() < 0.9
+    np.testing.assert_array_equal(got[:, 0, 3:], 0.0)
 
 
 def test_terms_of_the_whole_are_their_formulas(walk: SimpleNamespace):
@@ -238,7 +247,7 @@ def test_without_norms_and_references_nothing_is_added(walk: SimpleNamespace):
     model = model_of(walk)
     model.norm_bins, model.reference_bins = 0, 0
     state, work, _kept = given_to(walk)
-    bodies, whole = wp.zeros((N, BODIES, 4), device="cpu"), wp.zeros((N, 6), device="cpu")
+    bodies, whole = wp.zeros((N, BODIES, 5), device="cpu"), wp.zeros((N, 6), device="cpu")
     wp.launch(of_bodies, (N, BODIES), [model, state, work, bodies], device="cpu")
     wp.launch(of_whole, N, [model, state, work, whole], device="cpu")
     np.testing.assert_array_equal(bodies.numpy()[:, :, 2:], 0.0)

@@ -10,6 +10,7 @@ import warpmuscle as wm
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.results.records import Result
 from warpmuscle.results.sweeps import Sweep
+from warpmuscle.results.table_files import is_table, write_table
 from warpmuscle.sweep.run import sweep
 
 SCALES = {"run", "candidate", "parameter", "term"}
@@ -239,3 +240,30 @@ def test_what_is_not_installed_is_named_with_its_extra(package: str, folder: Pat
     swept = wm.read(folder / "grid.h5")
     with pytest.raises(Error, match=rf"needs {package}: pip install 'warpmuscle\[data\]'"):
         swept.to_xarray() if package == "xarray" else swept.to_dataframe()
+
+
+def test_export_writes_runs_candidates_and_a_runs_motion_as_tables(folder: Path, tmp_path: Path):
+    pandas = pytest.importorskip("pandas", reason="no pandas: pip install 'warpmuscle[tables]'")
+    xarray = pytest.importorskip("xarray", reason="no xarray: pip install 'warpmuscle[tables]'")
+    pytest.importorskip("pyarrow", reason="no pyarrow: pip install 'warpmuscle[tables]'")
+    pytest.importorskip("h5netcdf", reason="no h5netcdf: pip install 'warpmuscle[tables]'")
+    file, found = folder / "grid.h5", wm.read(folder / "grid.h5")
+    for name, candidates in (("runs.parquet", False), ("candidates.parquet", True)):
+        write_table(file, tmp_path / name, None, 0, candidates)
+        pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / name), found.to_dataframe(candidates))
+    write_table(file, tmp_path / "runs.nc", None, 0, False)
+    with xarray.open_dataset(tmp_path / "runs.nc", engine="h5netcdf") as table:
+        xarray.testing.assert_equal(table.load(), found.to_xarray())
+        assert table.best_cost.attrs == found.to_xarray().best_cost.attrs
+    write_table(file, tmp_path / "motion.nc", found.runs[0], 0, False)
+    with xarray.open_dataset(tmp_path / "motion.nc", engine="h5netcdf") as motion:
+        np.testing.assert_array_equal(motion.com.values, found.run(found.runs[0]).replays[0].com)
+
+
+def test_export_takes_comma_separated_values_of_a_sweep_as_a_table_and_of_a_motion_as_columns(folder: Path):
+    file, run = folder / "grid.h5", wm.read(folder / "grid.h5").runs[0]
+    assert is_table(file, Path("a.csv"), None, False)
+    assert is_table(file, Path("a.csv"), run, True)
+    assert not is_table(file, Path("a.csv"), run, False)
+    with pytest.raises(Error, match="candidates are written as"):
+        is_table(file, Path("a.mot"), None, True)

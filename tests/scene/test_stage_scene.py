@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from small_scene import sound_scene
 from warpmuscle.scene import PD, Scene, SearchStage
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, pinned, start_values
-from warpmuscle.scene.stage_scene import freed, stage_scene
+from warpmuscle.scene.stage_scene import freed, stage_scene, without_only_stage
 from warpmuscle.scene.validation.scene import check_scene
 
 NAMES = ["failure.com_height", "objective.speed", "controller.states.0.time", "controller.pd.lHip.kp"]
@@ -75,3 +76,14 @@ def test_scene_without_stages_only_starts_from_other_values(scene):
     part = stage_scene(scene, 0, values)
     np.testing.assert_array_equal(start_values(part), values)
     assert stage_scene(scene, 0, start_values(scene)) == scene
+
+
+def test_an_only_stage_is_taken_for_the_scene_unless_it_says_how_to_search(scene):
+    assert without_only_stage(scene) is scene  # of three stages
+    for number, stage in enumerate(scene.stages):
+        alone = replace(scene, stages=[stage])
+        assert without_only_stage(alone) == stage_scene(scene, number, start_values(scene))
+    how = replace(scene, stages=[replace(scene.stages[1], population=8)])
+    assert without_only_stage(how) is how
+    plain = replace(scene, stages=[])
+    assert without_only_stage(plain) is plain

@@ -9,6 +9,7 @@ from warpmuscle.studies.conditions import (
     Spread,
     cells_of,
     farthest,
+    has_value,
     interval_of,
     spread_of,
     trend_of,
@@ -76,6 +77,11 @@ def cell(low: float, high: float) -> Cell:
         (Expected("a", "rises"), (0.0, 3.0), "open"),
         (Expected("a", "stays"), (-1.0, 3.0), "agrees"),
         (Expected("a", "stays"), (1.0, 3.0), "contradicts"),
+        (Expected("a", "stays", within=2.0), (-1.0, 1.5), "agrees"),
+        (Expected("a", "stays", within=2.0), (0.5, 1.5), "agrees"),
+        (Expected("a", "stays", within=2.0), (-1.0, 3.0), "open"),
+        (Expected("a", "stays", within=2.0), (2.5, 3.0), "contradicts"),
+        (Expected("a", "stays", within=2.0), (-3.0, -2.5), "contradicts"),
         (Expected("a", value=2.0), (1.0, 3.0), "agrees"),
         (Expected("a", value=4.0), (1.0, 3.0), "contradicts"),
         (Expected("a", "rises"), (np.nan, np.nan), "open"),
@@ -83,6 +89,13 @@ def cell(low: float, high: float) -> Cell:
 )
 def test_what_was_expected_is_held_against_the_interval(expected, interval, verdict):
     assert verdict_of(expected, cell(*interval)) == verdict
+
+
+def test_an_expected_value_lies_in_the_interval_or_not():
+    assert has_value(Expected("a", "rises", value=2.0), cell(1.0, 3.0)) is True
+    assert has_value(Expected("a", "rises", value=4.0), cell(1.0, 3.0)) is False
+    assert has_value(Expected("a", "rises"), cell(1.0, 3.0)) is None
+    assert has_value(Expected("a", "rises", value=4.0), cell(np.nan, np.nan)) is None
 
 
 def test_farthest_condition_is_by_number_or_the_last_word():

@@ -11,7 +11,7 @@ from PIL import Image
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
 from warpmuscle.core.errors import Error
-from warpmuscle.scene import Ground, Terrain
+from warpmuscle.scene import Force, Ground, Terrain
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Stairs
 from warpmuscle.video import Film, Look, films_beside, make_film, write
@@ -187,3 +187,15 @@ def test_ground_that_is_not_flat_is_drawn_in_faces_darker_where_they_stand_steep
     assert np.isfinite(faces).all()
     assert 0.0 <= colors.min() < 0.8
     assert colors.max() <= 1.0
+
+
+def test_devices_are_drawn_on_the_bodies_that_carry_them():
+    motion, scene = walk_result().replays[0].window(1.0, 2.0), walk_scene()
+    braced = msgspec.structs.replace(scene, forces={"brace": Force("bilinear_spring", joint="lKnee")})
+    plain, with_brace = (make_film(motion, one, Look(**SMALL, rate=10.0)) for one in (scene, braced))
+    assert not plain.capsules.device.any()
+    assert with_brace.capsules.device.sum() == 3
+    hub = with_brace.capsule_ends[:, -1, 0]
+    knee = with_brace.capsule_ends[:, -2, 0]  # where the bar along the shank begins
+    assert np.linalg.norm(hub - knee, axis=-1).max() < 0.01
+    assert np.any(Painter(plain).frame(3) != Painter(with_brace).frame(3))

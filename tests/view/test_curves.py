@@ -7,8 +7,9 @@ import pytest
 
 from warpmuscle.core.pose import from_rotation_vector, multiply, rotate
 from warpmuscle.formats import load
+from warpmuscle.scene import Force
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.view.curves import panels_of
+from warpmuscle.view.curves import leg_curves, panels_of
 from warpmuscle.view.waiting import first_pose
 
 
@@ -93,3 +94,21 @@ def test_an_elbow_that_bends_past_180_degrees_goes_on():
     moved = dataclasses.replace(moved, joint_orientation=joint, body_orientation=body)
     (panel,) = (one for one in panels_of(moved, plain) if (one.group, one.title) == ("angles", "elbow"))
     assert np.diff(panel.lines[0].values) == pytest.approx(np.degrees(0.1), abs=0.01)
+
+
+def test_the_torque_of_a_device_is_its_power_over_the_speed_of_its_joint():
+    scene = load("walk56")
+    plain = substitute(scene, start_values(scene))
+    plain.forces = {"brace": Force("bilinear_spring", joint="lAnkle"), "harness": Force("weight_support", body="torso")}
+    pose = first_pose(plain)
+    speed = np.array([[5.0, -2.0]])
+    moved = dataclasses.replace(
+        pose, speed=speed, speed_names=("root.x", "lAnkle.0"), speed_units=("m/s", "rad/s"),
+        recorded=np.array([[6.0, 4.0]]), recorded_units=("W", "W"),
+        recorded_names=("forces.brace.power", "forces.harness.power"),
+    )  # fmt: skip
+    found = {(one.title, one.unit): one.lines[0].values[0] for one in panels_of(moved, plain) if one.group == "devices"}
+    sign = leg_curves(plain)["lAnkle a"][1]
+    assert found == {("brace torque", "N m"): sign * -3.0, ("brace power", "W"): 6.0, ("harness power", "W"): 4.0}
+    still = dataclasses.replace(moved, speed=0.0 * speed)  # says nothing of torques
+    assert [one.unit for one in panels_of(still, plain) if one.group == "devices"] == ["W", "W"]

@@ -23,7 +23,7 @@ def module_of(path: str) -> str:
 
 
 def ordered_tests(root: Path, path: str) -> list[str]:
-    """Test files for a module: the one that mirrors it, those of its name, then by how many imports lead to it.
+    """Test files for a module: the one that mirrors it, then by how many imports lead to it, those of `SLOW` last.
 
     Files of as many steps: first those that simulate nothing, then those of the same folder. Files that never import
     it come last, since scenes are run by name, too; files without physics are left out.
@@ -35,9 +35,10 @@ def ordered_tests(root: Path, path: str) -> list[str]:
     tests = [str(p.relative_to(root)) for p in sorted((root / "tests").rglob("test_*.py"))]
     mirror = f"tests/{folder}/test_{Path(path).stem}.py"
 
-    def key(test: str) -> tuple[bool, int, bool, bool, str]:
+    def key(test: str) -> tuple[bool, bool, int, bool, bool, str]:
         elsewhere = not test.startswith(f"tests/{folder}/")
-        return test != mirror, distance.get(test, FAR), simulating.get(test, FAR) <= 1, elsewhere, test
+        slow = test.startswith(SLOW) and elsewhere
+        return test != mirror, slow, distance.get(test, FAR), simulating.get(test, FAR) <= 1, elsewhere, test
 
     return sorted((test for test in tests if not test.startswith(LEFT_OUT)), key=key)
 

@@ -42,6 +42,9 @@ LimitStiffness = Annotated[
     float, typer.Option("--limit-stiffness", min=0.0, help="Of ranges of a .osim that no force holds, N m/rad or N/m.")
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no effect on GPUs; by default one a core.")]
+Population = Annotated[
+    int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
+]
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
 

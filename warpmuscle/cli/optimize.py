@@ -14,6 +14,7 @@ from warpmuscle.cli.common import (
     Device,
     Duration,
     FreeNumbers,
+    Population,
     Quantities,
     Settings,
     Single,
@@ -53,9 +54,6 @@ Strategy = Annotated[
         help="Strategy: islands, cma, cma:ipop, cma:bipop, random, or nlopt:ALGORITHM such as LN_BOBYQA; by default "
         "islands that fill a GPU, or cma on a CPU."
     ),
-]
-Population = Annotated[
-    int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
 ]
 
 

@@ -179,11 +179,14 @@ def _write_page(result: Path, output: Path, references: list[Path], replay: int,
 
 
 def export(
-    result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion, or a policy.")],
+    result: Annotated[Path, typer.Argument(help="HDF5 file with a recorded motion, a sweep, a search or a policy.")],
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", help="OpenSim's .mot (angles) or .sto (muscles), or .csv; of a policy .onnx or .pt."
+            "--output",
+            "-o",
+            help="OpenSim's .mot (angles) or .sto (muscles), or .csv; of a policy .onnx or .pt; "
+            "as tables .parquet, .zarr or .nc.",
         ),
     ],
     ground_forces: Annotated[
@@ -192,23 +195,32 @@ def export(
     ] = None,
     replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
     run: Run = None,
+    candidates: Annotated[bool, typer.Option("--candidates", help="A row a candidate of a search or sweep.")] = False,
     trust: Trust = False,
 ) -> None:
-    """Write a recorded motion for OpenSim or as comma-separated values, or a policy as ONNX or TorchScript.
+    """Write a motion for OpenSim, a motion, sweep or search as a table, or a policy as ONNX or TorchScript.
 
     Of a scene made of an OpenSim model a motion has that model's coordinates, and OpenSim plays it there. A policy maps
-    observations as they are to actions.
+    observations as they are to actions. Of a sweep a table has a row a run, in .zarr and .nc an axis for each of its
+    own.
     """
     from warpmuscle.core.errors import ResultError
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in
     from warpmuscle.results.partial_motion import demanding
     from warpmuscle.results.result import read
+    from warpmuscle.results.table_files import is_table, write_table
 
     if output.suffix.lower() in (".onnx", ".pt"):
         if ground_forces is not None or replay or run is not None:
             raise Error(f"{output}: a policy has no motions, so that there are no options about them")
         _write_policy(result, output)
+        return
+    if is_table(result, output, run, candidates):
+        if ground_forces is not None:
+            raise Error(f"{output}: tables have no ground forces beside them; --ground-forces is of .mot files")
+        write_table(result, output, run, replay, candidates)
+        out.print(f"wrote {output}")
         return
     content = read(result, run, replay=replay)
     if replay >= len(content.replays):

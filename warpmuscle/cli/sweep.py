@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import time
 from collections.abc import Iterator
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, doubts_printed, searches_told, start_warp
+from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, searches_told, seconds, start_warp
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
@@ -139,6 +140,10 @@ def study(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
     ] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help="So many, from 1 on, in place of the file's.")] = None,
+    candidates: Annotated[int | None, typer.Option(min=1, help="Of each search, in place of the file's.")] = None,
+    population: Population = None,
+    until: Annotated[str | None, typer.Option(metavar="TIME", help="Wall time of each batch of searches: 90s.")] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
     trust: Trust = False,
@@ -149,14 +154,16 @@ def study(
     what is measured and expected may have changed. Of a shipped study, such as brace, a copy is written here first;
     `warpmuscle example studies` writes all of them. Examples: warpmuscle study weak_calves.toml; warpmuscle study brace
     """
-    from warpmuscle.core.files import check_output, replace_file
+    from warpmuscle.core.files import check_output, replace_file, shown
 
     file = _study_file(file)
     start_driver(device)
     from warpmuscle.sweep.plan import read
 
+    given = {"candidates": candidates, "population": population, "until": None if until is None else seconds(until)}
+    options = {name: value for name, value in given.items() if value is not None}
     with doubts_printed():
-        plan = read(file)
+        plan = read(file, seeds=seeds, options=options)
     if plan.study is None:
         raise Error(f"{file}: no [study]: `warpmuscle sweep` runs it, and the manual says what a study is")
     output = output if output is not None else _usual_output(file)
@@ -169,11 +176,13 @@ def study(
     from warpmuscle.sweep.study import page as study_page
     from warpmuscle.sweep.study.measured import measured
 
-    begin, command = time.perf_counter(), f"warpmuscle study {shlex.quote(file.name)}"
+    words = [file.name, *(() if seeds is None else ("--seeds", str(seeds)))]
+    words += [word for name, value in options.items() for word in (f"--{name}", shown(value))]
+    begin, command = time.perf_counter(), f"warpmuscle study {shlex.join(words)}"
     with told() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
-        found = measured(plan, done)
+        found = measured(plan, done, threads or os.cpu_count() or 1)
         page = study_page.page(found, plan, command)
     rows = study_page.lines(found)
     for line in [*aligned(rows, texts=rows[0].index("unit") + 1), *study_page.held_lines(found)]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -39,12 +39,13 @@ def penetration(recording: Recording, scene: Scene) -> Penetration | None:
         None where no two bodies with shapes are apart.
     """
     names = topology(scene.character)
-    if not apart(scene, names):
+    pairs = apart(scene, names)
+    if not pairs:
         return None
-    placed = {name: _placed(recording, scene, name) for pair in apart(scene, names) for name in pair}
+    placed = {name: _placed(recording, scene, name) for name in dict.fromkeys(itertools.chain(*pairs))}
     deepest, inside = Penetration(0.0, 0.0, None, 0.0), np.zeros(recording.frames, dtype=bool)
-    for pair in apart(scene, names):
-        depths = [_depth(one, other) for one, other in product(placed[pair[0]], placed[pair[1]])]
+    for pair in pairs:
+        depths = [_depth(one, other) for one, other in itertools.product(placed[pair[0]], placed[pair[1]])]
         depth = np.max(depths, axis=0, initial=0.0)
         inside |= depth > NOTICED
         frame = int(np.argmax(depth)) if len(depth) else 0

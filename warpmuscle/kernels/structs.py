@@ -206,6 +206,8 @@ class Model:
     norm: wp.array2d[float]  # (norm bins, bodies) sagittal angle of human legs in half-widths
     norm_scale: wp.array[float]  # (bodies,) half-widths/rad, signed; 0: no norm of the body's joint
     norm_side: wp.array[int]  # (bodies,) LEFT or RIGHT, the leg that the body's joint belongs to
+    norm_moment: wp.array2d[float]  # (norm bins, bodies) sagittal moment of human legs per mass, standard deviations
+    moment_scale: wp.array[float]  # (bodies,) standard deviations per N m/kg, signed; 0: no norm of the body's joint
     norm_force: wp.array[float]  # (norm bins,) vertical force on a human foot, body weights
     norm_force_band: float  # body weights, half-width of that
     level_start: wp.array[int]  # (levels + 1,)

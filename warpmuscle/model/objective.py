@@ -23,9 +23,11 @@ from warpmuscle.scene.masses import TINY_MASS
 from warpmuscle.scene.norms import (
     BINS,
     FORCE,
+    NORM_TERMS,
     NORMS,
     PERCENT_OF_BIN,
     RUNNING_FORCE_BAND,
+    moment_table,
     norm_table,
     running_force,
 )
@@ -125,8 +127,9 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
         "negative_share": negative_share(objective),
         "contact_rule": wp.vec3(LOADED, HELD, LIFTED),
     }
-    if {"norms", "norm_force"} & set(counted_terms(objective)):
+    if NORM_TERMS & set(counted_terms(objective)):
         angle, scale, side = norm_table(scene, names)
+        moment, moment_scale = moment_table(scene, names)
         running, force = objective.gait == "run", NORMS[FORCE]
         mean = running_force(PERCENT_OF_BIN) if running else force.mean(PERCENT_OF_BIN)
         fields |= {
@@ -134,6 +137,8 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
             "norm": to_device(angle, float, device),
             "norm_scale": to_device(scale, float, device),
             "norm_side": to_device(side, int, device),
+            "norm_moment": to_device(moment, float, device),
+            "moment_scale": to_device(moment_scale, float, device),
             "norm_force": to_device(mean, float, device),
             "norm_force_band": RUNNING_FORCE_BAND if running else force.half_width,
         }

@@ -12,6 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import GRAY, PALETTE, grid, legible, top_legend
 
 COLUMNS, MOST_TICKS = 3, 6
+LEGEND = 0.25  # in, above all panels
 _SHIFT = 0.12  # of a condition that is a word, between series
 
 
@@ -59,6 +60,7 @@ def draw_conditions(axis: str, conditions: Sequence[float | str], panels: Sequen
                 axes.set_xticks(x, [f"{value:g}" for value in x])
     handles, labels = places[0].get_legend_handles_labels()
     if any(labels):
+        figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - LEGEND / figure.get_figheight()))
         top_legend(figure, handles, [legible(text) for text in labels])
     return figure
 

@@ -16,10 +16,13 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.people.fukuchi import RUN, WALK
+from warpmuscle.scene.people.pinzone_two import SEARCHED_MOMENTS
 from warpmuscle.scene.topology import Topology
 
 SOURCE = "norm curves in SCONE Studio"
 FORCE = "Vertical ground force"
+NORM_TERMS = frozenset({"norms", "norm_force", "norm_moments"})  # of the objective, that compare with people
+LEG_MOMENTS = ("Hip moment", "Knee moment", "Ankle moment")
 LEG_ANGLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
 FLEXION = (-1.0, 1.0, -1.0)  # sign of a turn about x, which points to the left, that is flexion of hip, knee and ankle
 BINS = 100  # of the gait cycle, in tables for kernels
@@ -189,3 +192,27 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
             scale[body] = np.degrees(sign) / half_width
             sides[body] = side
     return table, scale, sides
+
+
+def moment_table(scene: Scene, names: Topology) -> tuple[Floats, Floats]:
+    """Sagittal moments of human legs per mass of the body, for `kernels.objective.term_functions.norm_moments`.
+
+    They are those of one clinical centre; another one's judge gaits, see `gait.joint_moments`.
+
+    Args:
+        scene: with feet that have a hip, a knee and an ankle above them.
+
+    Returns:
+        Mean moments (BINS, bodies) about each body's joint in the mean standard deviation over the cycle; and (bodies,)
+        standard deviations per N m/kg about the parent's x axis on the child, 0 for joints without a norm.
+    """
+    assert scene.feet is not None
+    bodies = len(names.bodies)
+    table, scale = np.zeros((BINS, bodies)), np.zeros(bodies)
+    for side in range(len(scene.feet)):
+        for title, sign, joint in zip(LEG_MOMENTS, FLEXION, leg_joints(scene, side), strict=True):
+            body, band = names.body_of_joint(joint), SEARCHED_MOMENTS[title]
+            deviation = float(band.sd(PERCENT_OF_BIN).mean())
+            table[:, body] = band.mean(PERCENT_OF_BIN) / deviation
+            scale[body] = sign / deviation
+    return table, scale

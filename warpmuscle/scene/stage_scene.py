@@ -8,7 +8,9 @@ import msgspec
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Scene, SearchStage
-from warpmuscle.scene.parameters import free_parameters, pinned
+from warpmuscle.scene.parameters import free_parameters, pinned, start_values
+
+_HOW = ("candidates", "strategy", "population", "sigma", "restarts", "searches", "until", "target")
 
 
 def freed(scene: Scene, stage: SearchStage) -> tuple[str, ...]:
@@ -45,6 +47,16 @@ def stage_scene(scene: Scene, number: int, values: Floats) -> Scene:
         duration=fixed.duration if stage.duration is None else stage.duration,
         stages=[],
     )
+
+
+def without_only_stage(scene: Scene) -> Scene:
+    """The scene that its only stage searches, if that leaves to the whole search how; others as they are.
+
+    A search of it is the same to the last bit, but needs no stages.
+    """
+    if len(scene.stages) != 1 or any(getattr(scene.stages[0], name) is not None for name in _HOW):
+        return scene
+    return stage_scene(scene, 0, start_values(scene))
 
 
 def _matches(name: str, patterns: list[str]) -> bool:

@@ -56,6 +56,7 @@ class Expected:
     at: Condition | None = None  # condition; by default the farthest from the reference
     value: float | None = None  # of the change, in the unit of the measure
     source: str = ""
+    within: float = 0.0  # a change that is no change, where the measure is to stay
 
 
 def spread_of(values: Floats) -> Spread:
@@ -129,11 +130,26 @@ def farthest(conditions: Sequence[Condition], reference: Condition) -> Condition
     return others[-1]
 
 
+def has_value(expected: Expected, cell: Cell) -> bool | None:
+    """Whether the expected value of a change lies in the interval of what was found; None where there is no such."""
+    low, high = cell.interval
+    return None if expected.value is None or not np.isfinite(low) else low <= expected.value <= high
+
+
 def verdict_of(expected: Expected, cell: Cell) -> Verdict:
     """Whether the changes of a measure under a condition are as expected, as far as so many runs can tell."""
     low, high = cell.interval
     if not np.isfinite(low):
         return "open"
+    if expected.change == "stays" and expected.within > 0.0:
+        inside = -expected.within <= low and high <= expected.within
+        return (
+            "agrees"
+            if inside
+            else "contradicts"
+            if min(abs(low), abs(high)) > expected.within and low * high > 0.0
+            else "open"
+        )
     if expected.change == "stays":
         return "agrees" if low <= 0.0 <= high else "contradicts"
     if expected.change:

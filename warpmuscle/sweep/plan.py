@@ -59,6 +59,7 @@ from warpmuscle.optimization.usual_search import usual_strategy
 from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.stage_scene import without_only_stage
 from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
@@ -138,11 +139,15 @@ class Plan:
         return list({id(run.scene): run.scene for run in self.runs}.values())
 
 
-def read(path: str | Path, trusted: bool = False) -> Plan:
+def read(
+    path: str | Path, trusted: bool = False, seeds: int | None = None, options: Mapping[str, Any] | None = None
+) -> Plan:
     """The plan of a sweep file.
 
     Args:
         trusted: let code run that its scenes name, once they are simulated.
+        seeds: so many, from 1 on, in place of those of the file.
+        options: of the searches, in place of those of the file.
 
     Raises:
         SceneError: it cannot be read or used, with file, line and key.
@@ -153,12 +158,22 @@ def read(path: str | Path, trusted: bool = False) -> Plan:
     path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
     try:
-        plan = _plan(path, source, to_type(source.data, _File), trusted)
+        plan = _plan(path, source, _asked(to_type(source.data, _File), seeds, options or {}), trusted)
     except SceneError as error:
         raise source.placed(error) from None
     if trusted:
         plan.trust()
     return plan
+
+
+def _asked(file: _File, seeds: int | None, options: Mapping[str, Any]) -> _File:
+    """The file with so many seeds and these options of its searches in place of its own."""
+    for name, value in options.items():
+        setattr(file.search, name, value)
+    if seeds is not None:
+        own = {"seed": list(range(1, seeds + 1))}
+        file.grid = file.grid | own if isinstance(file.grid, dict) else [grid | own for grid in file.grid] or own
+    return file
 
 
 def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
@@ -231,7 +246,8 @@ class _Base:
         what = repr((scene_name, [(o.key, o.value) for o in in_scene]))
         if what not in self._changed:
             given = self._scene(scene_name, changes.get("scene"))
-            self._changed[what] = overridden(given, [*self._common, *in_scene], self._path)
+            changed = overridden(given, [*self._common, *in_scene], self._path)
+            self._changed[what] = without_only_stage(changed)  # what has stages shares no batches
         scene = self._changed[what]
         axes: dict[str, float | str] = {}
         for choice in chosen:

@@ -156,7 +156,7 @@ def check_look(look: Look) -> None:
 def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[float, float]) -> Film:
     recording = track.recording
     time = recording.time.astype(float)
-    capsules, boxes = capsules_and_boxes(scene.character, recording.body_names)
+    capsules, boxes = capsules_and_boxes(scene, recording.body_names)
     ends = in_world(recording, capsules.body, capsules.ends)
     corners = in_world(recording, boxes.body, boxes.corners)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces

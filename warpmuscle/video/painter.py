@@ -17,7 +17,7 @@ from warpmuscle.video.solids import faces, outlines
 
 MUSCLES = "plasma"  # colours of activation
 _SIDE_TINTS = {"left": (0.70, 0.82, 0.92), "right": (0.96, 0.83, 0.73), "middle": (0.84, 0.86, 0.88)}
-_BONE_TINT = (0.93, 0.91, 0.86)
+_BONE_TINT, _DEVICE_TINT = (0.93, 0.91, 0.86), (0.2, 0.24, 0.28)
 SKY, _TILE, _SHADOW = (0.957, 0.965, 0.973), (0.862, 0.88, 0.898), (0.745, 0.77, 0.795)
 FORCE_TINTS = ((0.0, 0.38, 0.62), (0.76, 0.31, 0.0))  # left, right
 _LEVELS = 5  # of shade on a round surface
@@ -159,11 +159,14 @@ class Painter:
 
     def _capsules(self, number: int) -> tuple[Floats, Floats, Floats]:
         film = self._film
-        tints = np.array([_BONE_TINT if bone else _SIDE_TINTS[side]
-                          for side, bone in zip(film.capsules.side, film.capsules.bone, strict=True)])  # fmt: skip
+        kinds = zip(film.capsules.side, film.capsules.bone, film.capsules.device, strict=True)
+        tints = np.array(
+            [_BONE_TINT if bone else _DEVICE_TINT if own else _SIDE_TINTS[side] for side, bone, own in kinds]
+        )
         flat, depth = self._project(film.capsule_ends[number], number)
         radius = film.capsules.radius[:, None] * film.camera.scale(depth)
-        away = depth.mean(axis=1) + _IN_FRONT * film.capsules.bone  # within what is around them
+        # Bones are within what is around them, and devices around it.
+        away = depth.mean(axis=1) + _IN_FRONT * (film.capsules.bone.astype(float) - film.capsules.device)
         return _shaded(flat, radius, tints.reshape(-1, 3), away)
 
     def _boxes(self, number: int) -> tuple[Floats, Floats, Floats]:

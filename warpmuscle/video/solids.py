@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Character
-from warpmuscle.scene.anatomy import Side, solids
+from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import Side, sides_of, solids
+from warpmuscle.scene.drawing.devices import device_rods
 
 _ARC = 12  # points on each round end of an outline
 _FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # of corners in x, y, z
@@ -27,6 +28,7 @@ class Capsules:
     radius: Floats  # (C,) m
     side: tuple[Side, ...]
     bone: NDArray[np.bool_]  # (C,) a line between joints rather than a shape of the scene
+    device: NDArray[np.bool_]  # (C,) a part of a device
 
 
 @dataclass(frozen=True)
@@ -38,19 +40,23 @@ class Boxes:
     side: tuple[Side, ...]
 
 
-def capsules_and_boxes(character: Character, body_names: Sequence[str]) -> tuple[Capsules, Boxes]:
-    """Shapes and bones of a numeric character."""
-    every = solids(character)
+def capsules_and_boxes(scene: Scene, body_names: Sequence[str]) -> tuple[Capsules, Boxes]:
+    """Shapes, bones and devices of a numeric scene."""
+    every, rods, sides = solids(scene.character), device_rods(scene), sides_of(scene.character)
     round_ones = [(solid, solid.radius) for solid in every if solid.radius is not None]
     boxes = [solid for solid in every if solid.radius is None]
     corners = [np.stack(np.meshgrid(*box.ends.T, indexing="ij"), axis=-1) for box in boxes]
     return (
         Capsules(
-            np.array([body_names.index(solid.body) for solid, _ in round_ones], dtype=int),
-            np.reshape([solid.ends for solid, _ in round_ones], (-1, 2, 3)),
-            np.array([radius for _, radius in round_ones]),
-            tuple(solid.side for solid, _ in round_ones),
-            np.array([solid.bone for solid, _ in round_ones], dtype=bool),
+            np.array(
+                [body_names.index(name) for name in [*(s.body for s, _ in round_ones), *(r.body for r in rods)]],
+                dtype=int,
+            ),
+            np.reshape([*(solid.ends for solid, _ in round_ones), *((rod.start, rod.end) for rod in rods)], (-1, 2, 3)),
+            np.array([*(radius for _, radius in round_ones), *(rod.radius for rod in rods)]),
+            (*(solid.side for solid, _ in round_ones), *(sides[rod.body] for rod in rods)),
+            np.array([*(solid.bone for solid, _ in round_ones), *(False for _ in rods)], dtype=bool),
+            np.array([*(False for _ in round_ones), *(True for _ in rods)], dtype=bool),
         ),
         Boxes(
             np.array([body_names.index(box.body) for box in boxes], dtype=int),

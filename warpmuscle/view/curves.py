@@ -16,12 +16,14 @@ from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Scene
 from warpmuscle.scene.anatomy import Side, leg_joints
+from warpmuscle.scene.force import power_name
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
 
 LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
 # Turns of a trunk on the pelvis about x, which points to the left, y upwards and z ahead: all are positive.
 TRUNK_TITLES = {"x": "trunk flexion", "y": "trunk rotation to the left", "z": "trunk bending to the right"}
+STANDING = 1e-3  # rad/s, below which the power of a device says nothing of its torque
 FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
 
 
@@ -63,9 +65,12 @@ def panels_of(recording: Recording, scene: Scene, everything: bool = False) -> l
     Angles are a joint's own, of a ball joint turns about the child's x, then y, then z axis; torques act on the child,
     about the same axes, of a ball joint those of the parent. Flexion of hips, knees and ankles is positive, and so is a
     torque towards it (see `leg_curves`). Forces of muscles are clipped at `FULL_FORCE` f_max, as the page has them.
-    Torques that nobody wanted and forces on feet that never touch the ground are left out but for `everything`.
+    Torques that nobody wanted and forces on feet that never touch the ground are left out but for `everything`. The
+    power of a device, W, is positive where it gives energy to the body; the torque of one at a joint is that over the
+    joint's speed, with the signs of the joint's own.
     """
-    groups = [*_joints(recording, scene, everything), *_muscles(recording, scene), *_body(recording)]
+    groups = [*_joints(recording, scene, everything), *_muscles(recording, scene), *_devices(recording, scene)]
+    groups += _body(recording)
     titles = {key: title for key, (title, _) in leg_curves(scene).items()}
     panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints, titles)]
     return panels + _ground_forces(recording, everything)
@@ -171,6 +176,30 @@ def _muscles(recording: Recording, scene: Scene) -> Iterator[Group]:
     yield "muscle forces", "N", curves("load", force, full), {}
     yield "excitations", "", curves("excitation", recording.muscle_excitation), {}
     yield "fibre lengths", "l_opt", curves("fibre", recording.muscle_fibre_length / optimal), {}
+
+
+def _devices(recording: Recording, scene: Scene) -> Iterator[Group]:
+    """Torques of devices at joints, and powers of all."""
+    legs, torques, powers = leg_curves(scene), Curves(), Curves()
+    for name, force in scene.forces.items():
+        if power_name(name) not in recording.recorded_names:
+            continue
+        power = recording.recorded[:, recording.recorded_names.index(power_name(name))]
+        powers[f"{name} power"] = power, None
+        first = [
+            k for k, one in enumerate(recording.speed_names) if force.joint and one.partition(".")[0] == force.joint
+        ]
+        if first:
+            speed = recording.speed[:, first[0]]
+            moving = np.abs(speed) > STANDING
+            moments = np.arange(len(power))
+            key = f"{force.joint} {joint_type(scene.character.joints[force.joint]).angles[0]}".strip()
+            sign = legs[key][1] if key in legs else 1.0
+            if moving.any():
+                torque = np.interp(moments, moments[moving], power[moving] / speed[moving])
+                torques[f"{name} torque"] = sign * torque, None
+    yield "devices", "N m", torques, {}
+    yield "devices", "W", powers, {}
 
 
 def _body(recording: Recording) -> Iterator[Group]:

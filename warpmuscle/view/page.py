@@ -26,7 +26,7 @@ from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
 from warpmuscle.view.packing import Packer, Pool, packed_json, whole, without_comments
-from warpmuscle.view.pieces import surface_pieces
+from warpmuscle.view.pieces import device_pieces, surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
@@ -223,6 +223,7 @@ class _Dolls:
             if self._meshes is not None and not self._coarse and scene.opensim is not None:
                 look = with_meshes(look, scene, doll.names.bodies, self._meshes)
             look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
+            look += device_pieces(scene, doll.names.bodies)
             key = pickle.dumps((look, doll_content(doll, scene, [])))
             if key not in self._alike:
                 self._alike[key] = len(self.contents)

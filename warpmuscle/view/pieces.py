@@ -10,11 +10,12 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.pose import from_rotation_vector, rotate
-from warpmuscle.scene import Box, Character, CylinderSurface, Shape, Sphere, SphereSurface, TorusSurface
+from warpmuscle.scene import Box, Character, CylinderSurface, Scene, Shape, Sphere, SphereSurface, TorusSurface
 from warpmuscle.scene.anatomy import Side, sides_of
+from warpmuscle.scene.drawing.devices import device_rods
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 
-Layer = Literal["flesh", "bone", "hollow", "surface", "shape"]
+Layer = Literal["flesh", "bone", "hollow", "surface", "shape", "device"]
 RING = 24  # pieces of a ring
 
 
@@ -100,3 +101,12 @@ def surface_pieces(character: Character, muscles: Sequence[str], body_names: Seq
             size = np.array([plain_number(radius) for radius in radii])
             found.append(Ellipsoid(body, side, "surface", place, turn, size))
     return found
+
+
+def device_pieces(scene: Scene, body_names: Sequence[str]) -> list[Piece]:
+    """The devices that a scene without free parameters puts on its character."""
+    sides = sides_of(scene.character)
+    return [
+        Limb(body_names.index(rod.body), sides[rod.body], "device", rod.start, rod.end, (rod.radius,) * 2, rod.flat)
+        for rod in device_rods(scene)
+    ]

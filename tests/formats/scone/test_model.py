@@ -11,9 +11,11 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.scone.model import Options, read_model, sphere_stiffness
+from warpmuscle.formats.scone.start import put_start
 from warpmuscle.formats.scone.zml import parse
 from warpmuscle.scene import Force, Scene
 from warpmuscle.scene.initial_pose import world_poses
+from warpmuscle.scene.masses import body_mass
 
 
 def read(folder: Path, text: str = small_scone.MODEL) -> Scene:
@@ -62,6 +64,43 @@ def _plain(scene: Scene) -> Scene:
     return substitute(scene, start_values(scene))
 
 
+def about(axis: str, angle: float) -> np.ndarray:
+    """The matrix of a turn about x, y or z of the model, in its axes."""
+    c, s, k = math.cos(angle), math.sin(angle), "xyz".index(axis)
+    turn = np.eye(3)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    turn[i, i], turn[i, j], turn[j, i], turn[j, j] = c, -s, s, c
+    return turn
+
+
+def test_a_joint_about_three_axes_and_a_free_root_turn_about_z_x_and_y(tmp_path: Path):
+    # In the model's axes: forward, up, right; ours are left, up, forward.
+    bent = small_scone.MODEL.replace(
+        "limits { x = 0..0 y = 0..0 z = -60..90 }", "limits { x = -20..30 z = -60..90 }", 1
+    )
+    root = "dof { name = list source = trunk_rx } dof { name = heading source = trunk_ry } dof { name = spread"
+    bent = bent.replace("dof { name = trunk_y", f"{root} source = -hip_rx_r }} dof {{ name = trunk_y", 1)
+    (tmp_path / "pair.hfd").write_text(bent)
+    found = read_model(parse(tmp_path / "pair.hfd", Notes()), Notes())
+    scene, joints = found.scene, found.scene.character.joints
+    assert scene.character.root_joint == "free"
+    chain = [(joints[name].parent, joints[name].child) for name in ("thigh_r", "spread", "hip_r_y")]
+    assert chain == [("trunk", "leg_r_z"), ("leg_r_z", "leg_r_x"), ("leg_r_x", "leg_r")]
+    assert body_mass(scene.character) == pytest.approx(body_mass(read(tmp_path).character))
+    degree = math.pi / 180.0
+    assert scene.forces["spread_limit"].parameters["low"] == pytest.approx(-30 * degree)  # its sense is the other way
+    assert "hip_r_y_limit" not in scene.forces
+    values = {"tilt": 0.2, "list": -0.15, "heading": 0.4, "thigh_r": 0.5, "spread": 0.3, "trunk_y": 1.0}
+    put_start(scene, found.coordinates, values, {})
+    poses = world_poses(_plain(scene))
+    trunk = about("z", 0.2) @ about("x", -0.15) @ about("y", 0.4)
+    leg = trunk @ about("z", 0.5) @ about("x", -0.3)
+    hip = np.array([0.0, -0.3, 0.1])  # its place in the trunk
+    expected = np.array([0.0, 1.0, 0.0]) + trunk @ hip - leg @ [0.0, 0.4, 0.0]
+    x, y, z = np.asarray(poses["leg_r"][0])  # ours
+    np.testing.assert_allclose((z, y, -x), expected, atol=1e-6)
+
+
 def test_muscles_and_limits_have_the_laws_of_hyfydy(tmp_path: Path):
     scene = read(tmp_path)
     calf, common = scene.character.muscles["calf_l"], scene.muscle_model
@@ -107,11 +146,6 @@ def test_options_of_a_scenario_change_muscles_and_friction(tmp_path: Path):
         ("mass = 40", "mass = 40 colour = 3", "colour: not known in `body`"),
         ("parent = trunk", "parent = tronk", "there is no body 'tronk' to hang on"),
         ("parent = trunk", "parent = foot_r", "its bodies hang on each other in a circle"),
-        (
-            "limits { x = 0..0 y = 0..0 z = -60..90 }",
-            "limits { x = -5..5 y = 0..0 z = -60..90 }",
-            "turns about x, z; only",
-        ),
         ("z = -60..90", "z = 90..-60", "runs down from 90 to -60"),
         ("z = -60..90", "z = 60", "'60' is not a range such as -40..120"),
         ("source = trunk_rz", "source = trunk", "'trunk' is not the turn or shift of a body"),

@@ -14,6 +14,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.gait.cycles import body_weight, leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.gait.joint_moments import leg_moments
 from warpmuscle.kernels.contact.gait_cycle import width_from_line
 from warpmuscle.kernels.muscle.muscle import LARGEST_PASSIVE
 from warpmuscle.kernels.objective.objective_terms import TERMS
@@ -21,13 +22,14 @@ from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.masses import DENSITY
-from warpmuscle.scene.norms import NORMS, RUNNING_FORCE_BAND, running_force
+from warpmuscle.scene.norms import NORMS, PERCENT_OF_BIN, RUNNING_FORCE_BAND, running_force
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.people.pinzone_two import SEARCHED_MOMENTS
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 
 ONES = dict.fromkeys(TERMS, 1.0) | {"tracking": 0.0}
-WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0, "step_width": 0.0}
+WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0, "norm_moments": 0.0, "step_width": 0.0}
 EVERY = Objective(**ONES | WALKS_ONLY, head_body="tip")
 ACTIVE = 0.6
 
@@ -172,6 +174,23 @@ def test_norms_are_squared_half_widths_between_legs_and_human_ones(walk: Rollout
     np.testing.assert_allclose(walk.terms()["norms"], expected, rtol=0.01)
 
 
+def test_norm_moments_are_squared_deviations_between_moments_of_legs_and_peoples(walk: Rollout):
+    """Beside what the judge of gaits makes of the recorded torques in float64; people's are typed numbers."""
+    recording = walk.recording()
+    total, most = np.zeros(len(recording.time)), 0.0
+    for title, sides in leg_moments(recording, walk.numeric).items():
+        deviation = SEARCHED_MOMENTS[title].sd(PERCENT_OF_BIN).mean()
+        for number, side in enumerate(SIDES):
+            percent = percent_of_cycle(recording, number, body_weight(walk.numeric))
+            away = (sides[side] - SEARCHED_MOMENTS[title].mean(percent)) / deviation
+            total += np.minimum(away**2, 16.0)
+            most = max(most, np.abs(away).max())
+    expected = total[:-1].mean() * walk.end_time()[0]
+    assert expected > 5.0
+    assert most > 4.0
+    np.testing.assert_allclose(walk.terms()["norm_moments"], expected, rtol=0.02)
+
+
 def test_norm_force_is_the_same_of_vertical_forces_in_body_weights(walk: Rollout):
     norm = NORMS["Vertical ground force"]
     check_force(walk, norm.mean, norm.half_width)
@@ -179,7 +198,7 @@ def test_norm_force_is_the_same_of_vertical_forces_in_body_weights(walk: Rollout
 
 def test_norm_force_of_a_run_is_half_a_sine_that_carries_the_body():
     assert 2.0 * running_force(np.linspace(0.0, 100.0, 100_001)).mean() == pytest.approx(1.0, abs=1e-4)
-    check_force(walked("fwalk", 3.0, OF_TORQUES, gait="run"), running_force, RUNNING_FORCE_BAND)
+    check_force(walked("fwalk", 3.0, OF_TORQUES | {"norm_moments": 0.0}, gait="run"), running_force, RUNNING_FORCE_BAND)
 
 
 def check_force(rollout, mean, half_width):
@@ -238,7 +257,7 @@ def test_without_feet_there_is_no_step_width():
         check_scene(msgspec.structs.replace(arm("hinge", {}), objective=Objective(step_width=1.0)))
 
 
-@pytest.mark.parametrize("term", ["norms", "norm_force"])
+@pytest.mark.parametrize("term", ["norms", "norm_force", "norm_moments"])
 def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
     with pytest.raises(SceneError, match=f"{term}.*no feet"):
         check_scene(msgspec.structs.replace(arm("hinge", {}), objective=Objective(**{term: 1.0})))
@@ -246,6 +265,11 @@ def test_what_does_not_walk_is_not_compared_with_human_walking(term: str):
     scene.objective = Objective(**{term: 1.0})
     with pytest.raises(SceneError, match="has no hip, knee and ankle"):
         check_scene(scene)
+
+
+def test_moments_of_people_who_run_are_not_known():
+    with pytest.raises(SceneError, match="walking only"):
+        check_scene(msgspec.structs.replace(load("fjog"), objective=Objective(norm_moments=1.0, gait="run")))
 
 
 def test_cost_is_the_weighted_sum_and_a_failure_costs_more():

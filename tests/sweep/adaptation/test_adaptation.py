@@ -17,6 +17,7 @@ from warpmuscle.sweep.adaptation.plan import sweep_text
 from warpmuscle.sweep.adaptation.predicted import Prediction
 from warpmuscle.sweep.adaptation.records import Record, read_records, reference_of
 from warpmuscle.sweep.plan import read
+from warpmuscle.sweep.union import groups
 
 BASE = {"study": "a", "speed_m_s": 1.3, "subject_mass_kg": 70.0, "leg_length_m": 0.9, "metabolic_power_nd": 0.10}
 LEVEL = BASE | {"identifier": "level", "stride_frequency_nd": 0.26}
@@ -47,7 +48,7 @@ def test_runs_have_the_same_froude_number_slope_and_relative_load(tmp_path: Path
     scene = load("reflex_planar")
     plain = substitute(scene, start_values(scene))
     records = records_of(tmp_path, LEVEL, UP, FOOT)
-    (tmp_path / "sweep.toml").write_text(sweep_text(records, scene, "reflex_planar", 2, 10, 5.0, 0.03))
+    (tmp_path / "sweep.toml").write_text(sweep_text(records, scene, "reflex_planar", 2, {"candidates": 10}, 5.0))
     plan = read(tmp_path / "sweep.toml")
     assert [(run.axes["run"], run.seed) for run in plan.runs] == [
         (name, seed) for name in ("level", "up", "foot") for seed in (1, 2)
@@ -56,6 +57,8 @@ def test_runs_have_the_same_froude_number_slope_and_relative_load(tmp_path: Path
     assert scenes["level"].objective.target_speed == pytest.approx(1.3 * math.sqrt(leg_length(plain) / 0.9))
     assert scenes["up"].ground.normal == (0.0, 1.0, -0.08)
     assert body_mass(scenes["foot"].character) == pytest.approx(1.2 * body_mass(plain.character))  # 10 % on each foot
+    assert body_mass(scenes["up"].character) == pytest.approx(body_mass(plain.character), abs=0.003)
+    assert groups(plan.scenes) == [[0, 1, 2]]  # share batches
 
 
 def test_changes_are_of_pairs_of_seeds_over_the_measured_reference(tmp_path: Path):
@@ -117,4 +120,4 @@ def test_a_file_that_is_no_list_of_conditions_is_refused(text: str, message: str
 def test_a_load_that_nothing_carries_is_refused(tmp_path: Path):
     records = records_of(tmp_path, FOOT | {"added_mass_where": "hat"})
     with pytest.raises(Error, match="foot: no place of a load is called 'hat'; there are pelvis"):
-        sweep_text(records, load("reflex_planar"), "reflex_planar", 1, 10, 5.0, 0.03)
+        sweep_text(records, load("reflex_planar"), "reflex_planar", 1, {"candidates": 10}, 5.0)

@@ -51,6 +51,18 @@ def test_without_a_condition_all_axes_are_it(tmp_path: Path):
     assert label({"run": "brace", "seed": 3.0}) == "brace"
 
 
+def test_seeds_and_options_may_be_others_than_those_of_the_file(tmp_path: Path):
+    file = tmp_path / "study.toml"
+    file.write_text(HEAD)
+    plan = read(file, seeds=3, options={"candidates": 20, "population": 5})
+    assert sorted({run.seed for run in plan.runs}) == [1, 2, 3]
+    assert {(run.options.candidates, run.options.population) for run in plan.runs} == {(20, 5)}
+    file.write_text(HEAD.replace("seed = [1, 2]", ""))
+    assert sorted({run.seed for run in read(file, seeds=2).runs}) == [1, 2]
+    with pytest.raises(SceneError, match="the population must be at least"):
+        read(file, options={"population": 1})
+
+
 @pytest.mark.parametrize(
     ("table", "words"),
     [
@@ -62,6 +74,7 @@ def test_without_a_condition_all_axes_are_it(tmp_path: Path):
             "'sinks' is none of '', 'falls', 'rises'",
         ),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nat = 3\n', "no run has the condition 3"),
+        ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nwithin = 3\n', 'what "stays"'),
         ("[study]\nmeasure = []\n", "measure"),
         ("study = 3\n", "study"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import time
 from fnmatch import fnmatchcase
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, doubts_printed, start_warp
+from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, seconds, start_warp
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.sweep import check_all_ran, told
 from warpmuscle.core.errors import Error
@@ -33,6 +34,8 @@ def adaptation(
     candidates: Annotated[int, typer.Option(min=1, help="Candidates of a search.")] = 300,
     duration: Annotated[float, typer.Option(min=1.0, help="Of each simulation, s.")] = 6.0,
     sigma: Annotated[float, typer.Option(min=0.0001, help="First step of a search, over the unit interval.")] = 0.03,
+    population: Population = None,
+    until: Annotated[str | None, typer.Option(metavar="TIME", help="Wall time of all searches: 90s, 5m.")] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
     trust: Trust = False,
@@ -55,10 +58,13 @@ def adaptation(
     from warpmuscle.sweep.plan import read
 
     records = _chosen(read_records(data), conditions, data)
+    search = {"candidates": candidates, "sigma": sigma}
+    search |= {} if population is None else {"population": population}
+    search |= {} if until is None else {"until": seconds(until)}
     named = str(Path(scene).absolute()) if Path(scene).suffix else scene
     with doubts_printed():
         walker = load(scene, trust=trust)
-        replace_file(files[".toml"], sweep_text(records, walker, named, seeds, candidates, duration, sigma))
+        replace_file(files[".toml"], sweep_text(records, walker, named, seeds, search, duration))
         plan = read(files[".toml"], trusted=trust)
     start_warp()
     from warpmuscle.report.tables import aligned, write
@@ -70,7 +76,7 @@ def adaptation(
     with told() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
-        found = comparison(records, plan, done, walker)
+        found = comparison(records, plan, done, walker, threads or os.cpu_count() or 1)
         page = pages.page(found, plan.text, command)
     for line in aligned(pages.lines(found), texts=2):
         out.print(line, markup=False)

@@ -1,7 +1,7 @@
 """A scene's character, ground and muscles from a model of Hyfydy (.hfd).
 
 Its x is forward, y up and z to the right, and bodies have their origin at the centre of mass, as ours. Joints hold
-exactly here, where Hyfydy has stiff springs; contact and joint limits are its own laws.
+exactly here, where Hyfydy has stiff springs (see `joints`); contact is by its own law.
 """
 
 from __future__ import annotations
@@ -17,14 +17,13 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import about, rotate
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.placement import WORLD, direction, vector
+from warpmuscle.formats.scone.joints import DEGREE, Coordinate, put_joints
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import (
     Body,
     Character,
     ContactMaterial,
-    Force,
     Ground,
-    Joint,
     Muscle,
     MuscleModel,
     Scene,
@@ -32,25 +31,11 @@ from warpmuscle.scene import (
     ViaPoint,
 )
 
-RANGE = re.compile(r"(?P<low>[^.]*(?:\.\d[^.]*)?)\.\.(?P<high>.*)")
 SOURCE = re.compile(r"(?P<sign>-?)(?P<name>.+)_(?P<kind>[rt])(?P<axis>[xyz])(?P<side>_[lr])?")
-DEGREE = math.pi / 180.0
 HELD = "joints hold exactly here, and their stiffness and damping are not used"
 DRAWN = "bodies are drawn by their meshes' names alone"
 OPTIONS = ("joint_stiffness", "joint_damping", "damping_mode", "limit_damping_mode", "density")  # of held joints
 MATERIAL = {"static_friction": 1.0, "stiffness": 1.0e6, "damping": 1.0}  # defaults of Hyfydy
-
-
-@dataclass
-class Coordinate:
-    """What a model calls a degree of freedom, and where it is."""
-
-    name: str
-    line: int
-    owner: str  # body or joint
-    kind: str  # r or t
-    axis: str  # x, y or z
-    sign: float
 
 
 @dataclass
@@ -80,17 +65,6 @@ def read_model(top: Node, notes: Notes, options: Options | None = None) -> Hyfyd
         SceneError: something of it cannot be represented or is not known, with file and line.
     """
     return _Builder(top.need("model"), notes, options or Options()).build()
-
-
-def read_range(node: Node) -> tuple[float, float]:
-    """A value such as -40..120."""
-    found = RANGE.fullmatch(node.text())
-    if found is None:
-        node.fail(f"{node.text()!r} is not a range such as -40..120")
-    low, high = node.number_in(found["low"]), node.number_in(found["high"])
-    if low > high:
-        node.fail(f"runs down from {low:g} to {high:g}")
-    return low, high
 
 
 def sphere_stiffness(stiffness: float, radius: float) -> float:
@@ -128,7 +102,9 @@ class _Builder:
                 self._notes.places[f"character.bodies.{name}"] = (body.file, body.line)
         scene = Scene(self._model.string_of("name") or self._file.stem, character)
         found = HyfydyModel(scene, coordinates)
-        self._put_joints(found, joints, bodies)
+        if any(node.find("stiffness") is not None for node in joints.values()) or self._settings.children:
+            self._notes.ignore(self._file, self._settings.line, "joint_stiffness", HELD)
+        put_joints(scene, coordinates, joints, bodies, self._settings, self._notes)
         self._put_root(found)
         self._put_muscles(scene)
         self._put_contact(scene)
@@ -191,51 +167,6 @@ class _Builder:
                 node.find(key)
             node.tell_unused()
         return found
-
-    def _put_joints(self, found: HyfydyModel, joints: dict[str, Node], bodies: dict[str, Node]) -> None:
-        """Hinges about the axis that is free, and welds; limits are forces of their own."""
-        scene = found.scene
-        if any(node.find("stiffness") is not None for node in joints.values()) or self._settings.children:
-            self._notes.ignore(self._file, self._settings.line, "joint_stiffness", HELD)
-        for child in _from_root(joints, bodies):
-            node = joints[child]
-            node.find("damping")
-            if any(node.vector_of("ref_ori")):
-                node.fail("a joint between bodies that are turned is not known here")
-            limits = node.find("limits")
-            ranges = {axis: None if limits is None else limits.find(axis) for axis in "xyz"}
-            bounds = {axis: None if one is None else read_range(one) for axis, one in ranges.items()}
-            free = [axis for axis, ends in bounds.items() if ends != (0.0, 0.0)]
-            if len(free) > 1:
-                node.fail(f"turns about {', '.join(free)}; only joints that turn about one axis are known here")
-            parent = node.need("parent").text()
-            near, far = (vector(WORLD @ np.array(node.vector_of(key))) for key in ("pos_in_parent", "pos_in_child"))
-            joint = Joint("hinge" if free else "fixed", parent, child, near, far)
-            name = node.string_of("name") or f"{child}_joint"
-            if free:
-                own = next((one for one in found.coordinates.values() if self._is_of(one, name, child, free[0])), None)
-                joint.axes = [direction((own.sign if own else 1.0) * WORLD @ np.eye(3)["xyz".index(free[0])])]
-                name = name if own is None else own.name
-                self._limit(scene, name, node, bounds[free[0]], own.sign if own else 1.0)
-            else:
-                for key in ("limit_stiffness", "limit_damping"):
-                    node.find(key)
-            scene.character.joints[name] = joint
-            self._notes.places[f"character.joints.{name}"] = (node.file, node.line)
-            node.tell_unused()
-
-    def _is_of(self, one: Coordinate, joint: str, child: str, axis: str) -> bool:
-        return one.owner in (joint, child) and (one.kind, one.axis) == ("r", axis)
-
-    def _limit(self, scene: Scene, name: str, node: Node, ends: tuple[float, float] | None, sign: float) -> None:
-        stiffness = node.number_of("limit_stiffness", self._settings.number_of("joint_limit_stiffness", 0.0))
-        damping = node.number_of("limit_damping", self._settings.number_of("joint_limit_damping", 0.0))
-        if ends is None or stiffness == 0.0:
-            return
-        low, high = sorted(sign * DEGREE * end for end in ends)
-        values = {"low": low, "high": high, "stiffness": stiffness, "damping": damping}
-        scene.forces[f"{name}_limit"] = Force("range_limit", joint=name, parameters=dict(values))
-        self._notes.places[f"forces.{name}_limit"] = (node.file, node.line)
 
     def _put_root(self, found: HyfydyModel) -> None:
         """A root that stays in the sagittal plane where its coordinates are of this plane."""
@@ -325,17 +256,3 @@ def turn_of(degrees: tuple[float, ...]) -> Floats:
     """The rotation (x, y, z, w) by angles about x, y and z, of which one at most is not 0."""
     index = int(np.argmax(np.abs(degrees)))
     return np.asarray(about(np.eye(3)[index], degrees[index] * DEGREE))
-
-
-def _from_root(joints: dict[str, Node], bodies: dict[str, Node]) -> list[str]:
-    """Children of all joints, each after its parent; those that hang in a circle are refused."""
-    order: list[str] = []
-    for name in bodies:
-        chain: list[str] = []
-        while name in joints and name not in order:
-            if name in chain:
-                joints[name].fail("its bodies hang on each other in a circle")
-            chain.append(name)
-            name = joints[name].need("parent").text()
-        order += reversed(chain)
-    return order

@@ -9,8 +9,9 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import load_model
 from warpmuscle.formats.scone.controller import CONTROLLERS, Bindings, read_controllers
+from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.measures import MEASURES, read_measures
-from warpmuscle.formats.scone.model import Coordinate, HyfydyModel, Options, read_model
+from warpmuscle.formats.scone.model import HyfydyModel, Options, read_model
 from warpmuscle.formats.scone.numbers import FreeNumber, read_number
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters
 from warpmuscle.formats.scone.start import matches, put_load, put_start, read_states

@@ -11,11 +11,11 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.core.pose import about, rotate
+from warpmuscle.core.pose import about, multiply, rotate
 from warpmuscle.formats.lines import NUMBER, Notes, read_text
 from warpmuscle.formats.osim.build_skeleton import state_at
 from warpmuscle.formats.osim.placement import WORLD, vector
-from warpmuscle.formats.scone.model import Coordinate
+from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.zml import parse
 from warpmuscle.scene import InitialState, Scene, Sphere
 from warpmuscle.scene.initial_pose import plain_number, plain_vector, world_poses
@@ -77,7 +77,7 @@ def put_start(
             axis = one.sign * WORLD @ np.eye(3)["xyz".index(one.axis)]
             if one.kind == "r":
                 spin = spin + rotate(turn, axis) * speed
-                turn = np.asarray(about(axis, value))
+                turn = np.asarray(multiply(turn, about(axis, value)))  # body-fixed, in the order of the coordinates
             else:
                 place, velocity = place + axis * value, velocity + axis * speed
     x, y, z, w = (float(number) for number in turn)

@@ -41,6 +41,11 @@ _TERMS = (
         follows_cycles=True,
     ),
     Term(
+        "norm_moments", "s",
+        "squared sagittal moments, in standard deviations, at most 16, between legs and people's, summed and over time",
+        "body", follows_cycles=True,
+    ),
+    Term(
         "step_width", "m^2 s", "squared width of each foot's last step, less that of people's steps, summed, over time",
         "whole", follows_cycles=True,
     ),

@@ -22,6 +22,7 @@ from warpmuscle.kernels.objective.failure import turn_between
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.kernels.structs import LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at
 
+LARGEST_MISS = wp.constant(16.0)  # of a moment, squared standard deviations: beyond four, farther off is no worse
 HUMAN_STEP_WIDTH = wp.constant(0.08)  # m, of people who walk (Murray et al. 1964, 1970: 0.071 to 0.081)
 
 
@@ -124,17 +125,23 @@ def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, w
 
 
 @func
-def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """Magnitude of the torque of a joint's limits, N m."""
+def torque_of_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
+    """Torque of a joint's limits, N m, world axes."""
     if model.skeleton.plan[body].has_limits == 0:
-        return 0.0
+        return wp.vec3(0.0, 0.0, 0.0)
     torque = work.torque[body]
     stiffness = work.stiffness[body]
     limit_stage(instance, body, model, state, work)
-    excess = wp.length(work.torque[body] - torque)
+    excess = work.torque[body] - torque
     work.torque[body] = torque
     work.stiffness[body] = stiffness
     return excess
+
+
+@func
+def joint_limits(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """Magnitude of the torque of a joint's limits, N m."""
+    return wp.length(torque_of_limits(instance, body, model, state, work))
 
 
 @func
@@ -182,6 +189,23 @@ def norms(instance: int, body: int, model: ModelRef, state: StateRef, work: Scra
     relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     deviation = model.norm_scale[body] * turn_about_x(relative) - model.norm[row, body]
     return deviation * deviation
+
+
+@func
+def norm_moments(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """Squared difference of a leg joint's sagittal moment per mass and people's, in standard deviations, at most 16.
+
+    The moment is what muscles, torques and the joint's limits do about the parent's x axis. Both are compared at the
+    same part of the leg's gait cycle, from one contact of its foot to the next.
+    """
+    if model.norm_bins == 0 or model.moment_scale[body] == 0.0:
+        return 0.0
+    row = bin_of(foot_part(instance, model.norm_side[body], state), model.norm_bins)
+    torque = work.torque[body] + torque_of_limits(instance, body, model, state, work)
+    sagittal = wp.quat_rotate_inv(work.orientation[model.skeleton.plan[body].parent], torque)[0]
+    per_mass = sagittal / at(model.skeleton.total_mass, instance, 0)
+    deviation = model.moment_scale[body] * per_mass - model.norm_moment[row, body]
+    return wp.min(deviation * deviation, LARGEST_MISS)
 
 
 @func

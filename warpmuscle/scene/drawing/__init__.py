@@ -1,5 +1,5 @@
-"""What notebooks show of a scene: it is built on what is built on scenes, and tells these of itself.
+"""What notebooks show of a scene, and what its devices look like: built on what is built on scenes.
 
 May import: core, scene.
-To add: a row of the table to `table`.
+To add: a row of the table to `table`, a device to `devices`.
 """

@@ -13,7 +13,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Robustness, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg_joints
-from warpmuscle.scene.norms import LEG_ANGLES
+from warpmuscle.scene.norms import LEG_ANGLES, NORM_TERMS
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.stage_scene import freed
 from warpmuscle.scene.units import declared, units_of
@@ -32,7 +32,7 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
         checks.not_negative(key, objective, "basal_rate")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
-    for name in ("tracking", "norms", "norm_force", "step_width"):
+    for name in ("tracking", *sorted(NORM_TERMS), "step_width"):
         if checks.interval(getattr(objective, name))[1] > 0.0:
             check_needs(scene, name, f"{key}.{name}")
     for index, name in enumerate(objective.reported):
@@ -46,8 +46,10 @@ def check_needs(scene: Scene, term: str, key: str) -> None:
     """SceneError unless a scene has what a shipped term compares with."""
     if term == "tracking" and scene.tracking is None:
         raise SceneError("there is no gait to track: name one in [tracking]", key=key)
-    if term in ("norms", "norm_force"):
+    if term in NORM_TERMS:
         _check_legs(scene, key)
+    if term == "norm_moments" and scene.objective.gait == "run":
+        raise SceneError("people's moments are known of walking only, and the scene means a run", key=key)
     if term == "step_width" and scene.feet is None:
         raise SceneError("there are no feet whose steps have a width", key=key)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.files import shown
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
@@ -19,51 +20,57 @@ PLACES = {
     "tibia": ("lLowerleg", "rLowerleg"), "foot": ("lFoot", "rFoot"),
 }  # fmt: skip
 RADIUS = 0.1  # m, of gyration of a load
+NO_LOAD = 0.001  # kg
 
 
 def sweep_text(
-    records: Sequence[Record], scene: Scene, name: str, seeds: int, candidates: int, duration: float, sigma: float
+    records: Sequence[Record], scene: Scene, name: str, seeds: int, search: Mapping[str, float], duration: float
 ) -> str:
     """The sweep file of some conditions; speeds are those of the same Froude number, loads the same part of the body.
 
+    All runs have bodies for all loads, next to nothing where there is none, so that they share batches.
+
     Args:
-        scene: that walks. name: what the sweep calls it. duration: of each simulation, s.
+        scene: that walks. name: what the sweep calls it. search: options of the searches. duration: of each
+            simulation, s.
 
     Raises:
         Error: the scene has no bodies for a load, or no legs.
     """
     plain = substitute(scene, start_values(scene))
     leg, mass = leg_length(plain), body_mass(plain.character)
-    lines = [
-        f"scene = {json.dumps(name)}", "", "[search]", 'strategy = "cma"', f"candidates = {candidates}",
-        f"sigma = {sigma!r}", "", "[set]", f"duration = {duration!r}", "",
-        "[grid]", f"seed = {list(range(1, seeds + 1))}",
-    ]  # fmt: skip
+    lines = [f"scene = {json.dumps(name)}", "", "[search]", 'strategy = "cma"']
+    lines += [f"{option} = {shown(value)}" for option, value in search.items()]
+    lines += ["", "[set]", f"duration = {duration!r}"]
+    loaded = {record.place: record for record in records if record.load}
+    for body in (body for record in loaded.values() for body in _bodies(record, scene)):
+        lines.append(f'"character.bodies.load_on_{body}" = {{ mass = {NO_LOAD}, inertia = {_inertia(NO_LOAD)} }}')
+        lines.append(
+            f'"character.joints.load_on_{body}" = {{ type = "fixed", parent = "{body}", child = "load_on_{body}", '
+            "position_in_parent = [0, 0, 0], position_in_child = [0, 0, 0] }"
+        )
+    lines += ["", "[grid]", f"seed = {list(range(1, seeds + 1))}"]
     for record in records:
         lines += ["", "[[run]]", f"name = {json.dumps(record.name)}"]
         lines.append(f'"objective.target_speed" = {record.speed * math.sqrt(leg / record.leg)!r}')
         if record.slope:
             lines.append(f'"ground.normal" = [0, 1, {-record.slope!r}]')
-        if record.load:
-            lines += _load(record, scene, record.load * mass)
+        for body in _bodies(record, scene) if record.load else ():
+            lines.append(f'"character.bodies.load_on_{body}.mass" = {record.load * mass!r}')
+            lines.append(f'"character.bodies.load_on_{body}.inertia" = {_inertia(record.load * mass)}')
     return "\n".join(lines) + "\n"
 
 
-def _load(record: Record, scene: Scene, mass: float) -> list[str]:
-    """The lines that put masses, kg, on the bodies of a place."""
+def _bodies(record: Record, scene: Scene) -> tuple[str, ...]:
+    """The bodies that carry the load of a condition."""
     bodies = PLACES.get(record.place)
     if bodies is None:
         raise Error(f"{record.name}: no place of a load is called {record.place!r}; there are {', '.join(PLACES)}")
     missing = [body for body in bodies if body not in scene.character.bodies]
     if missing:
         raise Error(f"{record.name}: the scene has no body {missing[0]!r} for a load on the {record.place}")
-    inertia = [mass * RADIUS**2] * 3
-    lines = []
-    for body in bodies:
-        load = f"load_on_{body}"
-        lines.append(f'"character.bodies.{load}" = {{ mass = {mass!r}, inertia = {inertia} }}')
-        lines.append(
-            f'"character.joints.{load}" = {{ type = "fixed", parent = "{body}", child = "{load}", '
-            "position_in_parent = [0, 0, 0], position_in_child = [0, 0, 0] }"
-        )
-    return lines
+    return bodies
+
+
+def _inertia(mass: float) -> list[float]:
+    return [mass * RADIUS**2] * 3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
@@ -21,8 +22,6 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read as read_result
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
-from warpmuscle.sweep.plan import SweepRun
-from warpmuscle.sweep.run import SweepResult
 
 FORMULAS = {
     "Wang, positive work": ("wang", "positive"), "Wang, net work": ("wang", "net"),
@@ -41,16 +40,14 @@ class Prediction:
     angles: tuple[Floats, ...] = ()  # hip, knee and ankle over the stride, degrees
 
 
-def predicted(run: SweepRun, done: SweepResult, mass: float) -> Prediction | str:
+def predicted(mass: float, file: Path) -> Prediction | str:
     """What the best walk of a run comes to, or why nothing is known of it.
 
     Args:
-        mass: of the body without load, kg.
+        mass: of the body without load, kg. file: the run's result.
     """
-    if run.name in done.failed:
-        return done.failed[run.name]
     try:
-        result = read_result(done.folder.result(run.name))
+        result = read_result(file)
         best, evaluations = result.best, result.evaluations
         if best is None or evaluations is None or not result.replays:
             return "no candidate had ended"

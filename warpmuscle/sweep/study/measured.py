@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -27,6 +29,7 @@ from warpmuscle.studies.conditions import (
     trend_of,
     verdict_of,
 )
+from warpmuscle.sweep.in_processes import in_processes
 from warpmuscle.sweep.plan import Plan, SweepRun
 from warpmuscle.sweep.run import SweepResult
 from warpmuscle.sweep.study.table import Study
@@ -84,11 +87,13 @@ class StudyResult:
         return list(dict.fromkeys(row.measure for row in self.rows))
 
 
-def measured(plan: Plan, done: SweepResult, tell: Callable[[int], None] | None = None) -> StudyResult:
+def measured(
+    plan: Plan, done: SweepResult, processes: int = 1, tell: Callable[[int], None] | None = None
+) -> StudyResult:
     """Measure all runs of a sweep with a study.
 
     Args:
-        tell: gets how many runs have been measured.
+        processes: at most so many measure at the same time. tell: gets how many runs have been measured.
 
     Raises:
         Error: the sweep has no study or no run has ended, or none gives a measure that the study names.
@@ -96,22 +101,24 @@ def measured(plan: Plan, done: SweepResult, tell: Callable[[int], None] | None =
     study = plan.study
     if study is None:
         raise Error(f"{plan.file}: this sweep has no [study]")
-    runs = []
-    for number, run in enumerate(plan.runs):
-        if run.name not in done.failed and done.folder.result(run.name).exists():
-            runs.append(_measured(run, study, done))
+    ended = [run for run in plan.runs if run.name not in done.failed and done.folder.result(run.name).exists()]
+    tasks = [(run, done.folder.result(run.name)) for run in ended]
+    runs: list[MeasuredRun] = []
+    for run in in_processes(processes, partial(_measured, study), tasks):
+        runs.append(run)
         if tell is not None:
-            tell(number + 1)
+            tell(len(runs))
     if not runs:
         raise Error(f"{plan.file}: no run of this study has come to anything; {next(iter(done.failed.values()), '')}")
     rows = _rows(study, runs)
     return StudyResult(study, tuple(runs), rows, _held(study, rows))
 
 
-def _measured(run: SweepRun, study: Study, done: SweepResult) -> MeasuredRun:
+def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
+    run, file = task
     condition, series = study.condition_of(run.axes), study.series_of(run.axes)
     try:
-        result = read_result(done.folder.result(run.name))
+        result = read_result(file)
     except ResultError as error:
         return MeasuredRun(run, condition, series, False, {}, str(error))
     best, evaluations = result.best, result.evaluations

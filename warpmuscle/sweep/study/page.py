@@ -14,14 +14,15 @@ from warpmuscle.plots.conditions import Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
 from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
-from warpmuscle.studies.conditions import CLEAR, Condition
+from warpmuscle.studies.conditions import CLEAR, Condition, has_value
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
 
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
-    "expected, or has the expected value. Contradicts: it lies on the other side, or does not have it. Open: so few "
-    "seeds cannot tell; it takes six or more."
+    "expected, or, where only a value was expected, has it. Contradicts: it lies on the other side, or does not have "
+    "it. Open: so few seeds cannot tell; it takes six or more. What is to stay within a change agrees where all of the "
+    "interval does."
 )
 
 
@@ -54,7 +55,7 @@ def held_lines(found: StudyResult) -> list[str]:
     """What was expected, a line each."""
     return [
         f"{held.verdict}: {held.expected.measure} {_expected(held, found)} at {_where(held)}; "
-        f"found {_found(held, found)}" + (f" ({held.expected.source})" if held.expected.source else "")
+        f"found {_found(held, found)}, {_note(held)}" + (f" ({held.expected.source})" if held.expected.source else "")
         for held in found.held
     ]
 
@@ -153,6 +154,8 @@ def _band(unit: str, cell: Any) -> str:
 def _expected(held: Held, found: StudyResult) -> str:
     """What was expected, in words."""
     words: list[str] = [held.expected.change] if held.expected.change else []
+    if held.expected.within:
+        words.append(f"within {number(_unit(held, found), held.expected.within)} {_unit(held, found)}".rstrip())
     if held.expected.value is not None:
         words.append(f"by {number(_unit(held, found), held.expected.value)} {_unit(held, found)}".rstrip())
     return " ".join(words)
@@ -166,8 +169,15 @@ def _found(held: Held, found: StudyResult) -> str:
     unit, change, (low, high) = _unit(held, found), held.cell.change, held.cell.interval
     interval = f" ({number(unit, low)} to {number(unit, high)})" if np.isfinite(low) else ""
     if not change.count:
-        return "no pairs of runs with the same seed"
-    return f"{number(unit, change.median)} {unit}".rstrip() + f"{interval}, {number_of(change.count, 'pair')}"
+        return "nothing"
+    return f"{number(unit, change.median)} {unit}".rstrip() + interval
+
+
+def _note(held: Held) -> str:
+    """On how many pairs of runs it rests, and whether an expected value is in the interval."""
+    has = has_value(held.expected, held.cell) if held.expected.change else None
+    words = {None: "", True: "; the expected value lies within", False: "; the expected value lies outside"}
+    return number_of(held.cell.change.count, "pair") + words[has]
 
 
 def _unit(held: Held, found: StudyResult) -> str:
@@ -180,6 +190,7 @@ def _held(held: Held, found: StudyResult) -> dict[str, str]:
         "condition": _where(held),
         "expected": _expected(held, found),
         "found": _found(held, found),
+        "note": _note(held),
         "verdict": held.verdict,
         "source": held.expected.source,
     }

@@ -40,6 +40,7 @@ class _Expected(msgspec.Struct, forbid_unknown_fields=True):
     change: Literal["rises", "falls", "stays", ""] = ""
     at: float | str | None = None
     value: float | None = None
+    within: float | None = None
     source: str = ""
 
 
@@ -111,8 +112,10 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
         place = f"study.expected.{index}"
         if not one.change and one.value is None:
             raise SceneError("says neither a change (rises, falls, stays) nor the value of one", key=place)
+        if one.within is not None and (one.change != "stays" or one.within <= 0.0):
+            raise SceneError('is greater than 0, of what "stays"', key=f"{place}.within")
         at = None if one.at is None else _among(one.at, values, f"{place}.at")
-        expected.append(Expected(one.measure, one.change, at, one.value, one.source))
+        expected.append(Expected(one.measure, one.change, at, one.value, one.source, one.within or 0.0))
     reference = values[0] if table.reference is None else _among(table.reference, values, "study.reference")
     return Study(study.title, table.text, condition, reference, study.measures, tuple(expected))
 
