@@ -1,5 +1,6 @@
 """What several tests need."""
 
+import gc
 import importlib
 import os
 import shutil
@@ -11,11 +12,16 @@ from typing import Any
 
 import pytest
 
+import environment
 import kernel_tests
 import tiers
 from warpmuscle.scene import trusted_code
 
-BRIEF = {"kernels", "model"}  # folders whose files have kinds of scenes of their own, and run them for moments
+environment.keep_byte_code(Path(__file__).parents[1])
+environment.one_thread()
+
+# Folders whose files have kinds of scenes of their own, and run them for moments.
+BRIEF = {"creatures", "kernels", "model"}
 
 
 def is_fast(path: Path, config: pytest.Config) -> bool:
@@ -49,6 +55,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         return
     tests_of = Counter(item.path for item in items)
     items.sort(key=lambda item: (is_fast(item.path, config), not starts_processes(item.path), -tests_of[item.path]))
+
+
+def pytest_collectstart(collector: pytest.Collector) -> None:
+    """Look for no garbage while tests are collected, which makes a million objects that stay."""
+    if isinstance(collector, pytest.Session):
+        gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage from then on, but not among these."""
+    gc.freeze()
+    gc.enable()
 
 
 def starts_processes(path: Path) -> bool:
@@ -86,6 +104,20 @@ def unoptimized_kernels() -> Iterator[None]:
     For files whose scenes are like no others', of few bodies and few steps. What a scene's step does is shown as well.
     """
     with kernel_tests.unoptimized():
+        yield
+
+
+@pytest.fixture
+def unoptimized_test() -> Iterator[None]:
+    """The same as `unoptimized_kernels` for one test of a file whose other tests run for long."""
+    with kernel_tests.unoptimized():
+        yield
+
+
+@pytest.fixture
+def optimized_test() -> Iterator[None]:
+    """The opposite, for one test that runs for long in a file whose others do not."""
+    with kernel_tests.optimized():
         yield
 
 

@@ -66,6 +66,20 @@ def unoptimized() -> Iterator[None]:
 
 
 @contextmanager
+def optimized() -> Iterator[None]:
+    """Have kernels compiled as those of users for a while within `unoptimized`."""
+    depth = len(_without)
+    while _without:
+        for module in _without.pop():
+            module.options["optimization_level"] = None
+            module.unload()
+    try:
+        yield
+    finally:
+        _without.extend(set() for _ in range(depth))
+
+
+@contextmanager
 def alone(file: Path) -> Iterator[None]:
     """Wait until no other process, or thread, is within for this file, which is made."""
     file.parent.mkdir(parents=True, exist_ok=True)

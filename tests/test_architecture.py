@@ -25,6 +25,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("optimization",),
     ("learning",),
     ("studies",),
+    ("creatures",),
     ("inverse",),
     ("plots", "view"),
     ("video",),

@@ -23,7 +23,10 @@ follow_imports = skip
 """
 
 
-@pytest.mark.parametrize("tool", [("ruff", "check"), ("ruff", "format", "--check"), ("mypy",)], ids=" ".join)
+MYPY = "mypy", "warpmuscle", "tests/first_guesses.py"  # the package, and how somebody new would use it
+
+
+@pytest.mark.parametrize("tool", [("ruff", "check"), ("ruff", "format", "--check"), MYPY], ids=" ".join)
 def test_tool_has_nothing_to_say(tool):
     done = subprocess.run([sys.executable, "-m", *tool], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -50,7 +50,8 @@ NAMES = {
     "Errors": ("Error", "SceneError", "RolloutError", "ResultError"),
 }  # fmt: skip
 COMMANDS = {
-    "Load and describe scenes": ("scenes", "info", "convert", "example", "schema", "fit-muscles", "fit-paths"),
+    "Load and describe scenes": ("scenes", "info", "convert", "example", "schema", "fit-muscles", "fit-paths", "scale"),
+    "Creatures": ("creature build", "creature judge"),
     "Run simulations": ("simulate", "compile"),
     "Search for parameters": ("optimize", "sweep", "join", "study", "adaptation", "apply"),
     "Learn policies": ("learn",),

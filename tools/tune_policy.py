@@ -4,7 +4,8 @@
 
 What is searched, by CMA-ES, is added to the last layer of the policy, and everything else stays as it was learnt. A
 candidate walks at three speeds and is pushed once, without noise. It is the better the less a metre costs (Bhargava),
-the nearer angles and vertical force are to the key points of human walking, the longer its feet stay on the ground, up
+the nearer angles and vertical force are to the key points of human walking, and moments of the legs to those that
+searches may use (`scene.people.pinzone_two`), the longer its feet stay on the ground, up
 to people's stance, the less its steps are wider or narrower than people's, and the less bodies are inside each other.
 No other norm is looked at: those are for `warpmuscle judge`.
 """
@@ -23,6 +24,9 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import toml
+from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
+from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.gait.joint_moments import leg_moments
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.learning.player import Player, replay, task_of, undisturbed
 from warpmuscle.learning.policy import actions_of
@@ -32,11 +36,12 @@ from warpmuscle.results.result import Result, read, write
 from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import REFERENCES, STANCE
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.people.pinzone_two import SEARCHED_MOMENTS
 from warpmuscle.search.cma import CmaSearch
 from warpmuscle.simulation.perturbations import Perturbations
 
 SPEEDS = (1.25, 0.9, 1.6)  # m/s, told as far as it has learnt them; stance and force are of the first one
-PUSHES = ((70.0, 0.0, 0.0),)  # N s at `PUSHED` s and the first speed
+PUSHES = 1  # walks that are pushed, at `PUSHED` s and the first speed
 DURATION, PUSHED = 10.0, 4.0  # s
 NARROW, WIDE = REFERENCES["step width"].low, REFERENCES["step width"].high  # m, of people's steps
 TOUCHING = 0.3  # cm, that bodies may be inside each other
@@ -51,6 +56,29 @@ ENERGY, ANGLES, FORCE, SUPPORT, WIDTH, INSIDE, SIZE, FALL = (
     1.0,
     40.0,
 )  # see `Walked.cost`
+MOMENTS = "moments from people that may be searched with"
+
+
+@dataclass(frozen=True)
+class Aims:
+    """What is asked of a candidate besides."""
+
+    push: float  # N s, from the side
+    moments: float  # weight of the distance of moments, SD; 0: they do not count
+
+
+def moments_away(motion: Recording, scene: Scene) -> float:
+    """How far moments of hips, knees and ankles are from people's in the mean, SD."""
+    weight, found = body_weight(scene), []
+    for title, of_sides in leg_moments(motion, scene).items():
+        norm = SEARCHED_MOMENTS[title]
+        mean, deviation = norm.mean(PERCENT), norm.sd(PERCENT).mean()
+        for side in SIDES:
+            landings = touch_downs(motion, side, weight)
+            cycles = list(zip(landings[:-1].tolist(), landings[1:].tolist(), strict=True))
+            curve = over_strides(motion.time, of_sides[side], cycles).mean(axis=0)
+            found.append(float(np.abs(curve - mean).mean() / deviation))
+    return float(np.mean(found))
 
 
 @dataclass(frozen=True)
@@ -59,6 +87,7 @@ class Walked:
 
     measures: tuple[Measures | None, ...]  # at `SPEEDS`; None of those that fell or took no steps
     lasted: float  # share of the time of all its walks
+    moments: float = 0.0  # weight of the distance of moments, SD
 
     @property
     def cost(self) -> float:
@@ -70,6 +99,7 @@ class Walked:
         return (
             ENERGY * _mean(found, "cost of transport") + ANGLES * _mean(found, "angles from key points")
             + FORCE * _number(first, "deviation of the ground force") + SUPPORT * abs(_number(first, "stance") - STANCE)
+            + (self.moments * _number(first, MOMENTS) if self.moments else 0.0)
             + WIDTH * float(np.mean([_beyond(_number(one, "step width")) for one in found]))
             + INSIDE * max(max(one.get("bodies inside each other") or 0.0 for one in found) - TOUCHING, 0.0)
         )  # fmt: skip
@@ -78,8 +108,11 @@ class Walked:
 class Tuner:
     """Walks of a policy whose actions are changed."""
 
-    def __init__(self, learned: Learned, scene: Scene, device: str | None, threads: int | None) -> None:
+    def __init__(
+        self, learned: Learned, scene: Scene, device: str | None, threads: int | None, aims: Aims,
+    ) -> None:  # fmt: skip
         """Prepare; `groups` are numbers of actions that change together, `device` is what it runs on."""
+        self._aims = aims
         self.policy, self._device, self._threads = learned.policy, device, threads
         task = undisturbed(task_of(learned))
         self._task = msgspec.structs.replace(task, command_time=0.0, episode_time=None)
@@ -108,11 +141,12 @@ class Tuner:
 
     def walk(self, changes: np.ndarray) -> list[Walked]:
         """Walks with these changes (n, groups)."""
-        each = len(SPEEDS) + len(PUSHES)
+        each = len(SPEEDS) + PUSHES
         n = len(changes) * each
         known = np.clip(SPEEDS, *self._task.speed)
-        speeds = np.tile([*known, *[known[0]] * len(PUSHES)], len(changes))
-        pushes = np.tile([*[(0.0, 0.0, 0.0)] * len(SPEEDS), *PUSHES], (len(changes), 1))
+        speeds = np.tile([*known, *[known[0]] * PUSHES], len(changes))
+        pushed = (self._aims.push, 0.0, 0.0)
+        pushes = np.tile([*[(0.0, 0.0, 0.0)] * len(SPEEDS), *[pushed] * PUSHES], (len(changes), 1))
         conditions = Perturbations(np.zeros((n, 3)), pushes, np.full(n, PUSHED), np.zeros(n))
         player, shifts = self._player(n), self.shifts(changes).repeat(each, axis=0)
         batch = player.batch
@@ -128,12 +162,15 @@ class Tuner:
             motions = [
                 batch.rollout.recording(number * each + k) if shares[k] == 1.0 else None for k in range(len(SPEEDS))
             ]
-            walks.append(Walked(tuple(map(self._measured, motions)), float(shares.mean())))
+            walks.append(Walked(tuple(map(self._measured, motions)), float(shares.mean()), self._aims.moments))
         return walks
 
     def _measured(self, motion: Recording | None) -> Measures | None:
         try:
-            return None if motion is None else gait_measures(motion, self._numeric)
+            if motion is None:
+                return None
+            found = gait_measures(motion, self._numeric)
+            return {**found, MOMENTS: moments_away(motion, self._numeric)} if self._aims.moments else found
         except Error:  # no whole cycle
             return None
 
@@ -145,7 +182,7 @@ class Tuner:
 
 def tune(
     source: Path, output: Path, generations: int, population: int, sigma: float, seed: int, device: str | None,
-    threads: int | None,
+    threads: int | None, aims: Aims,
 ) -> None:  # fmt: skip
     """Search, tell of every generation, and write the best policy."""
     begin = time.monotonic()
@@ -155,7 +192,7 @@ def tune(
     if result.learned is None:
         raise SystemExit(f"{source}: holds no policy")
     learned, scene = result.learned, toml.loads(result.scene)
-    tuner = Tuner(learned, scene, device, threads)
+    tuner = Tuner(learned, scene, device, threads, aims)
     none = np.zeros(len(tuner.groups))
     best, walked = none, tuner.walk(none[None])[0]
     least = walked.cost
@@ -182,7 +219,10 @@ def tune(
         ended = "interrupted"
     command = shlex.join(["python", *sys.argv])
     itself = Ancestor(source.name, result.seed, learned.decisions, result.command)
-    options = {"generations": generations, "population": population, "sigma": sigma}
+    options = {
+        "generations": generations, "population": population, "sigma": sigma, "push": aims.push,
+        "moments": aims.moments,
+    }  # fmt: skip
     tuned = Learned(
         tuner.changed(best), learned.task, {name: np.array([row[name] for row in rows]) for name in CURVE}, options,
         ended, learned.critic, (itself, *learned.ancestors),
@@ -199,13 +239,13 @@ def _row(
     generation: int, population: int, passed: float, walks: list[Walked], least: float, learned: Learned
 ) -> dict[str, float]:
     """Of a learning curve; most of what only learning has is 0."""
-    each = (len(SPEEDS) + len(PUSHES)) * DURATION / task_of(learned).decision_time
+    each = (len(SPEEDS) + PUSHES) * DURATION / task_of(learned).decision_time
     kept = {name: float(learned.curve[name][-1]) for name in ("learning_rate", "deviation")}  # for who learns from it
     lasted = np.array([one.lasted for one in walks])
     speeds = [_number(measures, "speed") for one in walks for measures in one.measures if measures is not None]
     return dict.fromkeys(CURVE, 0.0) | {
         "iteration": float(generation), "decisions": float(generation * population * each), "wall_time": passed,
-        "episodes": float(len(walks) * (len(SPEEDS) + len(PUSHES))), "completed": float((lasted == 1.0).mean()),
+        "episodes": float(len(walks) * (len(SPEEDS) + PUSHES)), "completed": float((lasted == 1.0).mean()),
         "upright": float(lasted.mean() * DURATION), "gain": -least, "speed": float(np.mean(speeds)) if speeds else 0.0,
     } | kept  # fmt: skip
 
@@ -240,13 +280,17 @@ if __name__ == "__main__":
     parser.add_argument("--population", type=int, default=14)
     parser.add_argument("--sigma", type=float, default=0.05, help="of the cube whose edge is twice the widest change")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--push", type=float, default=70.0, help="N s, from the side, that it is to survive")
+    parser.add_argument(
+        "--moments", type=float, default=0.0, help="weight of the distance of moments from people's, SD"
+    )
     parser.add_argument("--device")
     parser.add_argument("--threads", type=int)
     given = parser.parse_args()
     try:
         tune(
             given.source, given.output, given.generations, given.population, given.sigma, given.seed, given.device,
-            given.threads,
+            given.threads, Aims(given.push, given.moments),
         )  # fmt: skip
     except Error as error:
         raise SystemExit(f"error: {error}") from None

@@ -207,6 +207,7 @@ def test_impossible_request_is_one_line_and_exit_code_2(arguments, tmp_path):
         ("convert", "mine.toml", "-o", "folder/../mine.toml"),
         ("convert", "one.rbs", "one.sbc", "-o", "one.rs"),
         ("fit-paths", "mine.toml", "-o", "mine.toml"),
+        ("scale", "mine.toml", "-o", "mine.toml"),
         ("fit-muscles", "mine.toml", "-o", "mine.toml"),
     ],
 )
@@ -258,6 +259,7 @@ def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
     assert "leaves no fibre" in shown.stderr
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_paths_that_no_polynomial_follows_as_closely_as_asked_are_named(tmp_path):
     run("example", "model", folder=tmp_path)
     shown = run("fit-paths", "arm.osim", "--order", 4, "-o", "smooth.toml", folder=tmp_path).stdout
@@ -265,6 +267,7 @@ def test_paths_that_no_polynomial_follows_as_closely_as_asked_are_named(tmp_path
     assert "even at order 4, where --rms allows 0.1 mm, and" in told[0]
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_info_cuts_no_name_off_in_a_narrow_console(tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     shown = run("info", "gait2392", folder=tmp_path).stdout
@@ -309,6 +312,7 @@ def test_fit_muscles_writes_properties_that_a_scene_can_add(tmp_path):
         assert file["replay/0/muscle_force"].attrs["units"] == "N"
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_code_that_a_scene_names_runs_only_if_trusted(tmp_path):
     (tmp_path / "tricks.py").write_text(
         "from pathlib import Path\nimport warp as wp\nfrom warpmuscle.kernels.structs import Model, State, Scratch\n"
@@ -337,6 +341,7 @@ def test_values_that_are_nested_too_deeply_are_said_in_one_line(tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_bodies_that_ran_into_each_other_are_named(tmp_path):
     done = run("simulate", "fwalk", "--set", "failure.self_collision=0.005", "--duration", 1, folder=tmp_path)
     assert "by more than their limit (lLowerleg and rLowerleg)" in done.stdout

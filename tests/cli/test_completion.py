@@ -81,7 +81,10 @@ def test_neither_typer_nor_rich_is_imported_to_complete():
         "import sys; from warpmuscle.__main__ import main; main(); "
         "assert not {'typer', 'rich', 'numpy', 'warp'} & set(sys.modules)"
     )
-    for line, said in (("warpmuscle si", "simulate\n"), ("warpmuscle view fw", "fwalk\nfwalk_bumps\n")):
+    for line, said in (
+        ("warpmuscle si", "simulate\n"),
+        ("warpmuscle view fwalk_b", "fwalk_ball\nfwalk_box\nfwalk_bumps\n"),
+    ):
         run = subprocess.run(
             [sys.executable, "-c", code], env=environment("bash", line), capture_output=True, text=True, check=True
         )

@@ -94,6 +94,7 @@ def test_steps_that_are_not_asked_for_are_not_there(folder, tmp_path):
         assert "activation" not in file["trials/walk"]
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_motion_is_followed_and_a_page_is_written(folder, tmp_path):
     pytest.importorskip("matplotlib")
     done = run(

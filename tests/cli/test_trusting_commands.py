@@ -1,7 +1,5 @@
 """Every command that takes a scene or a result of one lets code run that it names if told to, and only then."""
 
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,6 +7,7 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
+import command_line
 from warpmuscle.cli.program import COMMANDS, app
 
 PARTS = """import warp as wp
@@ -33,7 +32,9 @@ active_force_length = "{module}:bell"
 [objective.custom]
 "{module}:effort" = 1.0
 """
-WITHOUT_SCENES = {"arm-angles", "example", "scenes", "schema", "synergies cluster", "synergies extract"}
+WITHOUT_SCENES = {
+    *("arm-angles", "creature build", "example", "scenes", "schema", "synergies cluster", "synergies extract"),
+}
 RUN = (
     "fit-muscles named.toml -o out.toml",
     "apply result.h5 -o out.toml --settle 0.1",
@@ -42,18 +43,14 @@ RUN = (
 SHOW = ("info named.toml", "convert named.toml -o out.toml", "plot result.h5 --what moment_arms -o out.png")
 
 
-def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "warpmuscle", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
-
-
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, unoptimized_kernels: None) -> Path:
     """A folder with a scene that names code, the code, and what a search of the scene wrote."""
     place = tmp_path_factory.mktemp("named")
     (place / "their_own_parts.py").write_text(PARTS)
     (place / "named.toml").write_text(SCENE.format(module="their_own_parts"))
-    done = run(place, "optimize", "named.toml", "--candidates", "2", "-o", "result.h5", "--trust")
+    words = "optimize named.toml --candidates 2 -o result.h5 --trust"
+    done = command_line.run(*words.split(), folder=place)
     assert done.returncode == 0, done.stderr
     assert (place / "ran").exists()
     return place
@@ -62,11 +59,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("words", RUN)
 def test_a_command_that_runs_a_scene_runs_its_code_if_trusted(words: str, folder: Path):
     (folder / "ran").unlink(missing_ok=True)
-    refused = run(folder, *words.split())
+    refused = command_line.run(*words.split(), folder=folder)
     assert (refused.returncode, refused.stderr.count("\n")) == (2, 1), refused.stderr
     assert "--trust" in refused.stderr
     assert not (folder / "ran").exists()
-    done = run(folder, *words.split(), "--trust")
+    done = command_line.run(*words.split(), "--trust", folder=folder)
     assert done.returncode == 0, done.stderr
     assert (folder / "ran").exists()
 
@@ -74,7 +71,7 @@ def test_a_command_that_runs_a_scene_runs_its_code_if_trusted(words: str, folder
 @pytest.mark.parametrize("words", SHOW)
 def test_a_command_that_shows_a_scene_runs_none_of_its_code(words: str, folder: Path):
     (folder / "ran").unlink(missing_ok=True)
-    done = run(folder, *words.split())
+    done = command_line.run(*words.split(), folder=folder)
     assert done.returncode == 0, done.stderr
     assert not (folder / "ran").exists()
 

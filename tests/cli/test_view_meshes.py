@@ -7,6 +7,8 @@ import pytest
 import osim_models as small
 from command_line import run
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 OBJ = "v 0 0 0\nv 0.1 0 0\nv 0 0.2 0\nv 0 0 0.3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 

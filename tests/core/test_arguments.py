@@ -236,8 +236,10 @@ NAMES = tuple(cases(Path()))
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("name", NAMES)
 def test_strange_arguments_are_taken_or_refused_in_one_line_that_names_them(
-    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ):
+    if name.startswith("Stages."):  # whose kernels run once
+        request.getfixturevalue("unoptimized_test")
     monkeypatch.chdir(folder)
     case = cases(folder)[name]
     for argument, value in strange(case):

@@ -19,7 +19,18 @@ from warpmuscle.core.limits import LIMITS, check_size
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.meshes.read import read_mesh
 from warpmuscle.optimization.optimize import optimize
-from warpmuscle.scene import Body, Constraint, Ligament, Muscle, MuscleModel, Scene, Terrain, ViaPoint
+from warpmuscle.scene import (
+    BallObject,
+    Body,
+    Constraint,
+    Ligament,
+    Muscle,
+    MuscleModel,
+    Scene,
+    Terrain,
+    Treadmill,
+    ViaPoint,
+)
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.terrain.tiles import HeightField, Rough
 from warpmuscle.scene.validation.scene import check_scene
@@ -44,6 +55,10 @@ def changed(change: Callable[[Scene], None]) -> Callable[[Path], object]:
         check_scene(scene)
 
     return check
+
+
+def long_profile() -> Treadmill:
+    return Treadmill(profile=[(0.1 * k, 1.0) for k in range(1001)])
 
 
 def on_tile(tile: HeightField | Rough) -> Callable[[Scene], None]:
@@ -169,6 +184,8 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "knots": ("character.muscles.HFL.curve_shape.x", changed(long_ligament)),
     "parameters": ("", changed(many_parameters)),
     "heights": ("ground.terrain.tiles.0.points", changed(on_tile(HeightField(points=(2**20, 3), packed="eA==")))),
+    "profile": ("ground.treadmill.profile", changed(lambda scene: setattr(scene.ground, "treadmill", long_profile()))),
+    "solids": ("objects", changed(lambda scene: setattr(scene, "objects", {str(k): BallObject() for k in range(17)}))),
     "tiles": ("ground.terrain.tiles.0", changed(on_tile(Rough(count=(9_000, 9_000))))),
     "steps": ("duration", changed(lambda scene: setattr(scene, "duration", 1e9))),
     "steps, tiny": ("duration", changed(lambda scene: setattr(scene, "time_step", 1e-11))),

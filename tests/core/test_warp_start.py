@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.core.warp_start import NO_DRIVER, _without
+from warpmuscle.core.warp_start import FOLDERS, NO_DRIVER, _absolute_folders, _without
 
 USES = {
     "a rollout": "import warpmuscle as wm; wm.Rollout(wm.load('fwalk'), 1, 'cpu').run(0.01)",
@@ -54,8 +54,21 @@ def test_warp_starts_where_there_is_no_error_stream(tmp_path: Path):
     assert done.stdout == "there\n"
 
 
-@pytest.mark.parametrize("name", ["XDG_CACHE_HOME", "WARP_CACHE_PATH"])
+@pytest.mark.parametrize("name", FOLDERS)
 @pytest.mark.parametrize("folder", ["", ".", "kernels", "./kernels", "~/kernels"])
+def test_warp_does_not_see_folders_that_are_not_given_from_the_root_on(
+    name: str, folder: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv(name, folder)
+    with _absolute_folders():
+        assert name not in os.environ
+    assert os.environ[name] == folder
+    monkeypatch.setenv(name, "/kernels")
+    with _absolute_folders():
+        assert os.environ[name] == "/kernels"
+
+
+@pytest.mark.parametrize(("name", "folder"), [("XDG_CACHE_HOME", "kernels"), ("WARP_CACHE_PATH", "")])
 def test_kernels_are_not_compiled_into_the_current_folder(name: str, folder: str, tmp_path: Path):
     code = (
         "from warpmuscle.core.warp_start import start_warp as f; f(); import warp; print(warp.config.kernel_cache_dir)"

@@ -15,6 +15,8 @@ from typer.main import get_command
 from command_line import as_in_a_process
 from session import work_through
 from warpmuscle.cli.program import app
+from warpmuscle.core.decoding import to_type
+from warpmuscle.creatures.description import CreatureMuscle, Segment
 from warpmuscle.formats.schema import scene_schema
 from warpmuscle.scene import trusted_code
 from warpmuscle.studies import judge
@@ -87,7 +89,11 @@ def test_tools_that_pages_name_are_there():
 @pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=named)
 def test_tables_of_toml_are_parts_of_scenes(block: Block):
     table = tomllib.loads(block.text)
-    if not {"scene", "grid", "search"} & set(table):  # those of a sweep
+    if "segments" in table:  # those of a creature
+        for key, kind in (("segments", Segment), ("muscles", CreatureMuscle)):
+            for name, part in table.get(key, {}).items():
+                to_type(part, kind, f"{key}.{name}")
+    elif not {"scene", "grid", "search"} & set(table):  # those of a sweep
         SCHEMA.validate(table)
 
 

@@ -54,6 +54,7 @@ def test_scenes_without_code_walk(name: str, file: str, tmp_path: Path, monkeypa
     assert rollout.recording().com[-1, 2] > 5.0  # m forward
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_each_joint_is_held_by_gains_of_its_own(tmp_path: Path):
     write("gains", tmp_path)
     scene = load(tmp_path / "steady.toml")
@@ -71,6 +72,7 @@ def test_each_joint_is_held_by_gains_of_its_own(tmp_path: Path):
     assert np.all(np.diff(motion.controller_value[:, 0]) > 0.0)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_the_pendulum_is_held_where_its_controller_wants_it(tmp_path: Path):
     write("controller", tmp_path)
     scene = load(tmp_path / "hold.toml")
@@ -81,6 +83,7 @@ def test_the_pendulum_is_held_where_its_controller_wants_it(tmp_path: Path):
     assert rollout.state.coordinates.numpy()[0, 7] == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_the_arm_of_the_opensim_model_reaches_forward(tmp_path: Path):
     write("model", tmp_path)
     save(load(tmp_path / "arm.osim"), tmp_path / "arm.toml")

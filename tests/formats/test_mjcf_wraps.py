@@ -11,6 +11,8 @@ from warpmuscle.formats import mjcf
 from warpmuscle.scene import CylinderSurface, EllipsoidSurface, Scene, SphereSurface, Surface, ViaPoint, Wrap
 from warpmuscle.simulation.stages import Stages
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 TURN = (0.0, np.pi / 2.0, 0.0)  # z axis along the body's x axis
 SURFACES: dict[str, Surface] = {
     "cylinder": CylinderSurface("base", (0.0, 0.0, 0.0), 0.05, 0.4, orientation=TURN),

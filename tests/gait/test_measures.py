@@ -172,3 +172,12 @@ def test_a_scene_names_the_feet_and_bipeds_have_usual_names():
         measure(named, load("throw"))
     with pytest.raises(ArgumentError, match="no body is called 'lFoot'"):
         measure(recording)
+
+
+def test_a_leap_with_both_feet_at_once_has_no_cadence():
+    leap = walk(1.0, 0.1, 0.5, 2.0)
+    air = np.abs(leap.time - 1.2) < 0.3
+    leap = dataclasses.replace(leap, foot_force_left=footfalls(~air), foot_force_right=footfalls(~air))
+    gait = measure(leap, "left", "right")
+    assert gait.cadence is None
+    assert gait.speed_forward == pytest.approx(1.0)

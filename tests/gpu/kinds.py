@@ -11,16 +11,21 @@ from warpmuscle.formats import load
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import (
     Actuation,
+    BallObject,
     Body,
     BodyContact,
+    BoxObject,
     Controller,
     Displacement,
     Force,
+    Held,
     Joint,
     Motion,
     Scene,
     Terrain,
+    Treadmill,
     ViaPoint,
+    Water,
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
@@ -114,6 +119,30 @@ def on_bumps() -> Scene:
     scene = walk("walk56")
     patch = Patch((0.0, 0.5), (-0.5, 0.6), friction=0.3, stiffness=0.5)
     scene.ground.terrain = Terrain([Rough(height=0.01, spacing=0.1, patches=[patch])], yaw=0.3, x=0.1)
+    return scene
+
+
+def among_objects() -> Scene:
+    """A walk with a ball in the hand that is let go, and a box that the leg that swings meets."""
+    scene = walk("fwalk")
+    scene.objects = {
+        "ball": BallObject(mass=0.5, held=Held("rLowerarm", (-0.3, 0.0, 0.0), until=0.03)),
+        "box": BoxObject(size=(0.6, 0.5, 0.4), position=(0.0, 0.25, 0.5), velocity=(0.0, 0.0, -2.0)),
+    }
+    return scene
+
+
+def on_belts() -> Scene:
+    """A walk on muscles on two belts, whose speeds grow."""
+    scene = walk("walk56")
+    scene.ground.treadmill = Treadmill(speed=0.5, left=0.3, sideways=0.1, profile=[(0.0, 0.0), (0.05, 1.0)])
+    return scene
+
+
+def under_water() -> Scene:
+    """A walk on muscles in water to the hips."""
+    scene = walk("walk56")
+    scene.water = Water(level=0.9, current=0.2)
     return scene
 
 
@@ -260,6 +289,9 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "collisions": lambda _: colliding(),
     "touching": lambda _: touching(),
     "terrain": lambda _: on_bumps(),
+    "objects": lambda _: among_objects(),
+    "treadmill": lambda _: on_belts(),
+    "water": lambda _: under_water(),
     "objective": lambda _: judged(),
     "forces": lambda _: forced(),
     "slide": lambda _: sliding(),

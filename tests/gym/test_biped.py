@@ -16,6 +16,8 @@ from warpmuscle.gym import biped as environment
 from warpmuscle.gym.biped import BipedEnv, BipedVectorEnv
 from warpmuscle.scene import Actuation, Scene
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 STEPS = 10  # of the environment an episode
 
 

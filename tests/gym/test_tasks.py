@@ -104,6 +104,7 @@ def test_settings_beside_a_task_are_refused_in_one_line():
         BipedVectorEnv(1, scene(), "cpu").step(np.zeros(2))
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_the_space_of_actions_is_finite_and_reaches_as_far_as_actions_do_anything():
     box = BipedEnv(scene(), "cpu").action_space
     np.testing.assert_allclose([box.low[0], box.high[0]], [-0.25, 2.25], rtol=1e-6)  # clip(0.1 + 0.4 a, 0, 1)

@@ -50,7 +50,7 @@ def muscles() -> SimpleNamespace:
 
     row = {"f_max": drawn(200.0, 3000.0), "l_opt": drawn(0.04, 0.3), "v_max": drawn(6.0, 14.0)}
     row["slow_fibres"] = drawn(0.2, 0.8)
-    mass, over, speed = drawn(0.05, 1.5), drawn(0.6, 1.55), drawn(-0.9, 0.9)
+    mass, over, speed = drawn(0.05, 1.5), drawn(0.4, 1.6), drawn(-0.9, 0.9)
     does = {"activation": drawn(0.0, 1.0), "excitation": drawn(0.0, 1.0), "length": over * row["l_opt"]}
     does["speed"] = speed * row["l_opt"] * row["v_max"]
     given = filled(Muscles, model=LEE, row=row, mass=mass)
@@ -97,6 +97,10 @@ def test_efforts_and_passive_forces_are_their_formulas(muscles: SimpleNamespace)
     np.testing.assert_allclose(value_of("effort_cubed", m), m.activation**3, rtol=1e-5)
     passive = np.where(m.over > 1.0, np.expm1(4.0 * (m.over - 1.0) / 0.6) / np.expm1(4.0), 0.0)
     np.testing.assert_allclose(value_of("passive_force", m), m.f_max * passive, rtol=1e-3, atol=1e-2)
+    beyond = np.maximum(np.maximum(0.5 - m.over, m.over - 1.5), 0.0)
+    np.testing.assert_allclose(value_of("fibre_range", m), beyond**2, rtol=1e-3, atol=1e-6)
+    assert (beyond > 0.0).any()
+    assert (beyond == 0.0).any()
 
 
 # Terms of bodies and of the whole.

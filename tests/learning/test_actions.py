@@ -8,6 +8,8 @@ from warpmuscle import Rollout
 from warpmuscle.core.errors import SceneError
 from warpmuscle.learning import EpisodeBatch, Task, Variation
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 STILL = Variation(velocity_noise=0.0)
 
 

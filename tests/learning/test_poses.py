@@ -16,6 +16,8 @@ from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene import Scene
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 COUNT, KNEE = 400, 4 + 7  # instances, and the knee among coordinates of a fixed root, a ball joint and a hinge
 
 

@@ -89,6 +89,7 @@ def test_a_failure_costs_once_and_ends_the_episode():
     assert not batch.judge.gains.truncated.numpy().any()
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_wanted_pose_of_an_arm_is_rewarded_by_how_near_it_is():
     task = Task(
         actions="joint_targets", pose={"elbow": (0.3, 1.2)}, episode_time=0.5,

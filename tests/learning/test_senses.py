@@ -49,6 +49,7 @@ def test_nerves_tell_what_was_before_the_delay_also_where_that_lies_within_a_dec
             assert np.array_equal(seen[decision, columns], expected), (group, decision)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_muscles_tell_what_a_recording_says_of_them():
     batch = batch_of({name: Sense() for name in FELT})
     rollout = Rollout(

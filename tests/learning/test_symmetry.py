@@ -12,6 +12,8 @@ from warpmuscle.scene.joints.symmetry import QUATERNION, TURN, VECTOR, is_symmet
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 STILL = Variation(velocity_noise=0.0)
 SEEN = ("trunk", "trunk_speed", "head", "coordinates", "speeds", "foot_force", "activation", "fibre_length",
         "fibre_velocity", "tendon_force", "command", "action", "phase")  # fmt: skip

@@ -17,6 +17,8 @@ from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Profile, Rough
 from warpmuscle.scene.validation.scene import check_scene
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 HIGH = 0.5
 PLATEAU = Terrain([Profile([(-1.0, HIGH), (1.0, HIGH)])])
 

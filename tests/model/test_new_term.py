@@ -33,7 +33,7 @@ DECLARED = ', "whole", memory=1, stage="accelerations", sign="earned"),'
 TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "whole"),'
 PROGRAM = """
 import warp as wp
-wp.config.optimization_level = 0
+wp.config.optimization_level, wp.config.use_precompiled_headers = 0, False  # for a single kernel
 import warpmuscle as wm
 scene = wm.load("fwalk")
 scene.duration, scene.objective.torque, scene.objective.altitude = 0.1, 0.0, 2.0

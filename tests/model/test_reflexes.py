@@ -120,6 +120,7 @@ def test_reflexes_walk(name: str):
     assert 1.1 < speed < 1.5
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_spastic_muscles_add_what_they_feel_to_what_torques_ask_for():
     """Until muscles hear of it, the motion is that without: what is wanted of them differs by the reflex alone."""
     gain, threshold, delay = 0.8, 0.02, 0.03

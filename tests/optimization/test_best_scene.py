@@ -13,6 +13,8 @@ from warpmuscle.results.records import Result
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, start_values
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 @pytest.fixture(scope="module")
 def result() -> Result:

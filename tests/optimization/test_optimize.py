@@ -266,6 +266,7 @@ def test_scale_of_a_parameter_is_searched_stored_and_written(scene):
     assert toml.loads(result.scene) == short
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_free_weight_that_starts_at_zero_is_a_term_in_every_batch():
     small = sound_scene()
     small.duration, small.objective.speed = 0.05, Free(0.0, 0.0, 1.0)

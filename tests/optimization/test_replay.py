@@ -13,6 +13,8 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 class BusyDevice:
     """Stands for a GPU, on which one waits for results while other things can be done."""

@@ -104,6 +104,7 @@ def test_ways_of_counting_that_there_are_not_are_named():
         check_scene(scene)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_the_objective_counts_as_the_measures_do():
     """Over the whole of a walk the cost of transport of the objective is that of what the recording shows."""
     _, scene = human_walk()

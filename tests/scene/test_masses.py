@@ -110,6 +110,7 @@ def test_a_tension_that_no_muscle_has_is_named(own: bool, tension):
     assert caught.value.key == f"{'character.muscles.extensor' if own else 'muscle_model'}.specific_tension"
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_tension_may_be_free_and_changes_the_energy_of_each_instance_but_no_motion():
     pulling = {"excitation": constant(0.6)}
     scene = arm("hinge", pulling, duration=0.2, objective=Objective(metabolic=1.0, basal_rate=0.0))

@@ -145,6 +145,7 @@ def test_the_bound_on_the_speed_of_the_body_is_the_scenes_own():
     assert rollout.status().tolist() == [Status.DIVERGED]
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_term_that_gives_no_number_is_not_counted_as_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "their_nan.py").write_text(
         "import warp as wp\n"

@@ -14,6 +14,8 @@ from warpmuscle.results.motion_layout import load_recordings, put_motions
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 NAME = "recorded_by_others"
 MODULE = '''"""What is recorded besides."""
 

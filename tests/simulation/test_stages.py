@@ -15,6 +15,8 @@ from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 @pytest.fixture(scope="module")
 def walk() -> Recording:

@@ -87,6 +87,7 @@ def test_a_policy_in_torch_reads_the_state_and_drives_the_batch_without_copies()
     np.testing.assert_array_equal(speeds.numpy(), rollout.state.speeds.numpy())
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_what_is_given_holds_for_its_steps_only():
     rollout, plain = batch(2), batch(2)
     rollout.step(EVERY, excitations=np.full((1, 3), 0.9), torques=np.full((1, 4), 5.0))
@@ -190,6 +191,7 @@ def test_a_mask_of_all_is_a_reset_and_noise_goes_with_a_mask():
     assert rollout.end_time().tolist() == [0.01] * 3
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_batch_over_several_devices_takes_steps_and_masks_alike():
     signal, mask = excitations(7), np.arange(7) % 3 == 0
     one, split = batch(7), MultiDeviceRollout(scene(), 7, ["cpu"] * 2)

@@ -44,6 +44,7 @@ def paths(scene: Scene, count: int = 400) -> MusclePaths:
     return stages.muscle_paths()
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_fitted_polynomials_have_the_lengths_and_moment_arms_of_the_paths():
     scene = wrapped_leg()
     fitted, fits = fit_paths(scene)

@@ -19,6 +19,8 @@ from warpmuscle.throw.motion import resample
 from warpmuscle.throw.recordings.arm_motions import motion_of
 from warpmuscle.throw.signals import computed_activation, to_activation
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 ANGLES = np.radians([[s, e, w] for s in (0, 30, 75, 120, 150) for e in (10, 45, 75, 110) for w in (-40, 0, 40)])
 
 

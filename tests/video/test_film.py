@@ -11,7 +11,7 @@ from PIL import Image
 from muscle_arm import arm
 from small_result import arm_motion, walk_result, walk_scene
 from warpmuscle.core.errors import Error
-from warpmuscle.scene import Force, Ground, Terrain
+from warpmuscle.scene import BallObject, BoxObject, Force, Ground, Terrain, Water
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Stairs
 from warpmuscle.video import Film, Look, films_beside, make_film, write
@@ -187,6 +187,18 @@ def test_ground_that_is_not_flat_is_drawn_in_faces_darker_where_they_stand_steep
     assert np.isfinite(faces).all()
     assert 0.0 <= colors.min() < 0.8
     assert colors.max() <= 1.0
+
+
+def test_objects_and_water_are_in_the_film_but_do_not_move_its_camera(film):
+    objects = {"far": BallObject(position=(0.0, 0.5, 30.0)), "box": BoxObject(position=(0.6, 0.3, 1.0))}
+    scene = msgspec.structs.replace(walk_scene(), objects=objects, water=Water(level=0.6))
+    motion = walk_result().replays[0].window(1.0, 2.0)
+    wet = make_film(motion, scene, Look(**SMALL, rate=10.0))
+    np.testing.assert_allclose(wet.bounds, film.bounds)
+    assert wet.capsule_ends.shape[1] == film.capsule_ends.shape[1] + 1
+    np.testing.assert_allclose(wet.box_corners[:, -1].mean(axis=1), [[0.6, 0.3, 1.0]] * len(wet.time), atol=1e-6)
+    dry, under = Painter(film).frame(0).astype(int), Painter(wet).frame(0).astype(int)
+    assert (under[-20:, :, 2] - under[-20:, :, 0]).mean() > (dry[-20:, :, 2] - dry[-20:, :, 0]).mean() + 10
 
 
 def test_devices_are_drawn_on_the_bodies_that_carry_them():

@@ -23,6 +23,8 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.track import Track, track_of
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 SURFACES: dict[str, Surface] = {
     "cylinder": CylinderSurface("base", (0.0, 0.0, 0.0), 0.05, 0.4, orientation=(0.0, np.pi / 2.0, 0.0)),
     "sphere": SphereSurface("base", (0.0, 0.0, 0.0), 0.05),

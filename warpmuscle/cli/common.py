@@ -171,7 +171,7 @@ def with_commands(scene: Scene, commands: list[str]) -> Scene:
             raise Error(f"--command {text!r}: {value!r} is not a number") from None
         if not one.min <= number <= one.max:
             raise Error(f"--command {text!r}: {name} is {one.min:g} to {one.max:g} {one.unit}".rstrip())
-        asked[name] = msgspec.structs.replace(one, value=number)
+        asked[name] = msgspec.structs.replace(one, value=number, over=[])
     return msgspec.structs.replace(scene, commands=asked)
 
 

@@ -169,7 +169,7 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
 
     if scene.feet is None or recording.frames == 0:
         return None
-    gait = measure(recording, *scene.feet)
+    gait = measure(recording, scene)
     text = f"speed {gait.speed_forward:.3f} m/s"
     if gait.step_length is not None and gait.cadence is not None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"

@@ -13,6 +13,8 @@ import typer
 from typer.models import CommandInfo
 
 from warpmuscle.cli.arm_angles import arm_angles
+from warpmuscle.cli.bodies import creature
+from warpmuscle.cli.bodies.scale import scale
 from warpmuscle.cli.console import marked, out
 from warpmuscle.cli.ending import run_to_end
 from warpmuscle.cli.gaits import gait, robustness
@@ -43,9 +45,9 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, join, study, adaptation, apply, report, gait, robustness, judge,
-    view, plot, video, export, fit_muscles, fit_paths, convert, arm_angles, inverse, compile, example, schema,
+    view, plot, video, export, fit_muscles, fit_paths, scale, convert, arm_angles, inverse, compile, example, schema,
 )  # fmt: skip
-GROUPS = {"synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
+GROUPS = {"creature": creature, "synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}
 for command in COMMANDS:
     app.command(command.__name__.replace("_", "-"))(command)

@@ -35,6 +35,8 @@ LIMITS: dict[str, Limit] = {
     "muscles": Limit(5_000, "muscles", "of a character"),
     "knots": Limit(1_000, "knots", "of a ligament's function, which are asked one after the other"),
     "heights": Limit(2**20, "points", "of the height fields of a scene, each: megabytes of text in it"),
+    "profile": Limit(1_000, "points", "of a treadmill's profile, which are asked one after the other"),
+    "solids": Limit(16, "objects", "of a scene, which a step moves one after the other"),
     "tiles": Limit(2**24, "points", "of all tiles of a scene together, which a device keeps"),
     "parameters": Limit(2_000, "free parameters", "of a search: CMA-ES takes their cube in time"),
     "steps": Limit(10**7, "steps", "of a simulation, duration / time_step: minutes even if it is alone"),

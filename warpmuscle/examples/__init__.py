@@ -113,6 +113,10 @@ EXAMPLES = {
         "a task of one's own: points to come to, rewards, what is observed, ends, starts and a curriculum",
         shipped("reaching.toml", "fetch.toml", "fetch.py"),
     ),
+    "creatures": Example(
+        "animals as short descriptions, of which `warpmuscle creature build` makes scenes",
+        shipped(*(f"{name}.toml" for name in ("kangaroo", "ostrich", "pony", "walker"))),
+    ),
     "terrain": Example(
         "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",
         shipped("climb.py", "climb.toml"),

@@ -82,6 +82,12 @@ def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
     scene = substitute(scene, start_values(scene))
     if scene.ground.terrain is not None:
         raise SceneError("MJCF files have the plane of the ground alone; leave terrain out", "ground.terrain")
+    if scene.ground.treadmill is not None:
+        raise SceneError("MJCF files have ground that stands still; leave the treadmill out", "ground.treadmill")
+    if scene.water is not None:
+        raise SceneError("MJCF files are written without water; leave it out", "water")
+    if scene.objects:
+        raise SceneError("MJCF files are written without objects; leave them out", "objects")
     model = Element("mujoco", model=scene.name)
     SubElement(model, "compiler", angle="radian", autolimits="true")
     world_of = _WORLDS[up]

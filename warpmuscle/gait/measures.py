@@ -13,6 +13,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.pose import about, conjugate, rotate, twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
+from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -68,7 +69,8 @@ def measure(
 
     Args:
         recording: at least one frame; a frame interval of some 10 ms or less.
-        left_foot: name of the left foot's body, or the scene, whose `character.feet` names both.
+        left_foot: name of the left foot's body, or the scene, whose `character.feet` names both, and on whose treadmill
+            places are relative to the belts.
         right_foot: name of the right foot's body.
         start: begin of the window, s, so as to skip the transient. If fewer than three landings follow, the window
             begins after a quarter of the recording.
@@ -82,6 +84,7 @@ def measure(
     """
     recording = demanding(as_kind(Recording, recording, "recording"), "this recording")
     if isinstance(left_foot, Scene):
+        recording = over_belts(recording, left_foot)
         left_foot, right_foot = feet_of(left_foot)
     start = as_number(start, "start")
     for name, foot in (("left_foot", left_foot), ("right_foot", right_foot)):
@@ -113,9 +116,16 @@ def measure(
         steps=len(steps),
         step_length=_mean(steps[:, 0]),
         step_width=_mean(steps[:, 1]),
-        cadence=60.0 * (len(times) - 1) / float(times[-1] - times[0]) if len(times) > 1 else None,
+        cadence=_cadence(times),
         heading_drift=float(turned[-1] - turned[steady][0]),
     )
+
+
+def _cadence(times: Floats) -> float | None:
+    """Steps a minute between landings at times (n,), s; None where there are no two, or both feet land at once."""
+    if len(times) < 2 or times[-1] == times[0]:
+        return None
+    return 60.0 * (len(times) - 1) / float(times[-1] - times[0])
 
 
 def heading(recording: Recording) -> Floats:

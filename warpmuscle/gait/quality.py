@@ -31,6 +31,7 @@ from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length,
 from warpmuscle.gait.measures import feet_of, heading, measure
 from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spent, trembling
 from warpmuscle.gait.muscle_timing import muscle_timing
+from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.gait.penetration import penetration
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -65,6 +66,7 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
     Raises:
         Error: no legs, or no whole gait cycle.
     """
+    recording = over_belts(recording, scene)
     cycles = steady_strides(recording, scene)
     gait = measure(recording, *feet_of(scene))
     steady = recording.window(gait.start)

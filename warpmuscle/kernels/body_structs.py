@@ -158,6 +158,17 @@ class Ground:
 
 
 @wp.struct
+class Belts:
+    """How the ground moves along itself, see `contact/belts.py`."""
+
+    left: float  # m/s, backwards, to the left of the line between both
+    right: float  # m/s
+    sideways: float  # m/s, to the left, of both
+    split: float  # m, x of the line between both
+    start: float  # s, when the profile of their speeds begins
+
+
+@wp.struct
 class SoftConstraint:
     """How contacts give and bounce that are constraints, see `soft_constraint.py`."""
 
@@ -194,6 +205,8 @@ class Contacts:
     material: wp.array2d[ContactMaterial]  # (rows, points) of Hunt-Crossley contact
     soft: wp.array2d[SoftConstraint]  # (rows, 1) of contacts that are constraints
     terrain: Terrain  # over the plane
+    belts: wp.array2d[Belts]  # (rows, 1); only kernels whose ground moves read this and the next one
+    belt_profile: wp.array2d[wp.vec2]  # (rows, knots) time, s, and what their speeds are multiplied by
 
 
 @wp.struct

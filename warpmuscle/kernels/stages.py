@@ -100,7 +100,7 @@ def controller_torques(controller: ControllerKind = NO_CONTROLLER) -> Any:
     """
     control_stage, extension_struct = control_stage_of(controller), controller.extension
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], extension: extension_struct,
@@ -120,15 +120,15 @@ def controller_torques(controller: ControllerKind = NO_CONTROLLER) -> Any:
 
 
 @cache
-def contact_forces_of(law: int = SPRING, terrain: int = FLAT) -> Any:
+def contact_forces_of(law: int = SPRING, terrain: int = FLAT, moves: bool = False) -> Any:
     """The kernel (model, state, workspace, force, moment, a, b, c) of contacts with the ground by a law.
 
     Contact force on every body, N, and its moment about the body's centre of mass, N m, at the present velocity; and
     the tensors of `contact.ContactSum`, by which both become less as the body accelerates over a step.
     """
-    contacts_of_body = body_contacts_of(law, terrain)
+    contacts_of_body = body_contacts_of(law, terrain, moves)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float],
@@ -140,7 +140,7 @@ def contact_forces_of(law: int = SPRING, terrain: int = FLAT) -> Any:
         work = work_of(i, model, workspace)
         kinematics_stage(i, 0, 1, model, state, work)
         for body in range(model.body_count):
-            total = contacts_of_body(i, body, model, work)
+            total = contacts_of_body(i, body, state.step[i], model, work)
             force[i, body] = total.force
             a[i, body] = full(total.a)
             b[i, body] = total.b
@@ -198,7 +198,7 @@ def muscle_paths_of(kind: PathKind = PathKind()) -> Any:  # noqa: B008, immutabl
     """
     stretch_all = stretch_all_of(kind)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float],
@@ -222,7 +222,7 @@ def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER)
     """
     muscle_stage, extension_struct = muscle_stage_of(kind, controller=controller), controller.extension
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], extension: extension_struct,
@@ -264,7 +264,7 @@ def forward_dynamics_of(followed: int = 0, constraints: int = 0) -> Any:
     own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints))
     accelerate, views = own.acceleration, own.work_at
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False})
     def forward_dynamics(
         # in
         model: Model, state: State, workspace: wp.array2d[float], torque: wp.array2d[wp.vec3],

@@ -93,7 +93,8 @@ def module_options(block_dim: int) -> dict[str, Any]:
         "-march=native -ffp-contract=fast -mllvm=-inline-threshold=100000 -mllvm=-inline-cold-callsite-threshold=100000"
     )
     # On a GPU, division and square root to 2 units in the last place: see tools/gpu_agreement.py for what that does.
-    return {"block_dim": block_dim, "max_unroll": 1, "fast_math": True, "cpu_compiler_flags": flags}
+    loops = {"enable_backward": False, "max_unroll": 1}
+    return {**loops, "block_dim": block_dim, "fast_math": True, "cpu_compiler_flags": flags}
 
 
 def registers_of(muscles: MuscleKind | None) -> int:

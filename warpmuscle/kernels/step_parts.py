@@ -11,6 +11,7 @@ import warp as wp
 from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.contact.belts import mean_velocity, record_belts
 from warpmuscle.kernels.contact.collision import collision_stage_of
 from warpmuscle.kernels.contact.gait_cycle import advance_cycles
 from warpmuscle.kernels.contact.ground_plane import above_ground
@@ -24,6 +25,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
+from warpmuscle.kernels.object_structs import RECORDED
 from warpmuscle.kernels.objective.conditions import failing_stage_of
 from warpmuscle.kernels.objective.failure import (
     begin_step_of,
@@ -40,6 +42,8 @@ from warpmuscle.kernels.objective.term_sums import (
     muscle_functions,
     objective_stage_of,
 )
+from warpmuscle.kernels.objects.record import record_objects_of
+from warpmuscle.kernels.objects.stage import objects_stage_of
 from warpmuscle.kernels.recording.record import RecordKind, own_recorder_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.structs import (
     LEFT,
@@ -53,6 +57,7 @@ from warpmuscle.kernels.structs import (
     rolled,
     set_component,
 )
+from warpmuscle.kernels.water.stage import water_stage_of
 
 # The stages of a step, in order, as they are timed.
 STAGES = (
@@ -128,6 +133,7 @@ def place_of(kind: StepKind, lap: Any) -> Any:
     touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.across
     collision_stage = collision_stage_of(kind.collisions)
     above = above_ground if kind.skeleton.terrain == FLAT else above_terrain
+    moves = kind.skeleton.moves
     begin_step, posture_status = begin_step_of(above), posture_status_of(above)
 
     @wp.func(inline=True)
@@ -136,6 +142,11 @@ def place_of(kind: StepKind, lap: Any) -> Any:
     ) -> int:
         kinematics_stage(instance, lane, lanes, model, state, work)
         if lane == 0:
+            if wp.static(moves):
+                ground = mean_velocity(instance, step, model)
+                work.center[1] = work.center[1] - ground
+                if wp.static(progress):
+                    state.passed[instance] = state.passed[instance] + ground * model.time_step
             begin_step(instance, step, model, state, work)
             if wp.static(touching):
                 begin_looking(step, model, work)
@@ -207,7 +218,12 @@ def account_of(kind: StepKind, lap: Any) -> Any:
     record_controller, recalled = record_controller_of(kind.controller), whole and kind.controller.recorded
     record_own, own, extensions_struct = own_recorder_of(kind.recorded, False), bool(kind.recorded.own), kind.extensions
     record_powers, devices = record_powers_of(kind.forces), whole and any(force.device for force in kind.forces)
-    first_power = sum(3 if one.vector else 1 for one in kind.recorded.own)
+    first_object = sum(3 if one.vector else 1 for one in kind.recorded.own)
+    objects = sum(force.objects.count for force in kind.forces if force.objects)
+    first_belt, tracked = first_object + RECORDED * objects, whole and objects > 0
+    belts = whole and kind.skeleton.moves
+    first_power = first_belt + (2 if kind.skeleton.moves else 0)
+    record_objects = record_objects_of(kind.forces) if tracked else record_powers
 
     @wp.func(inline=True)
     def account(
@@ -230,6 +246,12 @@ def account_of(kind: StepKind, lap: Any) -> Any:
                 record_controller(instance, frame, state, record, extensions.first)
         if wp.static(own) and lane == 0:
             record_own(instance, frame, model, state, record, work)
+        if wp.static(tracked):  # noqa: SIM102, as above
+            if lane == 0 and frame >= 0:
+                record_objects(instance, frame, wp.static(first_object), model, state, record, work, extensions.rest)
+        if wp.static(belts):  # noqa: SIM102, as above
+            if lane == 0 and frame >= 0:
+                record_belts(instance, step, record.slot[instance], frame, wp.static(first_belt), model, record)
         if wp.static(devices):  # noqa: SIM102, as above
             if lane == 0 and frame >= 0:
                 row = record.slot[instance]
@@ -250,6 +272,10 @@ def move_of(kind: StepKind, lap: Any) -> Any:
     touching = any(force.touch for force in kind.forces)
     body_forces_stage = body_forces_stage_of(kind.forces)
     touching_stage = touching_stage_of(kind.forces) if touching else body_forces_stage
+    with_objects = any(force.objects for force in kind.forces)
+    objects_stage = objects_stage_of(kind.forces) if with_objects else body_forces_stage
+    under_water = any(force.water for force in kind.forces)
+    water_stage = water_stage_of(kind.forces) if under_water else body_forces_stage
     record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
     accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
     record_accelerated, seen = own_recorder_of(kind.recorded, True), kind.recorded.accelerated
@@ -269,6 +295,10 @@ def move_of(kind: StepKind, lap: Any) -> Any:
             body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
         if wp.static(touching):
             touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
+        if wp.static(under_water):
+            water_stage(instance, lane, lanes, model, work, extensions.rest)
+        if wp.static(with_objects):
+            objects_stage(instance, lane, lanes, model, state, work, extensions.rest)
         lap(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)

@@ -11,6 +11,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric
+from warpmuscle.kernels.body_structs import Belts as Belts
 from warpmuscle.kernels.body_structs import BodyPlan as BodyPlan
 from warpmuscle.kernels.body_structs import BodyRow as BodyRow
 from warpmuscle.kernels.body_structs import Collisions as Collisions

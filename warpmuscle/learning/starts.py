@@ -99,7 +99,7 @@ def own_gait(rollout: Rollout, count: int, after: float, every: int, recorded: f
         recorded: s, of the motion.
     """
     scene = rollout.scene
-    level = {name: msgspec.structs.replace(command, value=None) for name, command in scene.commands.items()}
+    level = {name: msgspec.structs.replace(command, value=None, over=[]) for name, command in scene.commands.items()}
     duration = max(recorded, scene.duration if count else 0.0)
     lasting = msgspec.structs.replace(scene, duration=duration, commands=level)
     donor = Rollout(lasting, 1, str(rollout.device), record=[0] if recorded else ())

@@ -17,6 +17,7 @@ from warpmuscle.kernels.contact.hunt_crossley import MARGIN
 from warpmuscle.kernels.memory.scratch import capacity_of, slots_of
 from warpmuscle.model.joints import joint_number, root_number
 from warpmuscle.model.terrain.bank import terrain_struct
+from warpmuscle.model.terrain.belts import belt_arrays
 from warpmuscle.scene import Box, ContactMaterial, Ground, Joint, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.joints import joint_type
@@ -166,6 +167,8 @@ def contacts_struct(scene: Scene, names: Topology, device: Any) -> tuple[structs
     columns = {field: rows([getattr(ground, field)]) for field in structs.Ground.vars}
     c.ground = structs_to_device(structs.Ground, columns, device)
     c.terrain = terrain_struct(ground, device)
+    if ground.treadmill is not None:
+        c.belts, c.belt_profile = belt_arrays(ground.treadmill, device)
     return c, start
 
 

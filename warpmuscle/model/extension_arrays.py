@@ -11,7 +11,9 @@ from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels.step import extensions_of
 from warpmuscle.model.body_contact import ShapePair, contact_parameters
 from warpmuscle.model.controllers.declared import own_parameters, parameters_of
+from warpmuscle.model.objects.arrays import put_numbers, put_places
 from warpmuscle.model.structure import Structure
+from warpmuscle.model.water.arrays import put_water
 from warpmuscle.scene import Scene
 
 
@@ -23,7 +25,9 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
         s.first.memory = wp.zeros((instances, 1, floats), dtype=float, device=device)
     part = s.rest
     for entries in structure.forces:
-        if entries.kind.touch is not None:
+        if entries.objects is not None:
+            put_places(part.first, entries.objects, instances, device)
+        elif entries.kind.touch is not None:
             part.first.first, part.first.second = (
                 to_device(bodies, int, device) for bodies in zip(*entries.ends, strict=True)
             )
@@ -54,11 +58,16 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
             _put(own, struct, list(own_parameters(scene, place, names, struct)), device, place)
     part = extensions.rest
     for entries in structure.forces:
-        given: list[Mapping[str, Any]] = [
-            contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters
-            for name in entries.names
-        ]
-        _put(part.first, entries.kind.parameters, given, device)
+        if entries.objects is not None:
+            put_numbers(part.first, scene, structure.names, device)
+        elif entries.kind.water:
+            put_water(part.first, scene, structure.names, device)
+        else:
+            given: list[Mapping[str, Any]] = [
+                contact_parameters(scene, name) if isinstance(name, ShapePair) else scene.forces[name].parameters
+                for name in entries.names
+            ]
+            _put(part.first, entries.kind.parameters, given, device)
         part = part.rest
 
 

@@ -13,7 +13,9 @@ from warpmuscle.kernels.force.devices import FORCES
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
 from warpmuscle.model.extensions import BODY, check_declaration
+from warpmuscle.model.objects.arrays import ObjectPlaces, object_places, objects_kind
 from warpmuscle.model.user_functions import declared
+from warpmuscle.model.water.arrays import part_starts
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.forces import check_leg, check_place, check_values
@@ -31,6 +33,7 @@ class ForceEntries:
     other: tuple[int, ...] = ()  # of each between two bodies: the other one
     second: tuple[int, ...] = ()  # 1 if it acts on the second of both
     ends: tuple[tuple[int, int], ...] = ()  # both bodies of each pair that may touch
+    objects: ObjectPlaces | None = None  # beside the character, where these are they
 
     @property
     def devices(self) -> tuple[str, ...]:
@@ -64,7 +67,19 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
         else:
             acting += _both_ways(name, body, names.bodies.index(force.other_body))
     entries = [_entries(kind, acting, names) for kind, acting in found.items()]
-    return (*entries, *_touching(scene, names))
+    return (*entries, *_touching(scene, names), *_objects(scene, names), *_water(scene, names))
+
+
+def _water(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
+    """The water that bodies are in, where a scene has some."""
+    if scene.water is not None:
+        yield ForceEntries(ForceKind(water=True, shipped=True), (), part_starts(scene, names))
+
+
+def _objects(scene: Scene, names: Topology) -> Iterator[ForceEntries]:
+    """The objects of a scene, where it has some."""
+    if scene.objects:
+        yield ForceEntries(objects_kind(scene), tuple(scene.objects), objects=object_places(scene, names))
 
 
 def _touching(scene: Scene, names: Topology) -> Iterator[ForceEntries]:

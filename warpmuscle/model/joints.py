@@ -49,7 +49,7 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
     turned = any(map(has_turned_axes, character.bodies.values()))
     return SkeletonKind(
         joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground),
-        any(map(resists, character.joints.values())),
+        any(map(resists, character.joints.values())), ground.treadmill is not None,
     )  # fmt: skip
 
 

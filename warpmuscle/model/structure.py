@@ -19,7 +19,9 @@ from warpmuscle.model.parts import OwnParts, own_parts
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
 from warpmuscle.scene import Scene
 from warpmuscle.scene.force import power_name
+from warpmuscle.scene.objects.motion import QUANTITIES, object_quantities
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
+from warpmuscle.scene.treadmill.way import BELTS
 
 
 @dataclass(frozen=True)
@@ -49,14 +51,23 @@ class Structure:
         return tuple(name for entries in self.forces for name in entries.devices)
 
     @property
+    def objects(self) -> tuple[str, ...]:
+        """Names of the objects beside the character."""
+        return tuple(str(name) for entries in self.forces if entries.kind.objects for name in entries.names)
+
+    @property
     def recorded_names(self) -> tuple[str, ...]:
-        """Of the numbers that are recorded of what only some scenes have: their own quantities, powers of devices."""
-        return (*self.parts.recorded_names, *map(power_name, self.devices))
+        """Of the numbers that are recorded of what only some scenes have: their own quantities, objects, devices."""
+        objects = (quantity for name in self.objects for quantity in object_quantities(name))
+        belts = BELTS if self.skeleton.moves else ()
+        return (*self.parts.recorded_names, *objects, *belts, *map(power_name, self.devices))
 
     @property
     def recorded_units(self) -> tuple[str, ...]:
         """The unit of each."""
-        return (*self.parts.recorded_units, *("W" for _ in self.devices))
+        objects = (unit for _ in self.objects for _, unit in QUANTITIES)
+        belts = ("m/s",) * len(BELTS) if self.skeleton.moves else ()
+        return (*self.parts.recorded_units, *objects, *belts, *("W" for _ in self.devices))
 
 
 def structure_of(scene: Scene) -> Structure:

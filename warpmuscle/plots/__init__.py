@@ -45,6 +45,7 @@ __all__ = ["KINDS", "Absent", "Choices", "Kind", "Subject", "check_kind", "draw"
 
 Source = Result | Recording | str | Path
 DATASET = "dataset:"  # before the path of a dataset, in place of a kind
+RECORDED = "objects.", "ground.treadmill."  # what names of quantities begin with that motions have curves of
 
 
 class Kind(NamedTuple):
@@ -155,7 +156,7 @@ def draw_over(subjects: Sequence[Subject], kind: str) -> Any:
 
 def check_kind(kind: str) -> None:
     """Raise Error, which lists what there is, for an unknown kind."""
-    if kind not in KINDS and not kind.startswith(DATASET):
+    if kind not in KINDS and not kind.startswith((DATASET, *RECORDED)):
         raise Error(f"no figure is called {kind!r}{near(kind, KINDS)}; there are {', '.join(KINDS)}, {DATASET}/PATH")
 
 

@@ -37,7 +37,7 @@ def draw(subject: Subject, name: str) -> Any:
 
 
 def curve_names(subject: Subject) -> list[str]:
-    """Names of all curves of a motion: over the gait cycle, degrees of freedom, muscles."""
+    """Names of all curves of a motion: over the gait cycle, degrees of freedom, muscles, and what else is recorded."""
     cyclic = gait_curves(subject.recording, subject.scene, subject.strides) if subject.walks else {}
     return list(dict.fromkeys([*cyclic, *(title for title, _, _ in _over_time(subject))]))
 
@@ -77,6 +77,8 @@ def _over_time(subject: Subject) -> Iterator[tuple[str, str, dict[str, Floats]]]
         yield degree.name, "deg" if turns else degree.unit, {"": np.degrees(degree.values) if turns else degree.values}
     for k, muscle in enumerate(recording.muscle_names):
         yield muscle, "activation", {"": recording.muscle_activation[:, k]}
+    for k, (name, unit) in enumerate(zip(recording.recorded_names, recording.recorded_units, strict=True)):
+        yield name, unit, {"": recording.recorded[:, k]}
 
 
 def _lines(subject: Subject, title: str, unit: str, lines: dict[str, Floats]) -> Any:

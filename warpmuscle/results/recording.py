@@ -110,7 +110,10 @@ class Recording:
     )  # fmt: skip
     com: Floats = quantity("m", _VECTOR, "centre of mass of the whole body, world", lambda raw: raw["com"][:, 0])
     com_velocity: Floats = quantity(
-        "m/s", _VECTOR, "velocity of the centre of mass of the whole body, world", lambda raw: raw["com"][:, 1]
+        "m/s",
+        _VECTOR,
+        "velocity of the centre of mass of the whole body, world; on a treadmill relative to its belts",
+        lambda raw: raw["com"][:, 1],
     )
     foot_force_left: Floats = quantity(
         "N", _VECTOR, "ground force on the left foot, of the step that ended at this time",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
+import numpy as np
+
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 from warpmuscle.scene.simbicon.controller import Simbicon
@@ -43,10 +45,19 @@ class Command(Part):
     min: float
     max: float
     value: float | None = None  # what is asked for; by default the reference
+    over: Annotated[list[tuple[float, float]], "1"] = []  # time, s, and what is asked for then, straight between
     unit: str = ""  # such as "m/s" or "deg"
     description: str = ""
 
     @property
     def asked(self) -> float:
-        """The value, or the reference."""
+        """The value, or the reference; of one that changes over time the value at the start."""
+        if self.over:
+            return self.over[0][1]
         return self.reference if self.value is None else self.value
+
+    def at(self, time: float) -> float:
+        """What is asked for at a time, s: straight between the knots of `over`, and constant beyond them."""
+        if not self.over:
+            return self.asked
+        return float(np.interp(time, [knot for knot, _ in self.over], [value for _, value in self.over]))

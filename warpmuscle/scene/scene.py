@@ -45,6 +45,7 @@ from warpmuscle.scene.muscles.cables import Ligament, PathActuator
 from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, MujocoCurves, ThelenCurves
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
+from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held
 from warpmuscle.scene.part import Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
 from warpmuscle.scene.simbicon.controller import PD, Balance, Component, Curve, Feedback, MachineState, Trajectory
@@ -56,16 +57,21 @@ from warpmuscle.scene.surfaces import (
     TorusSurface,
 )
 from warpmuscle.scene.terrain.tiles import Terrain
+from warpmuscle.scene.treadmill.part import Treadmill
+from warpmuscle.scene.water.part import Water
 
 __all__ = [
     "PD",
     "Actuation",
     "Balance",
     "BallCoordinates",
+    "BallObject",
     "Body",
     "BodyContact",
     "Box",
+    "BoxObject",
     "Capsule",
+    "CapsuleObject",
     "Character",
     "Command",
     "Component",
@@ -90,6 +96,7 @@ __all__ = [
     "GaitReflex",
     "GaitStates",
     "Ground",
+    "Held",
     "Impairment",
     "InitialState",
     "Joint",
@@ -124,7 +131,9 @@ __all__ = [
     "TorusSurface",
     "Tracking",
     "Trajectory",
+    "Treadmill",
     "ViaPoint",
+    "Water",
     "Wrap",
     "drawable",
 ]  # fmt: skip
@@ -178,6 +187,7 @@ class Ground(Part):
     penalty: Annotated[Number, "1"] = 0.2  # its ERP: part of the depth that is pushed out in a step
     material: ContactMaterial | None = None  # of Hunt-Crossley contact; None: the defaults
     terrain: Terrain | None = None  # heights over the plane; none: it is flat
+    treadmill: Treadmill | None = None  # by which it moves along itself; none: it stands still
 
 
 class Scene(Part):
@@ -196,6 +206,8 @@ class Scene(Part):
     initial_state: InitialState = msgspec.field(default_factory=InitialState)
     ground: Ground = msgspec.field(default_factory=Ground)
     body_contact: BodyContact | None = None  # of bodies with each other; none: they pass through one another
+    objects: dict[str, AnyObject] = {}  # beside the character, by names of one's own
+    water: Water | None = None
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
     tracking: Tracking | None = None

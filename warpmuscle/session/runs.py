@@ -62,7 +62,7 @@ class Run:
         """How the body walks; None without feet."""
         if self.scene.feet is None or not self.recording.frames:
             return None
-        return measure(self.recording, *self.scene.feet)
+        return measure(self.recording, self.scene)
 
     def show(self, meshes: str | PathLike[str] | None = None) -> Page:
         """The motion as a page, which notebooks show and `save` writes.
@@ -223,7 +223,9 @@ def _commanded(scene: Scene, asked: Mapping[str, float]) -> Scene:
     if not asked:
         return scene
     checked = checked_commands(dict(asked), scene, 1)
-    changed = {name: msgspec.structs.replace(scene.commands[name], value=float(v)) for name, v in checked.items()}
+    changed = {
+        name: msgspec.structs.replace(scene.commands[name], value=float(v), over=[]) for name, v in checked.items()
+    }
     return msgspec.structs.replace(scene, commands={**scene.commands, **changed})
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -16,6 +16,8 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.pose import normalized
 from warpmuscle.scene import Ground, Scene
 from warpmuscle.scene.validation.checks import near
+
+EVERY = 0.02  # s, between two changes of commands that follow a course
 
 
 def checked_commands(commands: Mapping[str, ArrayLike], scene: Scene, instances: int) -> dict[str, Floats]:
@@ -39,6 +41,34 @@ def checked_commands(commands: Mapping[str, ArrayLike], scene: Scene, instances:
             raise RolloutError(f"command {name}: {wrong:g} is outside {one.min:g} to {one.max:g} {one.unit}".rstrip())
         checked[name] = array
     return checked
+
+
+class Course:
+    """Commands of a scene that change in the course of a run.
+
+    They are renewed every `EVERY` seconds, since numbers then go to the device again.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._commands = {name: one for name, one in scene.commands.items() if one.over}
+        self._steps = max(round(EVERY / scene.time_step), 1)
+        self._time_step = scene.time_step
+        self.told: dict[str, float] = {}  # since the start
+
+    def leave(self, names: Iterable[str]) -> None:
+        """From now on somebody else commands these."""
+        self._commands = {name: one for name, one in self._commands.items() if name not in set(names)}
+
+    def until(self, step: int) -> int | None:
+        """The step at which commands are renewed next, None if none change any more."""
+        last = max((one.over[-1][0] for one in self._commands.values()), default=0.0)
+        return (step // self._steps + 1) * self._steps if step * self._time_step <= last else None
+
+    def at(self, step: int) -> dict[str, float]:
+        """What commands are from this step on, of those that are other than before."""
+        time = step // self._steps * self._steps * self._time_step  # so that it does not matter where runs pause
+        now = {name: one.at(time) for name, one in self._commands.items()}
+        return {name: value for name, value in now.items() if value != self.told.get(name, self._commands[name].asked)}
 
 
 def place_of_root(coordinate_names: Sequence[str], coordinates: Floats) -> Floats:

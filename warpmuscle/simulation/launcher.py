@@ -112,7 +112,7 @@ def in_large_blocks(config: KernelConfig) -> bool:
     That is best where muscles' paths take long, in many ways. All instances of a block wait for one another, so none
     may have something to do that the others do not wait for.
     """
-    tests = config.kind.collisions or any(force.touch for force in config.kind.forces)
+    tests = config.kind.collisions or any(force.touch or force.objects for force in config.kind.forces)
     uniform = not tests and not config.kind.controller.renews
     return config.kind.muscles is not None and config.kind.muscles.long_paths and uniform
 

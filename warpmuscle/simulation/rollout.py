@@ -37,7 +37,7 @@ from warpmuscle.simulation.batch_input import (
     positive,
 )
 from warpmuscle.simulation.batch_state import BatchState, Snapshot
-from warpmuscle.simulation.commands import checked_commands, levelled, place_of_root, turned_below
+from warpmuscle.simulation.commands import Course, checked_commands, levelled, place_of_root, turned_below
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
@@ -146,6 +146,7 @@ class Rollout(RolloutResults):
         self._free = free_numbers(scene)
         self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
         self._commands: Mapping[str, Floats] = {}  # that are not those of the scene
+        self._course = Course(scene)
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
@@ -220,6 +221,10 @@ class Rollout(RolloutResults):
     def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
         checked = checked_commands(commands, self.scene, self.instances)
         as_truth(restart, "restart", error=RolloutError)
+        self._course.leave(checked)
+        self._command(checked, restart)
+
+    def _command(self, checked: Mapping[str, Floats], restart: bool) -> None:
         self._commands = {**self._commands, **checked}
         numeric = self._substituted(self._values)
         if restart:
@@ -273,6 +278,10 @@ class Rollout(RolloutResults):
 
     def restart(self, root_velocity: Floats, mask: NDArray[np.bool_] | None = None) -> None:
         """Put instances, by default all, back to their start; add noise, (rows, 3 or less), to the root's speeds."""
+        if self._course.told and (mask is None or mask.all()):
+            self._commands = {name: value for name, value in self._commands.items() if name not in self._course.told}
+            self._course.told.clear()
+            self.change(self._substituted(self._values))
         if self._ground_turned:
             self._level_ground(mask)
         initial = self._inputs.initial_values(root_velocity)
@@ -288,7 +297,8 @@ class Rollout(RolloutResults):
         check_function(progress, "progress", error=RolloutError)
         while self.steps_done < end and self.running:
             running, begin = len(self._batch.running), time.monotonic()
-            self.advance(min(self.steps_done + chunk, end))
+            self._follow_course()
+            self.advance(min(self.steps_done + chunk, end, self._course.until(self.steps_done) or end))
             if progress is not None:
                 progress(self)
             quick = time.monotonic() - begin < QUICK
@@ -296,6 +306,13 @@ class Rollout(RolloutResults):
             chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
+
+    def _follow_course(self) -> None:
+        """Tell the batch what commands of the scene that change over time have come to."""
+        changed = self._course.at(self.steps_done)
+        if changed:
+            self._command({name: np.asarray(value) for name, value in changed.items()}, restart=False)
+            self._course.told.update(changed)
 
     def step(self, k: int = 1, excitations: Any = None, torques: Any = None) -> None:
         target = self.steps_done + positive(k, "the number of steps k")

@@ -197,7 +197,9 @@ class Stages(Rollout):
     def contacts(self) -> Contacts:
         """Contacts of every body with the ground, and how they give as it accelerates."""
         b = len(self.names.bodies)
-        kernel = stages.contact_forces_of(LAWS[self.scene.ground.law], self.structure.skeleton.terrain)
+        kernel = stages.contact_forces_of(
+            LAWS[self.scene.ground.law], self.structure.skeleton.terrain, self.structure.skeleton.moves
+        )
         return Contacts(*self._run(kernel, [], [((b,), dtype) for dtype in (wp.vec3, wp.vec3, *[wp.mat33] * 3)]))
 
     def muscle_paths(self) -> MusclePaths:

@@ -123,6 +123,10 @@ class Thrower:
         plain = arm.plain
         if plain.ground.terrain is not None:
             raise SceneError("a throw lands on level ground; leave it out", "ground.terrain")
+        if plain.water is not None:
+            raise SceneError("a ball is thrown through air; leave the water out", "water")
+        if plain.objects:
+            raise SceneError("an arm throws its own ball; leave objects out", "objects")
         self.gravity, self._ground = float(plain.gravity), float(plain.ground.height)  # type: ignore[arg-type]
         self._shoulder = joint_positions(arm, self._coordinates)[0][:, [2, 1]]
         self._below = float(self._shoulder[0, 0])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.cycles import body_weight, steady_strides
@@ -19,6 +20,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.video.camera import Camera, camera_on
+from warpmuscle.video.objects import add_objects
 from warpmuscle.video.solids import Boxes, Capsules, capsules_and_boxes, in_world
 from warpmuscle.view.track import Track, track_of
 
@@ -74,6 +76,7 @@ class Film:
     load: Floats  # (F, M) 0..1, how thick
     force_from: Floats  # (F, 2, 3) where ground forces act
     force_to: Floats  # (F, 2, 3) tips of their arrows
+    water: float | None = None  # m, y of its surface
 
 
 def make_film(recording: Recording, scene: Scene, look: Look | None = None, name: str = "") -> Film:
@@ -168,6 +171,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
     seen = seen[:: max(1, len(seen) // _WITHIN)].reshape(-1, 3)
     margin = float(np.max(capsules.radius, initial=0.02))
     box = np.stack([seen.min(axis=0) - margin, seen.max(axis=0) + margin])
+    capsules, boxes, ends, corners = add_objects(track, scene, capsules, boxes, ends, corners)
     return Film(
         name=track.label,
         look=look,
@@ -187,6 +191,7 @@ def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[f
         load=at_moments(time, track.muscle_load, moments),
         force_from=at_moments(time, track.foot_center, moments),
         force_to=at_moments(time, track.foot_center + force, moments),
+        water=None if scene.water is None else first_number(scene.water.level),
     )
 
 

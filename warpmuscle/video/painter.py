@@ -16,10 +16,12 @@ from warpmuscle.video.film import Film
 from warpmuscle.video.solids import faces, outlines
 
 MUSCLES = "plasma"  # colours of activation
-_SIDE_TINTS = {"left": (0.70, 0.82, 0.92), "right": (0.96, 0.83, 0.73), "middle": (0.84, 0.86, 0.88)}
+_SIDE_TINTS = {"left": (0.70, 0.82, 0.92), "right": (0.96, 0.83, 0.73), "middle": (0.84, 0.86, 0.88),
+               "object": (0.84, 0.74, 0.57)}  # fmt: skip
 _BONE_TINT, _DEVICE_TINT = (0.93, 0.91, 0.86), (0.2, 0.24, 0.28)
 SKY, _TILE, _SHADOW = (0.957, 0.965, 0.973), (0.862, 0.88, 0.898), (0.745, 0.77, 0.795)
 FORCE_TINTS = ((0.0, 0.38, 0.62), (0.76, 0.31, 0.0))  # left, right
+_WATER, _CLEAR = (0.30, 0.56, 0.76), 0.4  # and how much of what is below it its surface hides
 _LEVELS = 5  # of shade on a round surface
 _LIGHT = np.array([-0.45, 0.8, -0.4])  # from where the light comes: left, up and towards the eye in the picture
 _SHADOW_LEAN = (0.35, 0.12)  # m to the left and forwards that the shadow of a point 1 m high falls
@@ -62,6 +64,7 @@ class Painter:
         axes.set_axis_off()
         self._colors = muscle_colors(256)
         self._layers: list[Any] = [PolyCollection([], linewidths=0.0, zorder=order) for order in range(3)]
+        self._layers.append(PolyCollection([], linewidths=0.0, zorder=3, antialiased=False))  # of water, without seams
         for layer in self._layers:
             axes.add_collection(layer, autolim=False)
         narrow = aspect < _NARROW  # then there is no room beside the scale of colours
@@ -85,6 +88,10 @@ class Painter:
         order = np.argsort(-depth, kind="stable")
         self._layers[2].set_verts(shapes[order])
         self._layers[2].set_facecolor(colors[order])
+        if film.water is not None:
+            surface, shades = self._water(film.water, number)
+            self._layers[3].set_verts(surface)
+            self._layers[3].set_facecolor(shades)
         if film.look.caption:
             self._clock.set_text(self._caption(number))
         self._canvas.draw()
@@ -136,6 +143,20 @@ class Painter:
         seen = np.flatnonzero((depth.min(axis=1) > 0.1) & (fade < 1.0))
         order = seen[np.argsort(-depth[seen].mean(axis=1), kind="stable")]
         return flat[order], colors[order]
+
+    def _water(self, level: float, number: int) -> tuple[Floats, Floats]:
+        """Squares of the surface of water, through which all below it is seen."""
+        x, _, z = self._film.followed[number]
+        edge = np.arange(-_FADE[1], _FADE[1])
+        corner = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+        places = np.stack(np.meshgrid(edge, edge, indexing="ij"), axis=-1).reshape(-1, 1, 2) + corner + [x, z]
+        points = np.stack([places[..., 0], np.full(places.shape[:2], level), places[..., 1]], axis=-1)
+        flat, depth = self._project(points, number)
+        distance = np.linalg.norm(places.mean(axis=1) - np.array([x, z]), axis=1)
+        fade = np.clip((distance - _FADE[0]) / (_FADE[1] - _FADE[0]), 0.0, 1.0)
+        seen = (depth.min(axis=1) > 0.1) & (fade < 1.0)
+        tone = np.broadcast_to(_WATER, (len(fade), 3))
+        return flat[seen], np.column_stack([tone, _CLEAR * (1.0 - fade)])[seen]
 
     def _shadows(self, number: int) -> list[Floats]:
         """Outlines of the solids' shadows."""

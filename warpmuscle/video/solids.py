@@ -12,7 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import rotate
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.anatomy import Side, sides_of, solids
+from warpmuscle.scene.anatomy import sides_of, solids
 from warpmuscle.scene.drawing.devices import device_rods
 
 _ARC = 12  # points on each round end of an outline
@@ -26,7 +26,7 @@ class Capsules:
     body: NDArray[np.int64]  # (C,)
     ends: Floats  # (C, 2, 3) m, in the body's frame
     radius: Floats  # (C,) m
-    side: tuple[Side, ...]
+    side: tuple[str, ...]  # a `Side`, or "object"
     bone: NDArray[np.bool_]  # (C,) a line between joints rather than a shape of the scene
     device: NDArray[np.bool_]  # (C,) a part of a device
 
@@ -37,7 +37,7 @@ class Boxes:
 
     body: NDArray[np.int64]  # (B,)
     corners: Floats  # (B, 8, 3) m, in the body's frame
-    side: tuple[Side, ...]
+    side: tuple[str, ...]
 
 
 def capsules_and_boxes(scene: Scene, body_names: Sequence[str]) -> tuple[Capsules, Boxes]:

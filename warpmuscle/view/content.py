@@ -18,6 +18,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.norms import LEG_ANGLES, Band
 from warpmuscle.view.curves import LEG_TITLES, Line, Panel, panels_of
+from warpmuscle.view.objects import with_objects
 from warpmuscle.view.packing import Packer, Pool
 from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
 from warpmuscle.view.track import Doll, Track
@@ -47,15 +48,15 @@ def track_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
     arrays = {
         "time": (r.time, 16),
         "root": (r.root_position, 16),
-        "orientation": (continuous(r.body_orientation), 16),
+        "orientation": (continuous(with_objects(r.body_orientation, track.objects)), 16),
         "com": (r.com, 16),
         "force": (track.foot_force, 16),
         "center": (track.foot_center, 16),
     }
-    if track.doll.sliding:
-        arrays["slid"] = (track.slid, 16)
+    if track.doll.sliding or track.objects:
+        arrays["slid"] = (np.concatenate([track.slid, *(one.position[:, None] for one in track.objects)], axis=1), 16)
     if track.desired is not None:
-        arrays["desired"] = (continuous(track.desired), 16)
+        arrays["desired"] = (continuous(with_objects(track.desired, track.objects)), 16)
     if r.muscle_names:
         arrays["activation"] = (r.muscle_activation, 8)
         arrays["load"] = (track.muscle_load, 8)
@@ -201,9 +202,9 @@ def doll_content(doll: Doll, scene: Scene, pieces: list[dict[str, Any]]) -> dict
         **content,
         "muscles": {**content["muscles"], **fixed},
         "pieces": pieces,
-        "names": list(doll.names.bodies),
-        "parent": doll.parent.tolist(),
-        "sliding": list(doll.sliding),
+        "names": [*doll.names.bodies, *doll.objects],
+        "parent": [*doll.parent.tolist(), *(-1 for _ in doll.objects)],
+        "sliding": [*doll.sliding, *range(len(doll.parent), len(doll.parent) + len(doll.objects))],
     }
 
 
@@ -217,9 +218,10 @@ def moving_content(doll: Doll, scene: Scene) -> dict[str, Any]:
     area = np.array([plain_number(m.f_max) for m in muscles]) / TENSION
     belly = np.sqrt(area * lengths[:, 0] / (np.pi * BELLY * share * whole_length))
     belly = np.clip(belly, THINNEST * scale, np.minimum(THICKEST * scale, STOUTEST * whole_length))
+    nowhere = np.zeros((len(doll.objects), 3))
     return {
-        "in_parent": _rounded(doll.in_parent),
-        "in_child": _rounded(doll.in_child),
+        "in_parent": _rounded(np.concatenate([doll.in_parent, nowhere])),
+        "in_child": _rounded(np.concatenate([doll.in_child, nowhere])),
         "weight": doll.weight,
         "scale": scale,
         "muscles": {

@@ -68,7 +68,7 @@ class Live(Viewer):
         self._epoch, self._told_until = 0, -1.0
         self._asked: list[Edit] = []  # what pages want to have of the scene as it is
         self._refreshed = self._ended = 0.0
-        self._ground = ground_content(run.numeric.ground)  # that pages know
+        self._ground = ground_content(run.numeric)  # that pages know
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
         self._fate = ""  # how the motion before this one ended
         self._waiting: list[Used | Edit | Pushed] = []  # what pages have sent since the last step
@@ -306,7 +306,7 @@ class Live(Viewer):
         now = time.monotonic()
         if now - self._refreshed > REFRESH:
             self._refreshed = now
-            ground = ground_content(self.run.numeric.ground) if self.commands else self._ground
+            ground = ground_content(self.run.numeric) if self.commands else self._ground
             news = {"ground": ground} if ground != self._ground else {}
             self._ground = ground
             self._tell({"status": self._words(track), **news})
@@ -339,7 +339,7 @@ class Live(Viewer):
             rows = self._rows(track)
             frames = np.concatenate([[self._epoch], rows.ravel()]).astype("<f4").tobytes()
             doll = moving_content(track.doll, self.run.numeric)
-            ground = ground_content(self.run.numeric.ground)
+            ground = ground_content(self.run.numeric)
             edits = {} if self.editor is None else {"edits": self.editor.values()}
             known = {"values": values, "status": self._words(track), "doll": doll, "ground": ground, **edits}
             return [json.dumps(known), frames]

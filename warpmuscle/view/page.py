@@ -15,9 +15,10 @@ import numpy as np
 
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Ground, Scene
+from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
@@ -25,13 +26,15 @@ from warpmuscle.view.content import doll_content, piece_contents, track_content
 from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
+from warpmuscle.view.objects import object_pieces
 from warpmuscle.view.packing import Packer, Pool, packed_json, whole, without_comments
 from warpmuscle.view.pieces import device_pieces, surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
-    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "floor.js", "renderer.js",
+    "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "floor.js", "water.js",
+    "renderer.js",
     "biped.js", "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js",
     "pushing.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
@@ -149,7 +152,7 @@ def page_of(
         "title": title,
         "autoplay": autoplay,
         "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split),
-        "ground": plane_content(scenes[0].ground) | {"terrain": terrain},
+        "ground": plane_content(scenes[0]) | {"terrain": terrain},
         "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
         "tracks": contents,
         "panels": panels,
@@ -171,15 +174,17 @@ def page_of(
     return head + "".join(fields[name] + text for name, text in (part.split("}}", 1) for part in rest))
 
 
-def ground_content(ground: Ground) -> dict[str, Any]:
-    """What the page is sent about a ground without free parameters, on which a biped may go anywhere."""
-    return plane_content(ground) | {"terrain": terrain_content([ground])}
+def ground_content(scene: Scene) -> dict[str, Any]:
+    """What the page is sent about the ground of a scene without free parameters, where a biped may go anywhere."""
+    return plane_content(scene) | {"terrain": terrain_content([scene.ground])}
 
 
-def plane_content(ground: Ground) -> dict[str, Any]:
-    """What the page is sent about the plane of a ground."""
-    normal, height = plane(ground)
-    return {"normal": normal.tolist(), "height": float(height), "visible": bool(np.asarray(ground.stiffness) > 0.0)}
+def plane_content(scene: Scene) -> dict[str, Any]:
+    """What the page is sent about the plane of the ground, and how high water stands, m."""
+    normal, height = plane(scene.ground)
+    visible = bool(np.asarray(scene.ground.stiffness) > 0.0)
+    level = None if scene.water is None else first_number(scene.water.level)
+    return {"normal": normal.tolist(), "height": float(height), "visible": visible, "water": level}
 
 
 def _strides(content: dict[str, Any]) -> bool:
@@ -224,6 +229,7 @@ class _Dolls:
                 look = with_meshes(look, scene, doll.names.bodies, self._meshes)
             look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
             look += device_pieces(scene, doll.names.bodies)
+            look += object_pieces(scene)
             key = pickle.dumps((look, doll_content(doll, scene, [])))
             if key not in self._alike:
                 self._alike[key] = len(self.contents)

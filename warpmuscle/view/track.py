@@ -11,6 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
+from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
@@ -18,10 +19,12 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.objects.motion import ObjectMotion
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
+from warpmuscle.view.objects import motions_of
 from warpmuscle.view.packing import whole
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -39,6 +42,7 @@ class Doll:
     weight: float  # N, of the whole body, in standard gravity
     wraps: bool  # whether there are surfaces that its muscles wrap around
     names: Topology
+    objects: tuple[str, ...] = ()  # beside the character
 
     def positions(self, root: Floats, orientation: Floats, slid: Floats) -> Floats:
         """Centres of mass (F, B, 3), m.
@@ -71,6 +75,7 @@ class Track:
     muscle_load: Floats  # (F, M) force over `FULL_FORCE` f_max, 0..1
     foot_force: Floats  # (F, 2, 3) N, on the left and the right foot
     foot_center: Floats  # (F, 2, 3) m, where these act
+    objects: tuple[ObjectMotion, ...] = ()  # of the doll's objects
 
     @property
     def frames(self) -> int:
@@ -98,13 +103,14 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
         weight=9.81 * body_mass(character),
         wraps=any(character.muscles[name].wraps for name in muscles),
         names=names,
+        objects=tuple(scene.objects),
     )
 
 
 def track_of(
     recording: Recording, scene: Scene, label: str = "", rate: float | None = None, doll: Doll | None = None
 ) -> Track:
-    """What is shown of a recording.
+    """What is shown of a recording; on a treadmill as it is seen from the belts.
 
     Args:
         scene: that made it, without free parameters (see `parameters.substitute`).
@@ -115,7 +121,7 @@ def track_of(
         Error: the recording has no frames, or is of another character.
     """
     doll = doll if doll is not None else _checked_doll(recording, scene)
-    recording = thinned(recording, rate)
+    recording = over_belts(thinned(recording, rate), scene)
     f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
     return Track(
         label=whole(label or scene.name),
@@ -128,6 +134,7 @@ def track_of(
         muscle_load=np.clip(recording.muscle_force / (FULL_FORCE * f_max), 0.0, 1.0),
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
         foot_center=foot_centers(recording, scene),
+        objects=motions_of(recording, scene),
     )
 
 

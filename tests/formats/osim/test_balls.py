@@ -16,7 +16,9 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*centre of mass starts")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.*centre of mass starts"), pytest.mark.usefixtures("unoptimized_kernels")
+]  # fmt: skip
 
 NAMES = ("flexion", "adduction", "turn")
 COUNT = 200

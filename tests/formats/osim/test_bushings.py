@@ -16,7 +16,9 @@ from warpmuscle.scene.opensim_root import root_motion
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*centre of mass starts")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.*centre of mass starts"), pytest.mark.usefixtures("unoptimized_kernels")
+]  # fmt: skip
 
 FIRST, SECOND = ("a1", "a2", "a3", "x1", "x2", "x3"), ("b1", "b2", "b3", "y1", "y2", "y3")
 Q = (0.1, 0.2, 0.3, 0.05, 0.06, -0.07, 0.3, -0.1, 0.25, 0.12, 0.03, -0.02)

@@ -15,6 +15,8 @@ from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.scene import Excitation, Ligament, PathActuator, Scene
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 POSES = ((0.3, 0.5), (-1.0, 0.3), (0.9, 0.0))  # rad, rad/s
 CURVE = '<SimmSpline name="force_length_curve"><x>0.9 1 1.2 1.5 2</x><y>0 0 0.3 1.2 3</y></SimmSpline>'
 REST = "<resting_length>0.25</resting_length>"

@@ -11,6 +11,8 @@ from warpmuscle.formats import Ignored, load
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.inverse_dynamics import joint_space
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 def mass_matrix(path: Path, angle: float) -> float:
     """Moment of inertia about the first pin that OpenSim computes, kg m^2."""

@@ -16,6 +16,8 @@ from warpmuscle.formats import load
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.simulation.stages import Stages
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 Made = Callable[[str], tuple[str, Floats]]
 KNOTS = ("-1 0 0.5 1", "0 0.03 0.05 0.02")
 MANY = ("-1.5 -1 -0.4 0 0.5 1 1.4 1.8", "0.01 0 0.02 0.03 0.05 0.02 0.03 0.01")

@@ -13,6 +13,8 @@ from warpmuscle.formats import Ignored, load
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 TWO = small.joint("PinJoint", "pin", "ground", "rod", small.coordinate("q")) + small.joint(
     "SliderJoint", "slider", "rod", "tip", small.coordinate("s")
 )

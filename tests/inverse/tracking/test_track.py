@@ -15,6 +15,8 @@ from warpmuscle.inverse.trial import Coordinates, TrialWarning
 from warpmuscle.scene import MuscleModel
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 WINDOW = 0.01
 
 

@@ -187,6 +187,7 @@ def run(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return tuple(rollout.recorded(name)[0].astype(float) for name in ("coordinates", "speeds"))
 
 
+@pytest.mark.usefixtures("optimized_test")
 def test_loops_of_every_kind_stay_closed_and_keep_their_energy():
     scene = linkage(10.0)
     q, v = run(scene)

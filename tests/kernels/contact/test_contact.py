@@ -23,7 +23,7 @@ SHAPES = {
 
 
 @wp.func
-def pressed(instance: int, body: int, model: ModelRef, work: ScratchRef) -> contact.ContactSum:
+def pressed(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> contact.ContactSum:
     total = contact.ContactSum()
     if body > 1:
         total.force = wp.vec3(0.0, 5.0, 1.0)
@@ -39,7 +39,7 @@ stand = contact.contact_stage_of(pressed)
 def stand_up(count: int, model: Model, work: Scratch):
     its = work
     for body in range(count):
-        stand(0, body, model, its)
+        stand(0, body, 0, model, its)
 
 
 @pytest.mark.parametrize(("count", "touched"), [(3, 0), (4, 1)])

@@ -18,6 +18,8 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 LEAD = 0.05  # m/rad
 ORIGIN = (0.0, 0.0, 0.0)
 

@@ -96,8 +96,12 @@ def test_a_start_faster_than_any_gait_is_told():
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_files_of_the_original_program_run_or_are_refused_with_file_and_line(family: str, reference_data: Path):
+def test_files_of_the_original_program_run_or_are_refused_with_file_and_line(
+    family: str, reference_data: Path, request: pytest.FixtureRequest
+):
     """Every character with every controller and every state of its kind; none ends at its start or flies."""
+    if family == "raptor":  # of which no scene is shipped
+        request.getfixturevalue("unoptimized_test")
     folder = reference_data / "simbicon"
     characters = [file for place in FAMILIES[family] for file in sorted((folder / "characters" / place).glob("*.rbs"))]
     controllers = sorted((folder / "controllers" / family).glob("*.sbc"))

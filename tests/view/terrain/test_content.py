@@ -4,13 +4,17 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from warpmuscle.scene import Ground, Terrain
+from warpmuscle.scene import Body, Character, Ground, Scene, Terrain
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Rough, Stairs
 from warpmuscle.view.page import ground_content
 from warpmuscle.view.terrain.content import terrain_content
 
 STAIRS = Ground(terrain=Terrain([Stairs(0.2, count=3)], z=0.5))
+
+
+def on(ground: Ground) -> Scene:
+    return Scene("block", Character("block", {"block": Body(1.0, (1.0, 1.0, 1.0))}), ground=ground)
 
 
 def walk(length: float) -> SimpleNamespace:
@@ -23,7 +27,7 @@ def points_of(mesh) -> np.ndarray:
 
 
 def test_flat_ground_has_no_mesh_and_a_mesh_reaches_beyond_a_walk():
-    assert ground_content(Ground())["terrain"] == []
+    assert ground_content(on(Ground()))["terrain"] == []
     (mesh,) = terrain_content([STAIRS], [walk(6.0)])
     points = points_of(mesh)
     assert points[0, 0, 2] <= -12.0
@@ -41,5 +45,5 @@ def test_each_of_several_bipeds_has_its_own_ground_in_its_lane():
 
 
 def test_where_a_biped_will_go_is_not_known_live():
-    points = points_of(ground_content(STAIRS)["terrain"][0])
+    points = points_of(ground_content(on(STAIRS))["terrain"][0])
     assert points[..., 2].max() >= 24.0

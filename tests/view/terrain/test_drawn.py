@@ -11,6 +11,8 @@ from warpmuscle.scene.terrain.tiles import Rough, Stairs
 from warpmuscle.view.page import ground_content
 from warpmuscle.view.sources import of_scene, page_of_sights
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 STAIRS = Ground(terrain=Terrain([Stairs(0.2, count=3)], yaw=0.4, z=0.3))
 BUMPS = Ground(normal=(0.0, 1.0, -0.1), height=0.2, terrain=Terrain([Rough(seed=3)], scale=2.0))
 
@@ -46,7 +48,7 @@ def test_the_page_knows_how_high_the_ground_is(page, ground: Ground):
     opened, problems = page
     places = np.random.default_rng(0).uniform(-3.0, 3.0, (200, 2))
     asked = "([ground, places]) => places.map(([x, z]) => groundHeight(ground, x, z))"
-    found = np.array(opened.evaluate(asked, [ground_content(ground), places.tolist()]))
+    found = np.array(opened.evaluate(asked, [ground_content(on(ground)), places.tolist()]))
     away = np.abs(found - surface(ground).height_at(*places.T))
     assert np.quantile(away, 0.97) < 1e-3  # but on steep risers, whose places are rounded
     assert problems == []
@@ -57,6 +59,6 @@ def test_shadows_fall_on_a_plane_that_lies_as_the_ground_does(page):
     inclined = Ground(normal=(0.1, 1.0, -0.2), height=0.3)
     level = msgspec.structs.replace(inclined, terrain=Terrain([Rough()], scale=0.0))
     for ground in (inclined, level):
-        plane = opened.evaluate("(ground) => shadowPlane(ground, [0.4, 1, 0.6])", ground_content(ground))
+        plane = opened.evaluate("(ground) => shadowPlane(ground, [0.4, 1, 0.6])", ground_content(on(ground)))
         flat = surface(inclined).plane
         np.testing.assert_allclose(plane, [*flat.normal, flat.height], atol=1e-3)

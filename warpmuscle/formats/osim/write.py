@@ -64,11 +64,13 @@ def model_text(scene: Scene, path: Path, lost: list[Ignored]) -> str:
     shapes, contact = _contact(scene, path, lost)
     forces = [muscle_xml(scene, name, path, lost) for name in scene.character.muscles]
     forces += contact
-    for key in ("controller", "custom_controller", "forces", "motion", "stages", "tracking"):
+    for key in ("controller", "custom_controller", "forces", "motion", "objects", "stages", "tracking", "water"):
         if getattr(scene, key):
             lost.append(Ignored(path, 0, key, NOT_HELD))
     if scene.ground.terrain is not None:
         lost.append(Ignored(path, 0, "ground.terrain", NOT_HELD))
+    if scene.ground.treadmill is not None:
+        lost.append(Ignored(path, 0, "ground.treadmill", NOT_HELD))
     for name, own in scene.actuation.items():
         if plain_number(own.stiffness) or plain_number(own.damping):
             lost.append(Ignored(path, 0, f"actuation.{name}", NOT_HELD))

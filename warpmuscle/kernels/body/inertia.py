@@ -73,7 +73,9 @@ def push_now(instance: int, state: StateRef) -> wp.vec3:
 
 
 @cache
-def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int = FLAT, resistance: bool = False) -> Any:
+def inertia_stage_of(
+    turned: bool = False, contact: int = SPRING, terrain: int = FLAT, resistance: bool = False, moves: bool = False
+) -> Any:
     """The Warp function of inertia, gravity, velocity products, limits, contacts and pushes of every body.
 
     It ends with a barrier.
@@ -81,15 +83,19 @@ def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int =
     Args:
         turned: see `body_inertia_of`. contact: law of the ground's contacts. terrain: see
             `contact.point_contacts_of`. resistance: whether some joints have armature or damping.
+        moves: whether the ground moves along itself.
     """
     body_inertia = body_inertia_of(turned)
-    contact_stage = contact_stage_of(body_contacts_of(contact, terrain), TOUCHING[contact])
+    contact_stage = contact_stage_of(body_contacts_of(contact, terrain, moves), TOUCHING[contact])
 
     @wp.func
     def inertia_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         if lane == 0:
             work.flags[0] = 0
         synchronize()
+        step = 0
+        if wp.static(moves):
+            step = state.step[instance]
         for i in range(lane, model.body_count, lanes):
             body_inertia(instance, i, model, work)
             if i == 0:
@@ -98,7 +104,7 @@ def inertia_stage_of(turned: bool = False, contact: int = SPRING, terrain: int =
                 limit_stage(instance, i, model, state, work)
             if wp.static(resistance):
                 resistance_stage(instance, i, model, state, work)
-            contact_stage(instance, i, model, work)
+            contact_stage(instance, i, step, model, work)
         synchronize()
 
     return inertia_stage

@@ -53,6 +53,7 @@ class SkeletonKind(NamedTuple):
     constraints: int = 0  # rows of constraints between bodies, with which all followed coordinates count
     terrain: int = FLAT  # whether the ground rises over its plane, see `contact/terrain.py`
     resistance: bool = False  # whether some joints have armature or damping, see `resistance.py`
+    moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
 
     @property
     def follows(self) -> bool:
@@ -85,7 +86,7 @@ class JointStages(NamedTuple):
 @cache
 def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
     """The stages of a model with such bodies and joints."""
-    inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain, kind.resistance)
+    inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain, kind.resistance, kind.moves)
     if not kind.with_coordinates:
         return JointStages(
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,

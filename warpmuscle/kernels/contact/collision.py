@@ -5,7 +5,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.memory.scratch import any_lane, synchronize
 from warpmuscle.kernels.structs import COLLIDED, RUNNING, Collisions, ModelRef, ScratchRef, at
 
 
@@ -95,12 +95,14 @@ def look_for_near_pairs(instance: int, lane: int, lanes: int, collisions: Collis
 def collision_stage(instance: int, lane: int, lanes: int, step: int, model: ModelRef, work: ScratchRef) -> int:
     """COLLIDED, on all lanes, if two shapes of a pair are nearer to each other than they may be, else RUNNING.
 
-    Tested every few steps, as bodies do not move far in between. Ends with a barrier where it tests.
+    Tested every few steps, as bodies do not move far in between. Instances that share a warp may be at different steps,
+    so that all pass the barriers where one of them tests. Ends with a barrier then.
     """
-    if step % model.collisions.every != 0:
+    tests = step % model.collisions.every == 0
+    if not any_lane(tests):
         return RUNNING
     look_for_near_pairs(instance, lane, lanes, model.collisions, work)
-    return wp.where(work.flags[0] == 1, COLLIDED, RUNNING)
+    return wp.where(tests and work.flags[0] == 1, COLLIDED, RUNNING)
 
 
 @func

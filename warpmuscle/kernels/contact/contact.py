@@ -11,6 +11,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
+from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.ground_plane import above_ground as above_ground
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
 from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, footing_below, highest_about, patch_below
@@ -65,17 +66,18 @@ class ContactSum:
 
 
 @cache
-def point_contacts_of(soft: bool, terrain: int = FLAT) -> Any:
+def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of the contacts of one body with the ground at points; zero if it is clear of it.
 
     Args:
         soft: whether points are soft constraints, see `soft_constraint.py`, or spring-dampers.
         terrain: whether the ground is FLAT, RISES, or is PATCHED besides, see `terrain.py`.
+        moves: whether it moves along itself, see `belts.py`.
     """
     rises, patched = terrain != FLAT, terrain == PATCHED
 
     @wp.func
-    def point_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
+    def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
         contacts = model.contacts
         h = model.time_step
         total = ContactSum()
@@ -114,6 +116,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT) -> Any:
             if depth > 0.0:
                 r = work.rotation[body] * point.place - point.radius * normal
                 velocity = middle + wp.cross(spin, r)
+                if wp.static(moves):
+                    velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
                 speed = wp.dot(normal, velocity)
                 friction = point.friction
                 if wp.static(patched):
@@ -153,7 +157,7 @@ def contact_stage_of(contacts_of_body: Any, touches: float = 0.0) -> Any:
     """
 
     @wp.func
-    def contact_stage(instance: int, body: int, model: ModelRef, work: ScratchRef):
+    def contact_stage(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef):
         """Add the contacts of one body to its articulated inertia and bias force, and keep what the foot needs."""
         plan = model.skeleton.plan[body]
         slot = plan.foot_slot
@@ -163,7 +167,7 @@ def contact_stage_of(contacts_of_body: Any, touches: float = 0.0) -> Any:
             work.contact_force[slot] = wp.vec3(0.0)
         if plan.end_point == plan.first_point:
             return
-        total = contacts_of_body(instance, body, model, work)
+        total = contacts_of_body(instance, body, step, model, work)
         if wp.length_sq(total.force) == 0.0:
             return
         work.block_a[body] = work.block_a[body] + total.a

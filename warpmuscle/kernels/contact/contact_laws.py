@@ -15,8 +15,8 @@ LAWS = {
 TOUCHING = (0.0, 0.0, 1.0, 0.0)  # N, by law: smooth contacts push a little before they touch
 
 
-def body_contacts_of(law: int, terrain: int = FLAT) -> Any:
-    """The Warp function of all contacts of a body by a law, on ground that is FLAT, RISES or is PATCHED."""
+def body_contacts_of(law: int, terrain: int = FLAT, moves: bool = False) -> Any:
+    """The Warp function of all contacts of a body by a law, on ground that is FLAT, RISES or is PATCHED, and moves."""
     if law in (SPRING, SOFT_CONSTRAINT):
-        return point_contacts_of(law == SOFT_CONSTRAINT, terrain)
-    return hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY, terrain)
+        return point_contacts_of(law == SOFT_CONSTRAINT, terrain, moves)
+    return hunt_crossley_contacts_of(law == SMOOTH_HUNT_CROSSLEY, terrain, moves)

@@ -17,6 +17,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows
+from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
 from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, footing_below, highest_about, patch_below
 from warpmuscle.kernels.functions import func
@@ -74,12 +75,12 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 
 
 @cache
-def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT) -> Any:
+def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
     rises, patched = terrain != FLAT, terrain == PATCHED
 
     @wp.func
-    def body_contacts(instance: int, body: int, model: ModelRef, work: ScratchRef) -> ContactSum:
+    def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
         contacts = model.contacts
         h = model.time_step
         total = ContactSum()
@@ -122,6 +123,8 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT) -> Any:
                     material.dynamic_friction = wp.min(material.dynamic_friction, patch.friction)
                 r = work.rotation[body] * point.place - (point.radius - 0.5 * depth) * normal
                 velocity = middle + wp.cross(spin, r)
+                if wp.static(moves):
+                    velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
                 rate = -wp.dot(normal, velocity)
                 elastic = hertz_force(depth, material.hertz)
                 damped = dissipated(rate, material.dissipation)

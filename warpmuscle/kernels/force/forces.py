@@ -15,9 +15,11 @@ from warpmuscle.kernels.force.extensions import extension_list, extension_type, 
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.moved import of_former_names
+from warpmuscle.kernels.object_structs import ObjectExtension
 from warpmuscle.kernels.objective.causes import ENTRY, FORCE, blame, cause_of, checked_vector
 from warpmuscle.kernels.objective.failure import is_somewhere
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
+from warpmuscle.kernels.water_structs import WaterExtension
 
 
 @wp.struct
@@ -55,10 +57,16 @@ class ForceKind(NamedTuple):
     of_angle: bool = False  # whether it is of a joint's first coordinate, which a ball joint has none of
     device: bool = False  # whether recordings have its power; of one without a state
     of_leg: bool = False  # whether it asks in which part of its gait cycle the foot beyond its joint is
+    water: bool = False  # of water, all of it
+    objects: Any = None  # of objects beside the character, all of them together: `objects.stage.ObjectsKind`
 
     @property
     def extension(self) -> Any:
         """Structure of the parameters and states of all forces of this kind."""
+        if self.water:
+            return WaterExtension
+        if self.objects is not None:
+            return ObjectExtension
         if self.touch is not None:
             return touch_extension(self.parameters)
         return extension_type(self.parameters, self.state, True, self.pair is not None)

@@ -51,7 +51,7 @@ def shaped_activation(linear: float, shape: float) -> float:
     return (wp.exp(shape * linear) - 1.0) / (wp.exp(shape) - 1.0)
 
 
-@wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+@wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
 def emg_activations(
     # in
     known: Recordings, candidates: Candidates,
@@ -94,7 +94,7 @@ def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
     shaped = isinstance(own, Shaped)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, known: Recordings, candidates: Candidates, activation: wp.array3d[float],
@@ -117,7 +117,7 @@ def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     return kernel
 
 
-@wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+@wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
 def emg_moments(
     # in
     known: Recordings, first: wp.array[int], lever: wp.array[int], muscle: wp.array[int], force: wp.array3d[float],
@@ -135,7 +135,7 @@ def emg_moments(
     moment[c, f, k] = total
 
 
-@wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+@wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
 def moment_errors(
     # in
     block: wp.array[int], wanted: wp.array2d[float], moment: wp.array3d[float],

@@ -14,6 +14,8 @@ from warpmuscle.kernels.body.joint_motion import cubic_rates
 from warpmuscle.kernels.marker_fit_structs import FitFrames, FitModel, FitScratch
 from warpmuscle.kernels.structs import CubicPiece
 
+wp.set_module_options({"enable_backward": False})
+
 MOST_ITERATIONS = wp.constant(60)
 LONGEST_STEP = wp.constant(0.5)  # rad, of any coordinate that turns something
 CONVERGED = wp.constant(5.0e-6)  # rad or m, of the last step; the error left is a small part of it
@@ -252,7 +254,7 @@ def take_step(frame: int, row: int, longest: float, model: FitModel, frames: Fit
     return changed
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel
 def fit_markers(first: int, model: FitModel, frames: FitFrames, work: FitScratch):
     """Fit the frames from `first` on, each by one thread."""
     row = wp.tid()

@@ -84,7 +84,7 @@ def muscle_moments_of(paths: PathKind) -> Any:
     """
     stretch_all = stretch_all_of(paths)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], levers: wp.array[Lever],
@@ -140,7 +140,7 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
     shaped = isinstance(own, Shaped)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, tendon: wp.array3d[float], length: wp.array2d[float], speed: wp.array2d[float],
@@ -193,7 +193,7 @@ def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any
 
     curves_of = of_one if shaped else of_all
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         muscles: Muscles, force: wp.array2d[float],

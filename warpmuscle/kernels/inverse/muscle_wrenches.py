@@ -25,7 +25,7 @@ def muscle_wrenches_of(paths: PathKind) -> Any:
     """
     any_stretch = any_stretch_of(paths, pulleys=False, coordinate_joints=True, followers=True, wrench=True)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], tension: wp.array2d[float],

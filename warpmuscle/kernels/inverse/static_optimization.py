@@ -91,7 +91,7 @@ def static_optimization_of(
     begin, balance, newton_step = begin_of(types, rates), balance_of(law, types, rates), newton_step_of(types)
     step_length = step_length_of(law, types, rates)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         groups: Groups, frames: Frames, cost: Cost, runs: wp.array2d[int],

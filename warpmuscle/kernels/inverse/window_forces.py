@@ -24,7 +24,7 @@ def window_forces_of(kind: MuscleKind) -> Any:
     """
     activate, contract = kind.law.activate(kind), kind.law.contract(kind)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
         # in
         model: Model, state: State, steps: int, start: wp.array2d[float], end: wp.array2d[float],

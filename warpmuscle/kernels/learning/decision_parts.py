@@ -17,6 +17,8 @@ from warpmuscle.kernels.objective.parts import Plug, of_instance, reader_of
 from warpmuscle.kernels.stages import kinematics_stage, work_of
 from warpmuscle.kernels.structs import Model, ModelRef, ScratchRef, State, StateRef
 
+wp.set_module_options({"enable_backward": False})
+
 GREATEST = 1.0e30  # of a value; one beyond it, or none, counts as 0
 
 Base = Literal["instance", "decision", "draw"]
@@ -163,7 +165,7 @@ def evaluation_of(parts: tuple[DecisionPlug, ...], columns: tuple[int, ...], mas
         every = _and_value(every, part, column)
     stream = OWN_START if any(part.result is None for part in parts) else GOAL
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def evaluate(
         # in
         model: Model, episodes: Episodes, decision: Decision, workspace: wp.array2d[float],

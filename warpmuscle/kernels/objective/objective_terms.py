@@ -50,6 +50,10 @@ _TERMS = (
         "whole", follows_cycles=True,
     ),
     Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
+    Term(
+        "fibre_range", "s", "squared l_opt by which fibres are beyond 0.5 to 1.5, summed over muscles and time",
+        "muscle",
+    ),
 )  # fmt: skip
 
 # In the order in which they are logged; each counts for the time of the decision, but for those in `PER_DECISION`.

@@ -119,6 +119,14 @@ def passive_force(instance: int, m: int, w: MuscleWork, model: ModelRef) -> floa
 
 
 @func
+def fibre_range(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
+    """Squared optimal lengths by which a fibre is beyond those of active force, 0.5 to 1.5 (Zajac 1989)."""
+    over = w.length / at(model.muscles.row, instance, m).l_opt
+    beyond = wp.max(wp.max(0.5 - over, over - 1.5), 0.0)
+    return beyond * beyond
+
+
+@func
 def applied_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Magnitude of the torque that drives a joint, N m."""
     return wp.length(work.torque[body])

@@ -8,6 +8,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Box, Character, ContactMaterial, Ground
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.terrain import check_terrain
+from warpmuscle.scene.validation.treadmill import check_treadmill
 
 POINTS = ("spring", "soft_constraint")  # laws by which all shapes touch the ground, at points
 
@@ -23,6 +24,7 @@ def check_ground(checks: Checks) -> None:
     checks.not_negative("ground", ground, "stiffness", "damping", "tangential_damping", "friction")
     points = ground.law in POINTS
     check_terrain(checks)
+    check_treadmill(checks)
     _soft_constraint(ground, checks)
     _material("ground.material", ground.material, points, checks)
     for name, body in checks.checked.character.bodies.items():

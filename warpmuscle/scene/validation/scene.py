@@ -32,7 +32,9 @@ from warpmuscle.scene.validation.learning import check_task
 from warpmuscle.scene.validation.motion import check_motion
 from warpmuscle.scene.validation.muscles import check_muscles
 from warpmuscle.scene.validation.objective import check_failure, check_objective, check_robustness, check_stages
+from warpmuscle.scene.validation.objects import check_objects
 from warpmuscle.scene.validation.skeleton import check_skeleton
+from warpmuscle.scene.validation.water import check_water
 
 
 def check_scene(scene: Scene) -> None:
@@ -79,6 +81,8 @@ class _Check(Checks):
         check_closed(scene)
         check_ground(self)
         check_body_contact(self)
+        check_objects(self)
+        check_water(self)
         check_failure(self, "failure", scene.failure)
         check_pairs(scene.failure.self_collision_pairs, scene.character, "failure.self_collision_pairs")
         check_objective(self, "objective", scene.objective)

@@ -15,7 +15,7 @@ from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.status import Status
 from warpmuscle.gait.cycles import leg_angles, over_strides, steady_strides
 from warpmuscle.gait.likeness import leg_length
-from warpmuscle.gait.measures import feet_of, measure
+from warpmuscle.gait.measures import measure
 from warpmuscle.gait.muscle_effort import spent
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.recording import Recording
@@ -61,7 +61,7 @@ def predicted(mass: float, file: Path) -> Prediction | str:
 def prediction(motion: Recording, scene: Scene, mass: float) -> Prediction:
     """A motion of a numeric scene in numbers; raises Error without legs or a whole gait cycle."""
     cycles = steady_strides(motion, scene)
-    gait = measure(motion, *feet_of(scene))
+    gait = measure(motion, scene)
     if gait.cadence is None:
         raise Error("no whole gait cycle")
     steady, gravity, leg = motion.window(gait.start), first_number(scene.gravity), leg_length(scene)

@@ -1,7 +1,7 @@
 // A biped at a moment: poses and muscles between recorded frames, put where the graphics card looks them up.
 
 const SIDE_TINT = { left: [0.56, 0.7, 0.83], right: [0.9, 0.72, 0.58], middle: [0.8, 0.81, 0.83] };
-const BONE_TINT = [0.96, 0.93, 0.85], HOLLOW_TINT = [0.3, 0.27, 0.25], DEVICE_TINT = [0.16, 0.2, 0.24], COM_TINT = [0, 0.62, 0.45], PUSH_TINT = [0.9, 0.62, 0];
+const BONE_TINT = [0.96, 0.93, 0.85], HOLLOW_TINT = [0.3, 0.27, 0.25], OBJECT_TINT = [0.72, 0.6, 0.42], DEVICE_TINT = [0.16, 0.2, 0.24], COM_TINT = [0, 0.62, 0.45], PUSH_TINT = [0.9, 0.62, 0];
 const FORCE_TINT = [[0, 0.38, 0.62], [0.76, 0.31, 0]]; // left, right
 const UNTURNED = [0, 0, 0, 1];
 const FORCE_SCALE = 0.7; // m that a force of one body weight is drawn as
@@ -29,7 +29,7 @@ class Biped {
     const { renderer, doll, first } = this, { start } = doll.muscles;
     for (const piece of doll.pieces) {
       const flesh = renderer.shade(this) ?? SIDE_TINT[piece.side];
-      const slot = first.slots + piece.body, tint = { bone: BONE_TINT, hollow: HOLLOW_TINT, device: DEVICE_TINT }[piece.layer] ?? flesh;
+      const slot = first.slots + piece.body, tint = { bone: BONE_TINT, hollow: HOLLOW_TINT, object: OBJECT_TINT, device: DEVICE_TINT }[piece.layer] ?? flesh;
       const place = (piece.start ? times(add(piece.start, piece.end), 0.5) : piece.position) ?? [0, 0, 0];
       const along = piece.start ? minus(piece.end, piece.start) : [0, 0, 0], length = norm(along);
       const turn = piece.start ? turnFromY(length > 1e-9 ? along : [0, 1, 0]) : piece.orientation ?? UNTURNED;
@@ -92,6 +92,7 @@ class Biped {
       const scale = 1 / (Math.sqrt(square) || 1);
       for (let i = 4; i < 8; i++) out[at + i] *= scale;
       if (body === 0) for (let i = 0; i < 3; i++) out[at + i] = root[i] + this.offset[i];
+      else if (parent[body] < 0) for (let i = 0; i < 3; i++) out[at + i] = slid[3 * sliding.indexOf(body) + i] + this.offset[i]; // an object
       else this.hang(out, at, 8 * (slot + parent[body]), in_parent[body], in_child[body], slid, sliding.indexOf(body));
     }
   }

@@ -2,7 +2,7 @@
 
 const FEW = 4; // bipeds up to which all is drawn finely
 const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain little, as corners are what costs
-const LAYERS = ["flesh", "bone", "surface", "shape", "device"];
+const LAYERS = ["flesh", "bone", "surface", "shape", "object", "device"];
 // From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
 // told apart without red or green cones, too.
 const ACTIVATION = [[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]];
@@ -155,7 +155,7 @@ class Renderer {
   }
 
   drawView(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, surface, shape, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
+    const gl = this.gl, { flesh, bone, surface, shape, object, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
@@ -170,7 +170,7 @@ class Renderer {
     if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
-    this.drawSolids([device, this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
+    this.drawSolids([object, device, this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
     const opaque = this.shaded || (!muscles && !(this.fine && shown.bones)); // what is inside is to be seen
     if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
     gl.enable(gl.BLEND);
@@ -183,6 +183,7 @@ class Renderer {
       gl.uniform1i(this.solid.place.shift, 0);
     }
     gl.disable(gl.BLEND);
+    this.drawWater(matrix, middle);
   }
 
   begin({ program, place }, matrix, eye, tables) {
@@ -238,7 +239,7 @@ class Renderer {
     gl.enable(gl.POLYGON_OFFSET_FILL); // the ground is wide, and its depth not exact everywhere
     gl.polygonOffset(-1, -64);
     gl.depthMask(false);
-    this.drawSolids([layer], OWN(1));
+    this.drawSolids([layer, this.layers.object], OWN(1));
     gl.depthMask(true);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.disable(gl.STENCIL_TEST);
@@ -257,6 +258,12 @@ class Renderer {
     gl.uniform1f(place.level, level);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     gl.enable(gl.DEPTH_TEST);
+  }
+
+  drawWater(matrix, middle) {
+    if (this.ground.water === null || this.ground.water === undefined) return;
+    this.water ??= new Water(this.gl);
+    this.water.draw(matrix, middle, this.ground.water);
   }
 
   drawGround(matrix, middle) {

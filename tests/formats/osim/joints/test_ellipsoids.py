@@ -20,6 +20,8 @@ from warpmuscle.scene import JointState, Scene
 from warpmuscle.scene.topology import topology
 from warpmuscle.studies.inverse_dynamics import body_points
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 TOOLS = Path(__file__).parents[4] / "tools"
 TAGS = {"EllipsoidJoint": "radii_x_y_z", "ScapulothoracicJoint": "thoracic_ellipsoid_radii_x_y_z"}
 WINGING = (

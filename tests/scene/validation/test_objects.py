@@ -1,0 +1,63 @@
+"""What is wrong with objects is said with its key."""
+
+import pytest
+
+from small_scene import sound_scene
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import toml
+from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Held
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.scene import check_scene
+
+
+def checked(**objects) -> None:
+    scene = sound_scene()
+    scene.objects = objects
+    check_scene(scene)
+
+
+def test_objects_of_all_kinds_are_sound_and_written_as_they_are_read():
+    scene = sound_scene()
+    scene.objects = {
+        "ball": BallObject(radius=Free(0.1, 0.05, 0.2), velocity=(1.0, 0.0, Free(0.0, -1.0, 1.0))),
+        "seat": BoxObject(size=(0.4, 0.4, 0.4), fixed=True, bodies=["pelvis"]),
+        "bell": CapsuleObject(mass=4.0, held=Held("rFoot", (0.0, 0.1, 0.0), until=Free(1.0, 0.0, 2.0))),
+    }
+    check_scene(scene)
+    assert toml.loads(toml.dumps(scene)).objects == scene.objects
+
+
+@pytest.mark.parametrize(
+    ("solid", "key", "says"),
+    [
+        (BallObject(radius=0.0), "radius", "greater than 0"),
+        (BallObject(mass=Free(1.0, -1.0, 2.0)), "mass", "greater than 0"),
+        (BoxObject(size=(0.1, 0.0, 0.1)), "size.1", "greater than 0"),
+        (CapsuleObject(length=-1.0), "length", "greater than 0"),
+        (BallObject(restitution=1.1), "restitution", "within 0 and 1"),
+        (BallObject(friction=-0.1), "friction", "not be negative"),
+        (BallObject(stiffness=-1.0), "stiffness", "not be negative"),
+        (BallObject(orientation=(0.0, 0.0, 0.0, 0.0)), "orientation", "no length"),
+        (BallObject(position=(float("nan"), 0.0, 0.0)), "position.0", "finite"),
+        (BallObject(bodies=["pelvs"]), "bodies.0", "did you mean 'pelvis'"),
+        (BallObject(bodies=["rFoot"]), "bodies.0", "no shape"),
+        (BallObject(bodies=["pelvis", "pelvis"]), "bodies.1", "twice"),
+        (BallObject(fixed=True, velocity=(1.0, 0.0, 0.0)), "fixed", "does not move"),
+        (BallObject(held=Held("hand")), "held.body", "no body"),
+        (BallObject(held=Held("pelvis"), fixed=True), "held", "not held"),
+        (BallObject(held=Held("pelvis"), position=(1.0, 0.0, 0.0)), "position", "leave it out"),
+        (BallObject(held=Held("pelvis", until=-1.0)), "held.until", "not be negative"),
+        (BallObject(held=Held("pelvis", orientation=(0.0, 0.0, 0.0, 0.0))), "held.orientation", "no length"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_key(solid, key: str, says: str):
+    with pytest.raises(SceneError, match=says) as error:
+        checked(one=solid)
+    assert error.value.key == f"objects.one.{key}"
+
+
+@pytest.mark.parametrize("name", ["a.b", "\0", "\ud800"])
+def test_a_name_that_no_recording_could_have_is_refused(name: str):
+    with pytest.raises(SceneError, match="no name of an object") as error:
+        checked(**{name: BallObject()})
+    assert error.value.key == "objects"

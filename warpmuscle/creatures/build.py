@@ -1,0 +1,130 @@
+"""From the description of a creature to its scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.pose import about, rotate
+from warpmuscle.creatures.checks import check_creature
+from warpmuscle.creatures.description import Creature, sided
+from warpmuscle.creatures.gait import controller, moving_joints
+from warpmuscle.creatures.muscles import muscles
+from warpmuscle.creatures.skeleton import ACROSS, middle, place, quaternion, rounded, skeleton
+from warpmuscle.formats.toml import Source
+from warpmuscle.scene import Box, Capsule, Character, Failure, InitialState, JointState, MuscleModel, Objective, Scene
+from warpmuscle.scene.initial_pose import Poses, plain_vector, world_poses
+from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.scene import check_scene
+
+FAILURE_COST = 1.0e4  # of who falls, above that of any gait
+ABOVE_GROUND = 0.001  # m, of the lowest foot at the start
+SLOWEST = 0.3  # of the wanted speed, below which nobody goes on, so that no search ends at standing still
+WINDOW = 0.5  # s, over which its speed is taken for that
+
+
+def read_creature(path: str | Path) -> Creature:
+    """The description in a TOML file.
+
+    Raises:
+        SceneError: what is wrong with it, with file, line and key.
+    """
+    source = Source.read(Path(path))
+    try:
+        creature = to_type(source.data, Creature)
+        check_creature(creature)
+    except SceneError as error:
+        raise source.placed(error) from None
+    return creature
+
+
+def creature_scene(creature: Creature, name: str = "") -> Scene:
+    """A scene of a creature, checked: what a search is to change is free in it.
+
+    Args:
+        name: of the scene; by default the creature's.
+
+    Raises:
+        SceneError: it is no sound creature, or makes no sound scene.
+    """
+    check_creature(creature)
+    root, bodies, joints = skeleton(creature)
+    feet = (sided(creature.gait.feet, "l"), sided(creature.gait.feet, "r"))
+    bare = Character(root=root, bodies=bodies, joints=joints, root_joint="planar", feet=feet)
+    standing = InitialState(root_position=place(middle(creature.segments[root])))
+    poses = world_poses(Scene(name=creature.name, character=bare, initial_state=standing))
+    scene = Scene(
+        name=name or creature.name,
+        description=creature.description,
+        character=muscles(creature, bare, poses),
+        controller=controller(creature),
+        initial_state=_start(creature, bare, standing),
+        muscle_model=MuscleModel(sharing="least_effort", implicit_damping=True),
+        failure=Failure(
+            com_height=creature.fall, no_progress=rounded(SLOWEST * creature.gait.speed), no_progress_window=WINDOW
+        ),
+        objective=_objective(creature),
+        duration=creature.duration,
+        time_step=creature.time_step,
+        implicit_pd=True,
+    )
+    check_scene(scene)
+    return scene
+
+
+def _start(creature: Creature, character: Character, standing: InitialState) -> InitialState:
+    """The pose at the start, with the lowest point just above the ground, and a forward speed that a search finds."""
+    joints: dict[str, JointState] = {}
+    paired = moving_joints(creature)
+    for name, angle in sorted(creature.gait.start.items(), key=lambda item: not paired.get(item[0])):
+        names = [sided(name, side) for side in "lr"] if paired.get(name) else [name]
+        turned = quaternion(about(np.array(ACROSS), np.array(angle)))
+        joints |= {own: JointState(orientation=turned) for own in names}
+    posed = Scene(
+        name=creature.name, character=character, initial_state=InitialState(standing.root_position, joints=joints)
+    )
+    x, y, z = plain_vector(standing.root_position)
+    height = rounded(y - lowest(character, world_poses(posed)) + ABOVE_GROUND)
+    speed = creature.gait.speed
+    free = Free(speed, rounded(0.3 * speed), rounded(1.5 * speed)) if speed > 0.0 else 0.0
+    return InitialState(root_position=(x, height, z), root_velocity=(0.0, 0.0, free), joints=joints)
+
+
+def lowest(character: Character, poses: Poses) -> float:
+    """Height of the lowest point of all shapes, m."""
+    return min(
+        float(low)
+        for name, body in character.bodies.items()
+        for shape in body.shapes
+        for low in _heights(shape, *poses[name])
+    )
+
+
+def _heights(shape: object, position: Floats, orientation: Floats) -> Floats:
+    """Lowest heights of the ends of a capsule, or heights of the corners of a box, m."""
+    if isinstance(shape, Capsule):
+        ends = np.array([plain_vector(shape.start), plain_vector(shape.end)])
+        assert isinstance(shape.radius, float)
+        return np.asarray((position + rotate(orientation, ends))[:, 1] - shape.radius)
+    assert isinstance(shape, Box)
+    low, high = plain_vector(shape.low), plain_vector(shape.high)
+    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    return np.asarray((position + rotate(orientation, corners))[:, 1])
+
+
+def _objective(creature: Creature) -> Objective:
+    """What a search minimises: errors of the speed, metabolic energy, pulls at stops and of stretched fibres."""
+    weights = {
+        "speed": 100.0,
+        "cost_of_transport": 5.0,
+        "effort_cubed": 1.0,
+        "joint_limits": 0.1,
+        "passive_force": 0.002,
+        "fibre_range": 100.0,
+    }
+    return msgspec.structs.replace(Objective(), target_speed=creature.gait.speed, failure_cost=FAILURE_COST, **weights)

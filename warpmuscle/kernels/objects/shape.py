@@ -1,0 +1,116 @@
+"""Where a capsule is nearest to a box: of a capsule's segment and a box the nearest points, and what lies between them.
+
+A ball is a box without edges about which a sphere is swept, a capsule one with edges along one axis.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.functions import func
+
+HALVINGS = 14  # of the segment, before a straight line finds the rest of the way
+LEVEL = 1.0e-3  # slope of the distance along the segment that counts as none: there it is as near everywhere
+TINY = 1.0e-6  # m, distance at which a segment is inside
+
+
+@func
+def beyond(point: wp.vec3, half: wp.vec3) -> wp.vec3:
+    """The way to a point from the nearest point of a box about the origin, m; 0 inside."""
+    return point - wp.vec3(
+        wp.clamp(point[0], -half[0], half[0]),
+        wp.clamp(point[1], -half[1], half[1]),
+        wp.clamp(point[2], -half[2], half[2]),
+    )
+
+
+@func
+def slope_along(middle: wp.vec3, along: wp.vec3, t: float, half: wp.vec3) -> float:
+    """How the distance of a point of a segment from a box grows along the segment, m per m."""
+    away = beyond(middle + along * t, half)
+    return wp.dot(along, away) / wp.max(wp.length(away) * wp.length(along), 1.0e-12)
+
+
+@func
+def end_of_nearest(middle: wp.vec3, along: wp.vec3, half: wp.vec3, level: float) -> float:
+    """The place on a segment, -1 to 1, from which on its distance from a box grows by more than `level`.
+
+    The distance is convex along the segment, so that its slope only grows.
+    """
+    low = wp.float32(-1.0)
+    high = wp.float32(1.0)
+    at_low = slope_along(middle, along, low, half) - level
+    at_high = slope_along(middle, along, high, half) - level
+    if at_low >= 0.0:
+        return -1.0
+    if at_high <= 0.0:
+        return 1.0
+    for _ in range(HALVINGS):
+        t = 0.5 * (low + high)
+        value = slope_along(middle, along, t, half) - level
+        if value > 0.0:
+            high = t
+            at_high = value
+        else:
+            low = t
+            at_low = value
+    return low + (high - low) * at_low / (at_low - at_high)
+
+
+@func
+def nearest_on_segment(middle: wp.vec3, along: wp.vec3, half: wp.vec3) -> float:
+    """The place on a segment, -1 to 1, that is nearest to a box; where a part of it is as near, the middle of that.
+
+    Args:
+        middle: of the segment, m, in the axes of the box from its middle. along: from there to its end.
+        half: half edges of the box, m.
+    """
+    if wp.length_sq(along) == 0.0:
+        return 0.0
+    first = end_of_nearest(middle, along, half, -LEVEL)
+    last = end_of_nearest(middle, along, half, LEVEL)
+    return 0.5 * (first + last)
+
+
+@wp.struct
+class Between:
+    """What lies between a box and a point."""
+
+    on_box: wp.vec3  # m, the nearest point of the box
+    normal: wp.vec3  # unit vector from there to the point; inside, to the nearest face
+    distance: float  # m, negative inside
+
+
+@func
+def between(point: wp.vec3, half: wp.vec3) -> Between:
+    """From a box about the origin to a point, m."""
+    b = Between()
+    away = beyond(point, half)
+    b.distance = wp.length(away)
+    b.on_box = point - away
+    if b.distance > TINY:
+        b.normal = away / b.distance
+        return b
+    depth = half - wp.vec3(wp.abs(point[0]), wp.abs(point[1]), wp.abs(point[2]))
+    axis = wp.where(depth[0] <= depth[1], 0, 1)
+    axis = wp.where(depth[2] < depth[axis], 2, axis)
+    normal = wp.vec3(0.0)
+    normal[axis] = wp.where(point[axis] < 0.0, -1.0, 1.0)
+    b.normal = normal
+    b.distance = -depth[axis]
+    return b
+
+
+@func
+def corner(number: int, half: wp.vec3) -> wp.vec3:
+    """One of the eight corners of a box, m."""
+    x = wp.where(number % 2 == 0, half[0], -half[0])
+    y = wp.where(number // 2 % 2 == 0, half[1], -half[1])
+    z = wp.where(number // 4 == 0, half[2], -half[2])
+    return wp.vec3(x, y, z)
+
+
+@func
+def is_another(number: int, half: wp.vec3) -> bool:
+    """Whether a corner lies where none of lower number does."""
+    again = number % 2 == 1 and half[0] == 0.0
+    again = again or (number // 2 % 2 == 1 and half[1] == 0.0)
+    return not (again or (number // 4 == 1 and half[2] == 0.0))

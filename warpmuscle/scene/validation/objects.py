@@ -1,0 +1,69 @@
+"""What the types of a scene cannot say about objects beside the character."""
+
+from __future__ import annotations
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import check_size
+from warpmuscle.scene.objects.part import AnyObject, BoxObject, CapsuleObject, Held
+from warpmuscle.scene.validation.checks import Checks, known
+
+
+def check_objects(checks: Checks) -> None:
+    """Check sizes and masses of objects, which bodies touch them, and which hold them.
+
+    Raises:
+        SceneError: the first thing wrong, with its key, such as `objects.ball.radius`.
+    """
+    objects = checks.checked.objects
+    check_size("solids", len(objects), lambda text: SceneError(text, "objects"))
+    for name, solid in objects.items():
+        key = f"objects.{name}"
+        if "\0" in name or "." in name or name != name.encode(errors="replace").decode():
+            raise SceneError(f"{name!r} has a character that no name of an object can have", key="objects")
+        _check_solid(key, solid, checks)
+        _check_bodies(key, solid, checks)
+        if solid.held is not None:
+            _check_held(f"{key}.held", solid, solid.held, checks)
+
+
+def _check_solid(key: str, solid: AnyObject, checks: Checks) -> None:
+    """It has a size and a mass, and contacts that push."""
+    if isinstance(solid, BoxObject):
+        for number, edge in enumerate(solid.size):
+            checks.positive_number(f"{key}.size.{number}", edge)
+    else:
+        checks.positive(key, solid, "radius")
+    if isinstance(solid, CapsuleObject):
+        checks.positive(key, solid, "length")
+    checks.positive(key, solid, "mass")
+    checks.not_negative(key, solid, "friction", "stiffness", "tangential_damping")
+    checks.fraction(f"{key}.restitution", solid.restitution)
+    checks.not_zero(f"{key}.orientation", solid.orientation, "quaternion")
+    if solid.fixed and any(checks.interval(v) != (0.0, 0.0) for v in (*solid.velocity, *solid.angular_velocity)):
+        raise SceneError("a fixed object does not move; leave out its velocities", f"{key}.fixed")
+
+
+def _check_bodies(key: str, solid: AnyObject, checks: Checks) -> None:
+    """Bodies that touch it are there, once each, and have shapes."""
+    bodies = checks.checked.character.bodies
+    for number, body in enumerate(solid.bodies):
+        place = f"{key}.bodies.{number}"
+        known(body, bodies, "body", place)
+        if not bodies[body].shapes:
+            raise SceneError(f"body {body!r} has no shape that could touch it", place)
+        if body in solid.bodies[:number]:
+            raise SceneError(f"{body!r} is there twice", place)
+
+
+def _check_held(key: str, solid: AnyObject, held: Held, checks: Checks) -> None:
+    """The body that holds it is there, and nothing else says where it is."""
+    known(held.body, checks.checked.character.bodies, "body", f"{key}.body")
+    if solid.fixed:
+        raise SceneError("a fixed object is not held; leave one of both out", key)
+    for name in ("position", "orientation", "velocity", "angular_velocity"):
+        if getattr(solid, name) != getattr(BoxObject(), name):
+            own = f"{key.removesuffix('.held')}.{name}"
+            raise SceneError("a held object starts as `held` and the body say; leave it out", own)
+    checks.not_zero(f"{key}.orientation", held.orientation, "quaternion")
+    if held.until is not None:
+        checks.not_negative(key, held, "until")
