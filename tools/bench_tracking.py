@@ -2,6 +2,7 @@
 
     python tools/bench_tracking.py MODEL.osim MOTION.sto --loads LOADS.xml
     python tools/bench_tracking.py MODEL.osim MOTION.sto --loads LOADS.xml --trials 1000 --device cuda:0
+    python tools/bench_tracking.py MODEL.osim MOTION.sto --loads LOADS.xml --ground
 
 Trials are the motion again and again, each a little other than those before. The time is of the second run, kernels
 being compiled; it includes the run by the excitations alone.
@@ -32,6 +33,7 @@ def main(
     begin: float | None = None,
     end: float | None = None,
     filter: float | None = 6.0,
+    ground: bool = False,
     device: str = "cpu",
 ) -> None:
     """Follow so many motions twice, and print how long the second time took."""
@@ -45,7 +47,7 @@ def main(
     ]
     for run in range(2):
         start = time.perf_counter()
-        found = track(body, motions, plates, filter=filter, begin=begin, end=end)
+        found = track(body, motions, plates, filter=filter, begin=begin, end=end, ground=ground)
         took = time.perf_counter() - start
         assert isinstance(found, list)
         windows = sum(len(one.excitation) for one in found)
@@ -56,6 +58,8 @@ def main(
     angles = np.degrees(np.stack([one.rms[turns] for one in found]))
     roots = np.stack([one.greatest_effort[: one.residuals] for one in found])
     print(f"angles, RMS: median {np.median(angles):.3f}, greatest {angles.max():.3f} degrees")
+    if found[0].ground is not None:
+        print("ground beside plates, RMS by foot and axis, N:", *found[0].ground.force_error.round(1).ravel())
     print(f"lost: {sum(one.lost is not None for one in found)} of {trials}; most at the root: {roots.max(axis=0)}")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import command_line
+import warpmuscle as wm
 from opensim_table import table
 from small_leg import loads, motion, small_leg
 from warpmuscle.formats.sto import storage_text
@@ -110,6 +111,10 @@ def test_a_motion_is_followed_and_a_page_is_written(folder, tmp_path):
         assert [dimension[0].name.rpartition("/")[2] for dimension in group["excitation"].dims] == [
             "window_time", "muscle",
         ]  # fmt: skip
+    kept = wm.read(tmp_path / "out.h5")
+    assert kept.replay_names == ("walk", "walk followed")
+    assert kept.replays[1].time[[0, -1]] == pytest.approx([0.0, 0.14], abs=0.011)
+    assert kept.replays[1].muscle_force.max() > 10.0
     _, names, rows = table(tmp_path / "walk_CMC_Actuation_force.sto")
     assert {"gastrocnemius", "pelvis_ty_residual", "knee_angle_reserve"} <= set(names)
     assert len(rows) == 10
@@ -137,6 +142,7 @@ def test_reserves_that_are_too_great_are_told(folder):
         (("small.osim", "walk.sto", "--sto", "nowhere"), "no folder"),
         (("small.osim", "walk.sto", "--report", "page.txt"), "a report is written as .html"),
         (("small.osim", "walk.sto", "--steps", "track", "--window", "2"), "window is a number from"),
+        (("small.osim", "walk.sto", "--steps", "track", "--ground"), "a model on the ground needs two feet"),
         (("small.osim", "walk.sto", "--weight", "mass"), "--weight is none or volume"),
         (("small.osim", "walk.sto", "--emg", "walk.sto"), "name of a muscle"),
         (("small.osim", "walk.sto", "walk.sto", "-o", "two.h5"), "two trials are called 'walk'"),

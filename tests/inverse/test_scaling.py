@@ -8,6 +8,7 @@ import pytest
 
 import warpmuscle as wm
 from leg_model import chain_of, leg, leg_text, markers_of, walk
+from opensim_table import table
 from recorded_markers import trc_text
 from warpmuscle.core.errors import ArgumentError, SceneError, SignalError
 from warpmuscle.formats.external_loads import TO_OPENSIM
@@ -16,6 +17,7 @@ from warpmuscle.formats.opensim_scale import scaled_model
 from warpmuscle.formats.osim.build import build
 from warpmuscle.formats.osim.read import read
 from warpmuscle.inverse.files import angle_names, read_coordinates
+from warpmuscle.inverse.loads import read_loads
 from warpmuscle.inverse.size_fit import fit_sizes
 from warpmuscle.inverse.sized_chain import SizedChain, Sizes, grouped
 from warpmuscle.inverse.trial import Markers
@@ -213,16 +215,34 @@ def test_a_leg_is_read_as_it_was_written(tmp_path):
     assert len(leg(tmp_path).opensim.markers) == 14
 
 
-@pytest.mark.parametrize("subject", ["subject01", "subject02"])
-def test_a_generic_model_and_a_walk_give_the_angles_of_the_subject(reference_data, subject):
+@pytest.mark.parametrize(("subject", "mass"), [("subject01", 72.84), ("subject02", 76.48)])
+def test_a_generic_model_and_a_walk_give_the_angles_and_moments_of_the_subject(reference_data, subject, mass):
     folder = reference_data / "inverse" / "synthetic_walk"
     if not folder.is_dir():
         pytest.skip(f"no reference data: {folder}")
-    found = wm.scale(folder / "unscaled_generic.osim", folder / subject / "markers.trc", mass=72.84)
+    found = wm.scale(folder / "unscaled_generic.osim", folder / subject / "markers.trc", mass=mass)
     kinematics = wm.inverse_kinematics(found.scene, folder / subject / "markers.trc").coordinates
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         truth = read_coordinates(folder / subject / "coordinates.sto", found.scene, degrees=False)
-    assert found.mass == pytest.approx(72.84)
+        moments = wm.inverse_dynamics(found.scene, kinematics, read_loads(folder / subject / "grf.mot"))
+    assert found.mass == pytest.approx(mass)
     for name in set(chain_of(found.scene).coordinates) & angle_names(found.scene):
         assert np.degrees(np.abs(kinematics.of(name) - truth.of(name)).max()) < 1.0, name
+    _, names, rows = table(folder / subject / "id.sto")
+    legs = [name for name in moments.names if name.startswith(("hip_", "knee_angle", "ankle_")) and "beta" not in name]
+    assert len(legs) == 10
+    for name in legs:
+        wanted = rows[:, names.index(f"{name}_moment")]
+        away = np.interp(rows[:, 0], moments.times, moments.of(name)) - wanted
+        assert np.sqrt(np.mean(away**2)) < 0.05 * np.abs(wanted).max(), name
+
+
+def test_bodies_keep_their_parts_of_a_mass_that_is_told_and_else_go_with_their_volumes(model, subject):
+    markers = markers_of(subject, walk(subject, 20))
+    told, untold = wm.scale(model, markers, mass=70.0, device="cpu"), wm.scale(model, markers, device="cpu")
+    usual = {body.name: body.mass for body in read(model, Notes()).bodies}
+    for name, mass in usual.items():
+        assert told.scene.character.bodies[name].mass == pytest.approx(70.0 * mass / sum(usual.values()), rel=1e-6)
+        volume = float(np.prod(untold.factors[name]))
+        assert untold.scene.character.bodies[name].mass == pytest.approx(volume * mass, rel=1e-6)

@@ -76,8 +76,9 @@ def muscles_and_joints(folder: Path) -> None:
 def known_walk(folder: Path, subject: str) -> None:
     """A synthetic walk, from the model of the subject and from the generic one."""
     at = folder / subject
-    fitted = wm.scale(folder / "unscaled_generic.osim", at / "markers.trc", mass=72.84).scene
     own = wm.load(at / f"{subject}.osim", ignored=[])
+    mass = sum(float(body.mass) for body in own.character.bodies.values())  # that was measured: 72.84 and 76.48 kg
+    fitted = wm.scale(folder / "unscaled_generic.osim", at / "markers.trc", mass=mass).scene
     truth = read_coordinates(at / "coordinates.sto", own, degrees=False)
     loads, theirs = read_loads(at / "grf.mot"), columns(at / "id.sto")
     for word, scene in (("its model", own), ("the generic model", fitted)):

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.emg import Emg
     from warpmuscle.inverse.output import Trial
-    from warpmuscle.inverse.tracking.track import TrackingOptions
+    from warpmuscle.inverse.own_ground.ground_run import GroundRun
+    from warpmuscle.inverse.tracking.tracker import TrackingOptions
     from warpmuscle.inverse.trial import Coordinates, Loads
 
 MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
 SHOWN = 5  # of a list of frames
+TOLD = 1.0e-3  # N m or N, of what acts beside muscles
 
 
 def inverse(
@@ -74,9 +76,8 @@ def inverse(
     no_reserves: Annotated[
         bool, typer.Option("--no-reserves", help="Muscles alone follow the motion; reserves are only told.")
     ] = False,
-    no_residuals: Annotated[
-        bool, typer.Option("--no-residuals", help="Nothing holds the root of what follows the motion.")
-    ] = False,
+    no_residuals: Annotated[bool, typer.Option("--no-residuals", help="Nothing holds the root meanwhile.")] = False,
+    ground: Annotated[bool, typer.Option("--ground", help="The ground carries what follows, not --loads.")] = False,
     sto: Annotated[Path | None, typer.Option("--sto", help="Folder for .sto files with OpenSim's names.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of all trials.")] = None,
     report: Annotated[
@@ -89,8 +90,9 @@ def inverse(
 
     Steps: ik coordinates from markers; id generalised forces; so activations and forces of muscles by static
     optimisation; jr forces and moments in joints; track excitations with which a simulation follows the motion, as by
-    computed muscle control. Examples: warpmuscle inverse model.osim walk.mot --loads loads.xml
-    -o result.h5; warpmuscle inverse model.osim a.sto b.sto --loads a_grf.mot --loads b_grf.mot --filter 6 --sto out
+    computed muscle control, with --ground on a simulated ground. Examples: warpmuscle inverse model.osim walk.mot
+    --loads loads.xml -o result.h5; warpmuscle inverse model.osim a.sto b.sto --loads a_grf.mot --loads b_grf.mot
+    --filter 6 --sto out
     """
     _check_outputs(output, report, sto)
     start_warp()
@@ -103,7 +105,7 @@ def inverse(
         power=power, weight=_weight(weight), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
-    tracking = _tracking(options, window, not no_reserves, not no_residuals)
+    tracking = _tracking(options, window, not no_reserves, not no_residuals, ground)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         trials = [_motion(path, body, setup, device) for path in motions]
@@ -127,12 +129,14 @@ def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff:
     return about | {"options": json.dumps(_plain(options)), "filter": "none" if cutoff is None else f"{cutoff:g} Hz"}
 
 
-def _tracking(options: ActivationOptions, window: float, reserves: bool, residuals: bool) -> TrackingOptions:
+def _tracking(
+    options: ActivationOptions, window: float, reserves: bool, residuals: bool, ground: bool
+) -> TrackingOptions:
     """Options of tracking, whose reserves are as strong as those of static optimisation."""
-    from warpmuscle.inverse.tracking.track import TrackingOptions
+    from warpmuscle.inverse.tracking.tracker import TrackingOptions
 
     strength = options.reserve if isinstance(options.reserve, float) else options.reserve[""]
-    return TrackingOptions(window, reserve=strength, reserves=reserves, residuals=residuals)
+    return TrackingOptions(window, reserve=strength, reserves=reserves, residuals=residuals, ground=ground)
 
 
 def _weight(word: str) -> str:
@@ -319,7 +323,7 @@ def _tell_tracked(trial: Trial) -> None:
             parts.append(f"{factor * one.rms[worst]:.3g} {word} RMS ({one.names[worst]})")
     windows = number_of(len(one.excitation), "window")
     out.print(f"{trial.name}: followed over {windows} to {' and '.join(parts)} at most", markup=False)
-    pushed = [k for k in np.argsort(-one.greatest_effort) if one.greatest_effort[k] > 0.0]
+    pushed = [k for k in np.argsort(-one.greatest_effort) if one.greatest_effort[k] > TOLD]
     for what, some in (("at the root", [k for k in pushed if k < one.residuals]),
                        ("beside muscles", [k for k in pushed if k >= one.residuals])):  # fmt: skip
         if some:
@@ -328,6 +332,23 @@ def _tell_tracked(trial: Trial) -> None:
                 f"{one.greatest_effort[k]:.3g} {unit} ({one.names[k]})" for k, unit in zip(some, units, strict=True)
             ]
             out.print(f"  forces {what}: up to {', '.join(most[:SHOWN])}", markup=False)
+    if one.ground is not None:
+        _tell_ground(one.ground)
+
+
+def _tell_ground(ground: GroundRun) -> None:
+    """A few lines about the ground that carries a simulation: where it lies, and its forces beside the plates'."""
+    import numpy as np
+
+    belt, lift = float(np.linalg.norm(ground.belt)), 1000.0 * ground.lift
+    moved = f", walking ahead at {belt:.2f} m/s, the speed of the belt" if belt else ""
+    out.print(f"  on the ground, moved upwards by {lift.min():.0f} to {lift.max():.0f} mm{moved}", markup=False)
+    up = ground.force_error[:, 1]
+    out.print(
+        f"  nothing acts at the root; the ground pushes upwards with {up[0]:.0f} and {up[1]:.0f} N RMS of difference "
+        f"from plates, left and right, of which the greatest is {ground.plates[..., 1].max():.0f} N",
+        markup=False,
+    )
 
 
 def _listed(frames: list[int]) -> str:

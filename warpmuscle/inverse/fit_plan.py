@@ -79,7 +79,14 @@ class Plan:
 
 def seen_in(positions: Floats) -> NDArray[np.bool_]:
     """Which markers (F, K) are seen at positions (F, K, 3)."""
-    return np.asarray(np.isfinite(positions).all(axis=2))
+    known = np.isfinite(positions)
+    return np.asarray(known[..., 0] & known[..., 1] & known[..., 2])
+
+
+def squared_lengths(vectors: Floats) -> Floats:
+    """Squares of the lengths of vectors (..., 3); sums over so short an axis are slow."""
+    x, y, z = (np.square(vectors[..., axis]) for axis in range(3))
+    return np.asarray(x + y + z)
 
 
 def _good(seen: Integers) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.chain import Chain
-from warpmuscle.inverse.fit_plan import seen_in
+from warpmuscle.inverse.fit_plan import seen_in, squared_lengths
 from warpmuscle.inverse.marker_fit import Fit
 from warpmuscle.inverse.trial import Markers
 from warpmuscle.markers.files import UNITS
@@ -85,9 +85,8 @@ def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> lis
             f"{number_of(len(slow), 'frame')} did not converge, the first is number {slow[0] + 1}; "
             "their markers fit badly"
         )
-    missed = np.linalg.norm(fit.errors, axis=2)
     with np.errstate(all="ignore"):
-        rms = np.sqrt(np.nanmean(missed**2, axis=0))
+        rms = np.sqrt(np.nanmean(squared_lengths(fit.errors), axis=0))
     usual = float(np.nanmedian(rms))
     if usual > FAR:
         notes.append(

@@ -17,7 +17,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.inverse.chain import Chain, Place
-from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in
+from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in, squared_lengths
 from warpmuscle.kernels import marker_fit_structs as structs
 from warpmuscle.kernels.body_structs import CubicPiece
 from warpmuscle.kernels.inverse.marker_fit import fit_markers
@@ -88,7 +88,7 @@ class MarkerFitter:
         """Weighted mean squares of the errors of some frames (n,), m^2."""
         seen = seen_in(problem.positions[frames])
         w = np.where(seen, problem.weights, 0.0)
-        squares = np.sum(np.where(seen[..., None], found.errors[frames], 0.0) ** 2, axis=2)
+        squares = np.where(seen, squared_lengths(found.errors[frames]), 0.0)
         return np.asarray(np.sum(w * squares, axis=1) / np.maximum(w.sum(axis=1), 1e-12))
 
     def _cold_starts(self, problem: Problem, parts: list[Integers]) -> Floats:

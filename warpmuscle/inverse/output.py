@@ -67,9 +67,13 @@ def write_result(
         raise ResultError(f"two trials are called {twice!r}; rename one of their files")
     content = io.BytesIO()
     with h5py.File(content, "w", track_order=True) as file:
-        motions = [trial.recording for trial in trials if trial.recording is not None]
+        motions = {trial.name: trial.recording for trial in trials if trial.recording is not None}
         if body is not None and motions:
-            put(file, motions_result(body, names, motions, about.get("command", "")), INVERSE_FORMAT)
+            runs = {f"{trial.name} followed": trial.tracked for trial in trials if trial.tracked is not None}
+            motions |= {name: run.motion for name, run in runs.items() if run.motion is not None}
+            grounds = [run.ground for run in runs.values() if run.ground is not None]
+            scene = grounds[0].scene if grounds else body.scene
+            put(file, motions_result(body, scene, motions, about.get("command", "")), INVERSE_FORMAT)
         else:
             file.attrs["format"] = INVERSE_FORMAT
         for key, value in about.items():
@@ -114,6 +118,8 @@ def _labels(trial: Trial) -> dict[str, tuple[str, ...]]:
         found["coordinate"] = moments.names
     if trial.tracked is not None:
         found |= {"coordinate": trial.tracked.names, "muscle": trial.tracked.muscles}
+        if trial.tracked.ground is not None:
+            found |= {"foot": ("left", "right"), "ground_axis": ("x", "y", "z")}
     if trial.activations is not None:
         found["muscle"] = trial.activations.muscles
     if trial.reactions is not None:

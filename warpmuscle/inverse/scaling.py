@@ -74,7 +74,9 @@ def scale(
         weights: by marker, of the fit without a set-up; those that are not named do not count.
         symmetric: whether left and right get the same factors in the fit without a set-up.
         move_markers: whether markers are put where the subject wears them, but for those that the model says are fixed.
-        keep_mass_distribution: whether each body keeps its part of the mass; by default as the set-up says, else not.
+        keep_mass_distribution: whether each body keeps its part of the mass, rather than one that goes with its volume;
+            by default as the set-up says. Without one, parts are kept if `mass` is told: markers tell little of how
+            wide segments are.
 
     Warns:
         TrialWarning: what is to be known of the result, see `Scaled.notes`.
@@ -97,7 +99,7 @@ def scale(
     if setup is not None:
         found = _by_setup(record, trials, read_scale_setup(setup), mass, move_markers, keep_mass_distribution, device)
     else:
-        keep = bool(keep_mass_distribution)
+        keep = mass is not None if keep_mass_distribution is None else keep_mass_distribution
         found = _by_frames(record, trials, mass, weights, symmetric, move_markers, keep, device)
     for note in found.notes:
         warnings.warn(note, TrialWarning, stacklevel=2)

@@ -16,8 +16,9 @@ from warpmuscle.inverse.joint_reactions import reactions_of
 from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.recordings.motion import recorded_motions
 from warpmuscle.inverse.static_optimization import activations_of
-from warpmuscle.inverse.tracking.track import TrackingOptions, track_trials
+from warpmuscle.inverse.tracking.track import track_trials
 from warpmuscle.inverse.tracking.tracked import Tracked
+from warpmuscle.inverse.tracking.tracker import TrackingOptions
 from warpmuscle.inverse.trial import Coordinates, Loads
 
 STEPS = ("ik", "id", "so", "jr", "track")
@@ -77,7 +78,7 @@ def run_steps(
     tracked: Sequence[Tracked | None] = nothing
     if "track" in steps:
         begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))
-        tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end)
+        tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end, recorded)
     shown = recorded_motions(body, trials, dynamics.effort, activations) if recorded else nothing
     found = zip(names, motions, moments, activations or nothing, reactions, tracked, shown, strict=True)
     return [

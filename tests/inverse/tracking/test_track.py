@@ -138,6 +138,7 @@ def test_a_walk_is_followed_as_by_opensims_cmc(reference_data):
         ({"window": 1.0}, "window is a number from 0.001 to 0.1"),
         ({"kp": float("nan")}, "kp is a number"),
         ({"gain": 1.0}, "no option 'gain'"),
+        ({"ground": "flat"}, "ground"),
         ({"begin": 0.268}, "no window of 0.015 s"),
         ({"begin": [0.0, 0.1]}, "one for each of 1 motion"),
     ],

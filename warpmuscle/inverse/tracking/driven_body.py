@@ -30,12 +30,15 @@ class DrivenBody:
         muscle_names: simulated muscles. muscles: their numbers among all of the model.
     """
 
-    def __init__(self, body: BodyModel, instances: int, window: float, loads: Sequence[int], duration: float) -> None:
+    def __init__(
+        self, body: BodyModel, instances: int, window: float, loads: Sequence[int], duration: float, *,
+        recorded: bool = False,
+    ) -> None:  # fmt: skip
         """Prepare.
 
         Args:
             window: s, rounded to whole steps. loads: (L,) numbers of the bodies that loads act on.
-            duration: s, longest simulated time.
+            duration: s, longest simulated time. recorded: whether all instances are, 100 times a second.
         """
         self.body, self._loaded = body, list(loads)
         scene = body.scene
@@ -53,7 +56,8 @@ class DrivenBody:
             scene, forces=dict(scene.forces) | self._forces(), failure=failure, duration=duration + self.window,
             controller=None, motion={},
         )  # fmt: skip
-        self.rollout = Rollout(self._scene, instances, str(body.device))
+        record = range(instances) if recorded else ()
+        self.rollout = Rollout(self._scene, instances, str(body.device), record=record)
         self.muscle_names = self.rollout.structure.actuation.muscles
         self.muscles = [body.muscles.index(name) for name in self.muscle_names]
 

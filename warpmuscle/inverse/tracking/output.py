@@ -13,7 +13,16 @@ from warpmuscle.inverse.tracking.tracked import Tracked
 def tracked_arrays(one: Tracked) -> list[NamedArray]:
     """Arrays over the times between windows, and over windows."""
     generalised, between, windows = "N m or N", "tracking_time", "window_time"
+    ground = []
+    if one.ground is not None:
+        axes = "foot", "ground_axis"
+        ground = [
+            NamedArray("ground_force", axes, "N", one.ground.force, "of the simulated ground on a foot", windows),
+            NamedArray("plate_force", axes, "N", one.ground.plates, "of the plates then", windows),
+            NamedArray("lift", (), "m", one.ground.lift, "of the root, onto the ground", between),
+        ]
     return [
+        *ground,
         NamedArray("tracked_value", ("coordinate",), "rad or m", one.values, "of the simulation", between),
         NamedArray("tracking_error", ("coordinate",), "rad or m", one.error, "simulated less recorded", between),
         NamedArray("tracked_activation", ("muscle",), "1", one.activation, "of the simulation", between),

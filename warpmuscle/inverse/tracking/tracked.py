@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.inverse.own_ground.ground_run import GroundRun
+from warpmuscle.results.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,8 @@ class Tracked:
         lacking: (W, K) the same and all reserves, whether they acted or not.
         start: coordinates (C,) and speeds (S,) of the simulation's state at first, as `Rollout.set_initial` takes them.
         iterations: (W,) of static optimisation; -1 where it did not converge.
+        ground: how the ground carried it in place of recorded forces; None: these acted.
+        motion: the run, with muscles and forces on the feet, where it was asked for.
         lost: s, when its simulation diverged; windows from there on are left out. None: it did not.
     """
 
@@ -40,6 +44,8 @@ class Tracked:
     iterations: Integers
     start: tuple[Floats, Floats]
     lost: float | None = None
+    ground: GroundRun | None = None
+    motion: Recording | None = None
 
     @property
     def error(self) -> Floats:

@@ -43,7 +43,7 @@ def contact_points(body: BodyModel, times: Floats, dynamics: Dynamics) -> Points
         )
     names, places, foot, heels = body.topology, [], [], []
     for side, name in enumerate(scene.feet):
-        heel, toes = _heel_and_toes(list(names.parents), names.bodies.index(name), name)
+        heel, toes = heel_and_toes(list(names.parents), names.bodies.index(name), name)
         heels.append(heel)
         for x in (-HALF_WIDTH, HALF_WIDTH):
             for part, z in ((heel, 0.0), (toes, 0.0), (toes, TOES)):
@@ -58,7 +58,7 @@ def contact_points(body: BodyModel, times: Floats, dynamics: Dynamics) -> Points
     return Points(np.array(foot), place, reluctance, (heels[0], heels[1]))
 
 
-def _heel_and_toes(parents: list[int], foot: int, name: str) -> tuple[int, int]:
+def heel_and_toes(parents: list[int], foot: int, name: str) -> tuple[int, int]:
     """Numbers of the last two bodies of a foot."""
     chain = [foot]
     while below := [k for k, parent in enumerate(parents) if parent == chain[-1] and k > chain[-1]]:
