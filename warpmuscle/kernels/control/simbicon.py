@@ -28,7 +28,7 @@ from warpmuscle.kernels.control.simbicon_equations import (
     unless_clamped,
 )
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.scratch import synchronize
+from warpmuscle.kernels.memory.scratch import any_lane, synchronize
 from warpmuscle.kernels.structs import (
     RIGHT,
     ModelRef,
@@ -254,7 +254,7 @@ def simbicon_stages_of(above: Any) -> SimbiconStages:
         """Torques towards the targets of the last step in which they were renewed. Ends with a barrier."""
         held = state.simbicon
         renewed = state.step[instance] % model.simbicon.every == 0
-        if renewed:
+        if any_lane(renewed):  # neighbours at other steps pass its barriers, too
             targets_stage(instance, lane, lanes, model, state, work)
         for i in range(lane, model.body_count, lanes):
             rolled()
