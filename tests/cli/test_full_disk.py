@@ -152,6 +152,9 @@ def test_full_file_system_is_named_as_the_cause(name, run, tmp_path):
         libc.umount(os.fsencode(tmp_path))
 
 
+NO_BYTE_CODE = {"PYTHONDONTWRITEBYTECODE": "1"}  # which Python would leave cut off, for others to read
+
+
 def limited(*arguments, cwd, shell="", **environment):
     """A command in a process of its own, after shell commands such as `ulimit`; its code and errors.
 
@@ -161,7 +164,13 @@ def limited(*arguments, cwd, shell="", **environment):
     script = f'{shell}\nexec "$@"'
     command = ["sh", "-c", script, "sh", sys.executable, "-c", code, *map(str, arguments)]
     done = subprocess.run(
-        command, cwd=cwd, env=os.environ | environment, capture_output=True, text=True, timeout=120, check=False
+        command,
+        cwd=cwd,
+        env=os.environ | environment | NO_BYTE_CODE,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     lines = [line for line in done.stderr.splitlines() if line.strip()]
     return done.returncode, [line for line in lines if not line.startswith(("simulating", "compiling "))]

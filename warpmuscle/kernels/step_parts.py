@@ -219,7 +219,7 @@ def account_of(kind: StepKind, lap: Any) -> Any:
     record_own, own, extensions_struct = own_recorder_of(kind.recorded, False), bool(kind.recorded.own), kind.extensions
     record_powers, devices = record_powers_of(kind.forces), whole and any(force.device for force in kind.forces)
     first_object = sum(3 if one.vector else 1 for one in kind.recorded.own)
-    objects = sum(force.objects.count for force in kind.forces if force.objects)
+    objects = sum(force.objects.number for force in kind.forces if force.objects)
     first_belt, tracked = first_object + RECORDED * objects, whole and objects > 0
     belts = whole and kind.skeleton.moves
     first_power = first_belt + (2 if kind.skeleton.moves else 0)

@@ -61,7 +61,7 @@ class Course:
 
     def until(self, step: int) -> int | None:
         """The step at which commands are renewed next, None if none change any more."""
-        last = max((one.over[-1][0] for one in self._commands.values()), default=0.0)
+        last = max((one.over[-1][0] for one in self._commands.values()), default=-1.0)
         return (step // self._steps + 1) * self._steps if step * self._time_step <= last else None
 
     def at(self, step: int) -> dict[str, float]:

@@ -34,7 +34,7 @@ def record_objects_of(forces: tuple[Any, ...]) -> Any:
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     here = forces[0].objects is not None
     others = record_object if here else record_objects_of(forces[1:])
-    count = forces[0].objects.count if here else 0
+    count = forces[0].objects.number if here else 0
 
     @wp.func
     def record_objects(

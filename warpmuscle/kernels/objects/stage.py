@@ -19,7 +19,7 @@ from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 class ObjectsKind(NamedTuple):
     """What a step has compiled in for objects."""
 
-    count: int
+    number: int
     turned: bool = False  # whether the principal axes of some bodies are turned against those of their frames
     terrain: int = FLAT  # see `contact.terrain`
     moves: bool = False  # whether the ground moves along itself, see `contact.belts`
@@ -76,7 +76,7 @@ def objects_stage_of(forces: tuple[Any, ...]) -> Any:
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     here = forces[0].objects is not None
     of_kind = move_object_of(forces[0].objects) if here else objects_stage_of(forces[1:])
-    count = forces[0].objects.count if here else 0
+    count = forces[0].objects.number if here else 0
 
     @wp.func
     def objects_stage(

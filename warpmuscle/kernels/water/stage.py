@@ -6,13 +6,14 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.force.extensions import extension_list
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 from warpmuscle.kernels.water.section import in_water
 from warpmuscle.kernels.water_structs import WaterExtension
 
 
-@wp.func
+@func
 def wet(instance: int, body: int, model: ModelRef, work: ScratchRef, own: wp.ref[WaterExtension]):
     """Add water's force on a body to its bias force, and what it moves along to its articulated inertia."""
     gravity = at(model.gravity, instance, 0)
