@@ -1,6 +1,8 @@
 """How many of 1000 random bodies walk with the gait of one: unchanged, and with gains, times and speeds by size.
 
-For docs/how-to/bodies.md. Example: python tools/research/random_bodies.py fwalk --bodies 1000 --json bodies.json
+For docs/how-to/bodies.md.
+
+Example: python tools/research/random_bodies.py fwalk --bodies 1000 --json bodies.json
 """
 
 import argparse

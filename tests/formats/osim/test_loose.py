@@ -8,8 +8,8 @@ import osim_models as small
 from warpmuscle.formats import Ignored, load
 
 LIGAMENTS = "".join(
-    f'<Blankevoort1991Ligament name="l{k}"><GeometryPath><PathPointSet><objects>{small.point("a", "femur", "0 0 0")}'
-    f"{small.point('b', 'tibia', '0 0.1 0')}</objects></PathPointSet></GeometryPath></Blankevoort1991Ligament>\n"
+    f'<ClutchedPathSpring name="l{k}"><GeometryPath><PathPointSet><objects>{small.point("a", "femur", "0 0 0")}'
+    f"{small.point('b', 'tibia', '0 0.1 0')}</objects></PathPointSet></GeometryPath></ClutchedPathSpring>\n"
     for k in range(3)
 )
 CONTACT = (
@@ -38,7 +38,7 @@ def notes_on(folder: Path, kind: str, forces: str) -> list[str]:
 def test_first_note_says_which_joints_lost_what(tmp_path: Path):
     first, *others = notes_on(tmp_path, "FreeJoint", LIGAMENTS + CONTACT)
     assert "this model cannot stand" in first
-    assert "knee (6 free coordinates) lost 3 Blankevoort1991Ligament, 1 Smith2018ArticularContactForce" in first
+    assert "knee (6 free coordinates) lost 3 ClutchedPathSpring, 1 Smith2018ArticularContactForce" in first
     assert sum("cannot stand" in other for other in others) == 0
 
 
@@ -119,7 +119,7 @@ SPHERES = shapes(shape("ContactSphere", "s1", "femur"), shape("ContactSphere", "
 MESHES = shapes(shape("ContactMesh", "s1", "femur"), shape("ContactSphere", "s2", "tibia"))
 TWO_MESHES = shapes(shape("ContactMesh", "s1", "femur"), shape("ContactMesh", "s2", "tibia"))
 KNEE = six("knee", "femur", "tibia")
-STRANGE = "Blankevoort1991Ligament"
+STRANGE = "ClutchedPathSpring"
 ELASTIC = (
     '<ElasticFoundationForce name="e"><ElasticFoundationForce::ContactParametersSet name="contact_parameters"><objects>'
     "<ElasticFoundationForce::ContactParameters><geometry>s1 s2</geometry></ElasticFoundationForce::ContactParameters>"
@@ -127,11 +127,11 @@ ELASTIC = (
 )
 OFF = "<appliesForce>false</appliesForce>"
 MODELS: dict[str, tuple[str, str, str, str]] = {  # joints, forces, shapes, and what the first note says of the knee
-    "ligament": (KNEE + patella(), band(STRANGE), "", "knee (6 free coordinates) lost 1 Blankevoort1991Ligament"),
+    "ligament": (KNEE + patella(), band(STRANGE), "", "knee (6 free coordinates) lost 1 ClutchedPathSpring"),
     "meshes": (KNEE + patella(), ELASTIC, TWO_MESHES, "knee (6 free coordinates) lost 1 ElasticFoundationForce"),
     "spheres": (KNEE + patella(), hunt_crossley("s1", "s2"), SPHERES, "knee (6 free coordinates) lost 1 HuntCrossley"),
     "mesh": (KNEE + patella(), hunt_crossley("s1", "s2"), MESHES, "knee (6 free coordinates) lost 1 HuntCrossley"),
-    "bushing": (KNEE + patella(), bushing("1e4*delta_x^3"), "", "knee (6 free coordinates) lost 1 ExpressionBased"),
+    "stiffening bushing": (KNEE + patella(), bushing("1e4*delta_x^3"), "", ""),
     "planar patella": (
         rolling() + patella("PlanarJoint"), band(STRANGE, "patella"), "", "pf (3 free coordinates) lost 1",
     ),
@@ -140,7 +140,7 @@ MODELS: dict[str, tuple[str, str, str, str]] = {  # joints, forces, shapes, and 
     ),
     "both": (
         KNEE + patella("PlanarJoint"), band(STRANGE) + band(STRANGE, "patella"), "",
-        "knee (6 free coordinates) lost 2 Blankevoort1991Ligament; pf (3 free coordinates) lost 1 Blankevoort",
+        "knee (6 free coordinates) lost 2 ClutchedPathSpring; pf (3 free coordinates) lost 1 ClutchedPathSpring",
     ),
     "partly locked": (
         six("knee", "femur", "tibia", locked=("ty", "tz", "rx")) + patella(), band(STRANGE), "",

@@ -20,5 +20,5 @@ class Treadmill(Part):
     right: Annotated[Number, "m/s"] = 0.0  # and the right one
     sideways: Annotated[Number, "m/s"] = 0.0  # of both, to the left
     split: Annotated[Number, "m"] = 0.0  # x of the line between them
-    profile: list[tuple[float, float]] = []  # times, s, and what all speeds are multiplied by, straight between them
+    profile: Annotated[list[tuple[float, float]], "s and 1"] = []  # times, and what all speeds are multiplied by then
     start: Annotated[Number, "s"] = 0.0  # when the profile begins
