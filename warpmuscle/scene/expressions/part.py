@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from warpmuscle.scene.part import Part
 
@@ -14,6 +14,6 @@ class ExpressionCurve(Part):
     OpenSim's SimmSpline.
     """
 
-    x: list[float]
-    y: list[float]
+    x: Annotated[list[float], "1"]  # in the units of what the expression gives it
+    y: Annotated[list[float], "1"]
     ends: Literal["simm", "natural", "linear"] = "simm"
