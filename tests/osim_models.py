@@ -44,6 +44,15 @@ def axes(**functions: tuple[str, str, str]) -> str:
     return f"<SpatialTransform>{inner}</SpatialTransform>"
 
 
+def joint_of_six(name: str, parent: str, child: str, words: tuple[str, ...]) -> str:
+    """A custom joint that turns and shifts along each axis by a coordinate of its own: three turns, three shifts."""
+    functions = {
+        f"{kind}{k + 1}": (word, " ".join("1" if k == i else "0" for i in range(3)), LINE)
+        for kind, own in (("rotation", words[:3]), ("translation", words[3:])) for k, word in enumerate(own)
+    }  # fmt: skip
+    return joint("CustomJoint", name, parent, child, "".join(map(coordinate, words)), axes(**functions))
+
+
 def spline(kind: str, x: str, y: str) -> str:
     """A function through knots."""
     return f'<{kind} name="function"><x>{x}</x><y>{y}</y></{kind}>'

@@ -52,18 +52,10 @@ def bushing(kind: str, inner: str) -> str:
     )
 
 
-def joint(name: str, parent: str, child: str, words: tuple[str, ...]) -> str:
-    axes = {
-        f"{kind}{k + 1}": (word, " ".join("1" if k == i else "0" for i in range(3)), small.LINE)
-        for kind, own in (("rotation", words[:3]), ("translation", words[3:])) for k, word in enumerate(own)
-    }  # fmt: skip
-    return small.joint("CustomJoint", name, parent, child, "".join(map(small.coordinate, words)), small.axes(**axes))
-
-
 def scene_of(folder: Path, force: str) -> tuple[Scene, list[Ignored]]:
     bodies = small.body("one", 1.0, "0.01 0.02 -0.03", "0.1 0.2 0.3 0 0 0")
     bodies += small.body("two", 2.0, "0.02 -0.01 0.03", "0.3 0.2 0.1 0 0 0")
-    joints = joint("j1", "ground", "one", FIRST) + joint("j2", "one", "two", SECOND)
+    joints = small.joint_of_six("j1", "ground", "one", FIRST) + small.joint_of_six("j2", "one", "two", SECOND)
     ignored: list[Ignored] = []
     return load(small.written(folder, small.model(bodies, joints, force)), ignored=ignored), ignored
 

@@ -106,17 +106,11 @@ FORCES = {
 }  # fmt: skip
 
 
-def joint(name: str, parent: str, child: str, words: tuple[str, ...]) -> str:
-    axes = {
-        f"{kind}{k + 1}": (word, " ".join("1" if k == i else "0" for i in range(3)), small.LINE)
-        for kind, own in (("rotation", words[:3]), ("translation", words[3:])) for k, word in enumerate(own)
-    }  # fmt: skip
-    return small.joint("CustomJoint", name, parent, child, "".join(map(small.coordinate, words)), small.axes(**axes))
-
-
 def file_of(folder: Path, forces: str, controller: str) -> Path:
     bodies = small.body("one", 2.0, "0.1 0.2 0") + small.body("two", 1.0, "0 -0.3 0.1")
-    joints = joint("first", "ground", "one", WORDS[0]) + joint("second", "one", "two", WORDS[1])
+    joints = small.joint_of_six("first", "ground", "one", WORDS[0]) + small.joint_of_six(
+        "second", "one", "two", WORDS[1]
+    )
     text = small.model(bodies, joints, forces)
     return small.written(folder, text.replace("</Model>", f"{controller}</Model>"))
 
