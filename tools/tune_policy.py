@@ -24,9 +24,9 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import toml
-from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
-from warpmuscle.gait.foot_contact import SIDES, touch_downs
-from warpmuscle.gait.joint_moments import leg_moments
+from warpmuscle.gait.cycles import body_weight, strides
+from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.joint_moments import from_people, leg_moments, mean_curves
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.learning.player import Player, replay, task_of, undisturbed
 from warpmuscle.learning.policy import actions_of
@@ -69,16 +69,11 @@ class Aims:
 
 def moments_away(motion: Recording, scene: Scene) -> float:
     """How far moments of hips, knees and ankles are from people's in the mean, SD."""
-    weight, found = body_weight(scene), []
-    for title, of_sides in leg_moments(motion, scene).items():
-        norm = SEARCHED_MOMENTS[title]
-        mean, deviation = norm.mean(PERCENT), norm.sd(PERCENT).mean()
-        for side in SIDES:
-            landings = touch_downs(motion, side, weight)
-            cycles = list(zip(landings[:-1].tolist(), landings[1:].tolist(), strict=True))
-            curve = over_strides(motion.time, of_sides[side], cycles).mean(axis=0)
-            found.append(float(np.abs(curve - mean).mean() / deviation))
-    return float(np.mean(found))
+    weight = body_weight(scene)
+    cycles = {side: strides(motion, side, weight=weight) for side in SIDES}
+    moments = leg_moments(motion, scene).items()
+    away = [from_people(name, mean_curves(motion, sides, cycles), SEARCHED_MOMENTS) for name, sides in moments]
+    return float(np.mean(away))
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
@@ -14,6 +16,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION
+from warpmuscle.scene.people.fukuchi import Sampled
 from warpmuscle.scene.people.pinzone import MOMENTS, PELVIS, POWERS
 
 JOINTS = ("Hip", "Knee", "Ankle")
@@ -70,9 +73,9 @@ def mean_curves(recording: Recording, of_sides: dict[str, Floats], cycles: dict[
     return [over_strides(recording.time, of_sides[side], cycles[side]).mean(axis=0) for side in SIDES]
 
 
-def from_people(name: str, curves: list[Floats]) -> float:
+def from_people(name: str, curves: list[Floats], people: Mapping[str, Sampled] = PEOPLE) -> float:
     """Mean distance of both sides' curves (101,) from people's, in their mean standard deviation."""
-    norm = PEOPLE[name]
+    norm = people[name]
     mean, deviation = norm.mean(PERCENT), norm.sd(PERCENT).mean()
     return float(np.mean([np.abs(curve - mean).mean() for curve in curves]) / deviation)
 
