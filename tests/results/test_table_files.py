@@ -59,6 +59,25 @@ def test_a_store_takes_the_place_of_another_store_only(tmp_path: Path):
     assert (mine / "notes.txt").read_text() == "keep me"
 
 
+def test_a_store_that_cannot_be_put_back_is_kept_beside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    pytest.importorskip("zarr", reason="no zarr: pip install 'warpmuscle[tables]'")
+    path = tmp_path / "a.zarr"
+    write_arrays(arrays(3.0), path)
+    rename = Path.rename
+
+    def only_away(self: Path, target: Path) -> Path:
+        if target == path:
+            raise OSError("refused")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", only_away)
+    with pytest.raises(ResultError, match="refused"):
+        write_arrays(arrays(4.0), path)
+    (kept,) = tmp_path.iterdir()
+    with xarray.open_dataset(kept, engine="zarr") as found:
+        xarray.testing.assert_identical(found.load(), arrays(3.0))
+
+
 def test_where_there_is_no_folder_none_is_made(tmp_path: Path):
     for name, write, what in (("a.zarr", write_arrays, arrays()), ("a.csv", write_rows, rows())):
         with pytest.raises(ResultError, match="folder does not exist"):

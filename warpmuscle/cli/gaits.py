@@ -23,7 +23,6 @@ from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
-from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
@@ -128,7 +127,7 @@ def _walk(
 ) -> tuple[Recording, Scene]:
     """The motion in a result file, or of a scene that is run, and the scene without free parameters."""
     from warpmuscle.optimization.best_scene import recorded_scene
-    from warpmuscle.results.partial_motion import demanding
+    from warpmuscle.results.partial_motion import motion_of
     from warpmuscle.results.result import read
     from warpmuscle.view.sources import is_result
 
@@ -138,9 +137,7 @@ def _walk(
         if value is not None:
             raise Error(f"{source}: a result file takes no {option}")
     result = read(source, run, replay=replay)
-    if replay >= len(result.replays):
-        raise Error(f"{source} has {number_of(len(result.replays), 'motion')}, none with number {replay}")
-    return demanding(result.replays[replay], source), recorded_scene(result)
+    return motion_of(result, source, replay), recorded_scene(result)
 
 
 def _simulated(

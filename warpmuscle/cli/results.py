@@ -204,10 +204,9 @@ def export(
     observations as they are to actions. Of a sweep a table has a row a run, in .zarr and .nc an axis for each of its
     own.
     """
-    from warpmuscle.core.errors import ResultError
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in
-    from warpmuscle.results.partial_motion import demanding
+    from warpmuscle.results.partial_motion import motion_of
     from warpmuscle.results.result import read
     from warpmuscle.results.table_files import is_table, write_table
 
@@ -223,9 +222,7 @@ def export(
         out.print(f"wrote {output}")
         return
     content = read(result, run, replay=replay)
-    if replay >= len(content.replays):
-        raise ResultError(f"{result} has {number_of(len(content.replays), 'motion')}, none with number {replay}")
-    motion, scene = demanding(content.replays[replay], str(result)), scene_in(content)
+    motion, scene = motion_of(content, str(result), replay), scene_in(content)
     written = [output]
     if ground_forces is not None:
         written += _write_loads(motion, scene, ground_forces)

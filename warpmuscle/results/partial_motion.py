@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.arguments import as_texts
 from warpmuscle.core.errors import ArgumentError, ResultError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.recording import INTEGER_QUANTITIES, QUANTITIES, Recording, is_missing
 from warpmuscle.results.records import Result
 from warpmuscle.scene.validation.checks import near
@@ -53,6 +54,13 @@ def demanding(motion: Recording, source: str) -> Recording:
     found = object.__new__(_Demanding)
     found.__dict__.update(motion.__dict__, _source=source)
     return found
+
+
+def motion_of(result: Result, source: str, replay: int) -> Recording:
+    """One motion of a result that was read from a file, see `demanding`; raises ResultError if it has none there."""
+    if replay >= len(result.replays):
+        raise ResultError(f"{source} has {number_of(len(result.replays), 'motion')}, none with number {replay}")
+    return demanding(result.replays[replay], source)
 
 
 def checked_quantities(quantities: Sequence[str] | None) -> list[str]:

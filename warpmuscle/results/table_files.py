@@ -11,16 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.files import replacing, unwritable
-from warpmuscle.core.plain_text import number_of
-from warpmuscle.results.partial_motion import demanding
+from warpmuscle.results.partial_motion import motion_of
 from warpmuscle.results.result import read
 from warpmuscle.results.sweeps import is_sweep, read_sweep
 
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-    from warpmuscle.results.recording import Recording
 
 FLAT = (".parquet", ".csv")  # rows and columns
 LABELLED = (".zarr", ".nc")  # arrays with names along their axes
@@ -96,8 +93,9 @@ def _write_store(arrays: Any, path: Path) -> None:
                 former.rename(path)
         raise ResultError(f"{path}: {unwritable(error)}") from None
     finally:
-        for left in (temporary, former):
-            shutil.rmtree(left, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
+        if path.exists():  # else the former store, which could not be put back, is all that there is
+            shutil.rmtree(former, ignore_errors=True)
 
 
 def is_table(result: Path, output: Path, run: str | None, candidates: bool) -> bool:
@@ -127,14 +125,6 @@ def write_table(result: Path, output: Path, run: str | None, replay: int, candid
         table = read(result, run).to_dataframe()
         found = table if flat else table.to_xarray()
     else:
-        motion = _motion(result, run, replay)
+        motion = motion_of(read(result, run, replay=replay), str(result), replay)
         found = motion.to_dataframe() if flat else motion.to_xarray()
     (write_rows if flat else write_arrays)(found, output)
-
-
-def _motion(result: Path, run: str | None, replay: int) -> Recording:
-    """One whole motion of a file."""
-    motions = read(result, run, replay=replay).replays
-    if replay >= len(motions):
-        raise ResultError(f"{result} has {number_of(len(motions), 'motion')}, none with number {replay}")
-    return demanding(motions[replay], str(result))
