@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import resource
 from pathlib import Path
 
 import h5py
@@ -13,6 +12,7 @@ import pytest
 from biped import random_recording
 from described import assert_described
 from same_values import assert_same
+from small_disk import disk_of
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
@@ -193,13 +193,9 @@ def test_folder_without_permission_is_one_clear_error(tmp_path: Path):
 def test_full_disk_leaves_the_old_file_and_no_other(tmp_path: Path):
     path = tmp_path / "a.h5"
     write(path, plain_result())
-    old, limits = path.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))  # a write beyond it fails like one on a full disk
-    try:
-        with pytest.raises(ResultError, match=r"a\.h5: cannot be written: file too large"):
-            write(path, full_result())
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    old = path.read_bytes()
+    with disk_of(2000), pytest.raises(ResultError, match=r"a\.h5: cannot be written: file too large"):
+        write(path, full_result())
     assert list(tmp_path.iterdir()) == [path]
     assert path.read_bytes() == old
 
