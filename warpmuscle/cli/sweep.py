@@ -135,7 +135,7 @@ def join(
 
 def study(
     file: Annotated[
-        Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table [study], or a shipped study.")
+        Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table \\[study], or a shipped study.")
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
