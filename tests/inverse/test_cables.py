@@ -45,8 +45,10 @@ l_slack = 0.1
 curve_shape = {{ type = "millard", active_from = 0.5 }}
 """
 CABLES = {
-    "strap": 'f_max = 500\nl_slack = 0.15\ncurve_shape = { type = "ligament", x = [1, 2], y = [0, 1], ends = "linear" }',
-    "fold": 'f_max = 4000\nl_slack = 0.18\ncurve_shape = { type = "blankevoort", transition_strain = 0.06, damping = 0.1 }',
+    "strap": "f_max = 500\nl_slack = 0.15\n"
+    'curve_shape = { type = "ligament", x = [1, 2], y = [0, 1], ends = "linear" }',
+    "fold": "f_max = 4000\nl_slack = 0.18\n"
+    'curve_shape = { type = "blankevoort", transition_strain = 0.06, damping = 0.1 }',
     "rope": 'f_max = 90\nl_slack = 0.1\ncurve_shape = { type = "path_actuator" }',
 }
 

@@ -74,7 +74,8 @@ def adaptation(rng: Random, at: Setting) -> list[Command]:
     records: list[dict[str, Any]] = [
         common | {"identifier": "level", "speed_m_s": 1.25, "slope_pct": 0, "metabolic_power_nd": 0.08},
         common | {"identifier": "up", "speed_m_s": 1.2, "slope_pct": 8, "metabolic_power_nd": 0.2},
-        common | {"identifier": "load", "speed_m_s": 1.2, "slope_pct": 0, "added_mass_kg": 4, "added_mass_where": "foot"},
+        common
+        | {"identifier": "load", "speed_m_s": 1.2, "slope_pct": 0, "added_mass_kg": 4, "added_mass_where": "foot"},
     ]
     records[1] |= {"stride_frequency_nd": 0.27, "curves_right": {"knee_angle_deg": [0.0, 10.0, 60.0, 5.0]}}
     path = at.folder / "adaptation.json"

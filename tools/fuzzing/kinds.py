@@ -15,11 +15,12 @@ from fuzzing.held import ROBOT
 from fuzzing.models import MODELS, mutated_attributes, mutated_model
 from fuzzing.recordings import recording
 from fuzzing.seeds import LAYERED, MORE, RUN, SCENES, SIMBICON
-from fuzzing.setting import EXPORTS, KINDS_OF_FIGURES, SEARCH, SHORT, Command, Setting, scene_commands
+from fuzzing.setting import EXPORTS, KINDS_OF_FIGURES, SHORT, Command, Setting, scene_commands
 from fuzzing.tables import changed, paths
 from fuzzing.texts import damaged, mutated
 from fuzzing.values import NAMES, NUMBERS, WORDS, toml_text, toml_value, value
 from fuzzing.worlds import world
+
 
 def scene_values(rng: Random, at: Setting) -> list[Command]:
     """A whole scene with other values, types, names or structure."""

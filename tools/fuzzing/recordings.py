@@ -13,7 +13,8 @@ from fuzzing.values import NAMES, NUMBERS
 FRAMES, RATE = 40, 100.0  # Hz
 COORDINATES = ("tilt", "tx", "ty", "flexion", "adduction", "bend", "ankle_angle")
 MARKERS = {"toe": ("foot", "0.15 0 0"), "heel": ("foot", "-0.05 0 0.02"), "knee": ("thigh", "0.05 -0.38 0.05"),
-           "hip": ("pelvis", "0 0 0.2"), "back": ("pelvis", "-0.1 0.2 0"), "shin": ("shank", "0.03 -0.2 0.04")}  # fmt: skip
+           "hip": ("pelvis", "0 0 0.2"),
+           "back": ("pelvis", "-0.1 0.2 0"), "shin": ("shank", "0.03 -0.2 0.04")}  # fmt: skip
 LOADS = """<?xml version="1.0"?>
 <OpenSimDocument Version="40000"><ExternalLoads name="loads"><objects><ExternalForce name="sole">
 <applied_to_body>foot</applied_to_body><force_expressed_in_body>ground</force_expressed_in_body>
@@ -38,7 +39,9 @@ def recording(rng: Random, at: Setting) -> list[Command]:
     for name, (body, place) in MARKERS.items():
         if name != "toe":
             one = f'<Marker name="{name}"><socket_parent_frame>/bodyset/{body}</socket_parent_frame>'
-            model = model.replace("</Marker></objects>", f"</Marker>{one}<location>{place}</location></Marker></objects>")
+            model = model.replace(
+                "</Marker></objects>", f"</Marker>{one}<location>{place}</location></Marker></objects>"
+            )
     texts = {"walk.mot": _walk(), "grf.mot": _forces(), "loads.xml": LOADS, "markers.trc": _markers(),
              "setup.xml": SETUP, "emg.csv": _emg(), "leg.osim": model}  # fmt: skip
     changed = rng.choice([*texts, "walk.mot", "markers.trc", "grf.mot", ""])

@@ -74,7 +74,17 @@ parameters = { rest_angle = 0.0, stiffness_above = 0.0, stiffness_below = 30.0, 
 [forces.motor]
 type = "cycle_torque"
 joint = "rAnkle"
-parameters = { torque_0 = 0, torque_1 = 1, torque_2 = 0, torque_3 = 0, torque_4 = 1, torque_5 = 6, torque_6 = 3, torque_7 = 0, torque_8 = 0, torque_9 = 0 }
+[forces.motor.parameters]
+torque_0 = 0
+torque_1 = 1
+torque_2 = 0
+torque_3 = 0
+torque_4 = 1
+torque_5 = 6
+torque_6 = 3
+torque_7 = 0
+torque_8 = 0
+torque_9 = 0
 [forces.cord]
 type = "point_spring"
 body = "lLowerleg"
@@ -125,11 +135,23 @@ speed = [0.7, 1.8]
 command_time = 5
 episode_time = 10
 actions = "joint_targets"
-imitation = { norm = "key points", moving = true, cycle_time = 1.03, step_width = 0.1, weights = { lHip = 4, root = 1 } }
 rewards = { speed = 20, imitation = 30, imitation_width = 0.12, force = 30, overload = 2, objective = 1, alive = 1 }
-variation = { velocity_noise = 0.05, mass = 0.1, slope = 0.05, push = 5, start_states = 4, joint_noise = 0.01, commands = ["load"] }
 observations = { joints = { noise = 0.01 }, root = {} }
 goals = { reach = { low = [0.0], high = [1.0] } }
+[learning.imitation]
+norm = "key points"
+moving = true
+cycle_time = 1.03
+step_width = 0.1
+weights = { lHip = 4, root = 1 }
+[learning.variation]
+velocity_noise = 0.05
+mass = 0.1
+slope = 0.05
+push = 5
+start_states = 4
+joint_noise = 0.01
+commands = ["load"]
 
 [objective]
 norm_moments = 1

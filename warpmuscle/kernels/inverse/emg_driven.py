@@ -104,7 +104,7 @@ def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     ):  # fmt: skip
         c, f, m = wp.tid()
         row = at(model.muscles.row, 0, m)
-        if wp.static(cables):
+        if wp.static(cables):  # noqa: SIM102, with `and` it would be compiled in all the same
             if is_cable(0, m, model):
                 force[c, f, m] = ligament_force(0, m, known.length[f, m], known.speed[f, m], row, model)
                 return

@@ -157,7 +157,7 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     ):  # fmt: skip
         i, m = wp.tid()
         row = at(model.muscles.row, i, m)
-        if wp.static(cables):
+        if wp.static(cables):  # noqa: SIM102, with `and` it would be compiled in all the same
             if is_cable(i, m, model):
                 fibre[0, i, m] = 1.0
                 fibre[1, i, m] = 0.0
@@ -217,7 +217,7 @@ def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any
     ):  # fmt: skip
         i, m = wp.tid()
         row = at(muscles.row, i, m)
-        if wp.static(cables):
+        if wp.static(cables):  # noqa: SIM102, as above
             if at(muscles.shape, i, m).curves >= PATH_ACTUATOR:
                 length[i, m] = row.l_slack
                 return
