@@ -45,3 +45,10 @@ def test_an_output_that_would_be_replaced_by_what_lies_beside_it_is_refused(comm
 def test_a_sweep_from_python_with_a_folder_as_output_says_what_it_is_written_as(tmp_path: Path):
     with pytest.raises(Error, match=r"a sweep is written as \.h5, \.hdf5"):
         wm.sweep("fwalk", tmp_path.parent / "..", grid={"seed": [1]})
+
+
+@pytest.mark.parametrize("output", [".", "/", ""])
+def test_figures_in_place_of_a_folder_are_refused_in_a_line(output: str, tmp_path: Path):
+    done = run("plot", "walk.h5", "-o", output, folder=tmp_path)
+    assert done.returncode == 2
+    assert "a figure is written as .png" in done.stderr.splitlines()[-1]

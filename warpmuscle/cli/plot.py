@@ -81,7 +81,7 @@ def plot(
 
 def _path(output: Path, kind: str, several: bool) -> Path:
     """The file of a figure; of several ones its kind is added to the name."""
-    if not several:
+    if not several or not output.name:
         return output
     from warpmuscle.core.names import file_name
 
