@@ -42,7 +42,15 @@ from warpmuscle.scene.muscles import (
     Wrap,
 )
 from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
-from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, MujocoCurves, ThelenCurves
+from warpmuscle.scene.muscles.curves import (
+    CurveShape,
+    DeGrooteCurves,
+    MillardCurves,
+    MujocoCurves,
+    Spline,
+    SplineCurves,
+    ThelenCurves,
+)
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
 from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held
@@ -126,6 +134,8 @@ __all__ = [
     "Side",
     "Sphere",
     "SphereSurface",
+    "Spline",
+    "SplineCurves",
     "Surface",
     "Terrain",
     "ThelenCurves",
