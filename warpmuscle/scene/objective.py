@@ -89,6 +89,7 @@ class Tracking(Part):
     replay: int = 0  # which one of an HDF5 file
     start: Annotated[float, "s"] = 2.0  # from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty
+    weights: Annotated[dict[str, float], "1"] = {}  # of squared angles, by joint; 1 where none is given
 
 
 class RecordedNorms(Part):

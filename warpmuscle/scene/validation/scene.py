@@ -138,6 +138,10 @@ class _Check(Checks):
             raise SceneError("give either a scene or a file to track", key="tracking")
         for index, joint in enumerate(tracking.joints):
             known(joint, scene.character.joints, "joint", f"tracking.joints.{index}")
+        for joint, weight in tracking.weights.items():
+            known(joint, scene.character.joints, "joint", f"tracking.weights.{joint}")
+            if weight < 0.0:
+                raise SceneError(f"must not be negative, is {weight:g}", key=f"tracking.weights.{joint}")
         self.not_negative("tracking", tracking, "start", "replay")
 
     def recorded_norms(self, scene: Scene) -> None:
