@@ -21,6 +21,7 @@ class Walking:
     step_width: float  # L, between the feet
     least_width: float  # L, by which a foot is put beside the other one at least
     retreat: float  # 1: how far a foot is put back, so that the pendulum keeps its speed
+    tuning: float  # share of the speed that a step lacked that the next one is planned to have more
     speed_gain: float  # m sqrt(g/L), virtual force for each m/s that the speed lacks
     stance_knee: float  # rad, flexion of the leg that stands
     weight_support: float  # 1: the share of the weight that knees of stance bear beforehand
@@ -67,6 +68,8 @@ LEG, SOLE = wp.constant(12), wp.constant(13)  # m, length of a leg, and of the a
 HEEL, TOE, HALF_WIDTH = wp.constant(14), wp.constant(15), wp.constant(16)  # m, of a foot about the ankle
 LOAD = wp.constant(17)  # N, on the left and on the right foot, over the last hundredths of a second
 KNEE = wp.constant(19)  # rad, of the leg that stands when it came down
-STATE = 20
+TUNED = wp.constant(20)  # m/s, by which more is planned than is wanted, since less comes of it
+WAY, SINCE = wp.constant(21), wp.constant(22)  # m and s, since a foot last came down
+STATE = 23
 OF_BODY = 7  # floats of each body: torque on it, world, N m; mass that it carries outwards, kg, and its moment, kg m
 STANDS, LEFT_STANCE, RIGHT_STANCE = wp.constant(2.0), wp.constant(0.0), wp.constant(1.0)

@@ -28,11 +28,14 @@ from warpmuscle.kernels.control.walking.parameters import (
     LOAD,
     PHASE,
     RIGHT_STANCE,
+    SINCE,
     SOLE,
     SPEED,
     STANCE,
     STANDS,
     TOE,
+    TUNED,
+    WAY,
     Walking,
 )
 from warpmuscle.kernels.functions import func
@@ -47,6 +50,7 @@ SMOOTHING = wp.constant(0.015)  # s, of loads
 TO_MIDDLE = wp.constant(1.0)  # by how much further than the extrapolated centre of mass the centre of pressure goes
 SHIFTED, STARTS = wp.constant(0.9), wp.constant(0.65)  # of the way to the left foot: where it is to go, and is enough
 SHIFT_TIME = wp.constant(2.0)  # s, after which it has to be
+MOST_TUNED = wp.constant(0.6)  # m/s
 STILL = wp.constant(0.02)  # m/s, wanted speed below which the body stands
 
 
@@ -101,7 +105,7 @@ def aim(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, m
     x = resting_distance(across[1], height, gravity)
     x += out * steady_margin(parameters.step_width * memory[LEG], rate, duration)
     z = resting_distance(along[1], height, gravity)
-    z -= parameters.retreat * steady_retreat(memory[SPEED], rate, duration)
+    z -= parameters.retreat * steady_retreat(memory[SPEED] + memory[TUNED], rate, duration)
     x = across[0] + wp.clamp(x, -most, most)
     z = along[0] + wp.clamp(z, -most, most)
     x = out * wp.max(out * x, parameters.least_width * memory[LEG])  # not across the other foot
@@ -159,6 +163,19 @@ def feel_loads(instance: int, model: ModelRef, state: StateRef, memory: wp.array
             memory[LOAD + side] = 0.5 * body_weight(instance, model)
         else:
             memory[LOAD + side] = memory[LOAD + side] + share * (now - memory[LOAD + side])
+
+
+@func
+def tune_speed(parameters: Walking, time_step: float, work: ScratchRef, memory: wp.array[float]):
+    """Add up the way of a step, and at its end plan more speed if it was slower than it was to be."""
+    velocity = wp.quat_rotate_inv(facing(memory), work.center[1])
+    memory[WAY] = memory[WAY] + time_step * velocity[2]
+    memory[SINCE] = memory[SINCE] + time_step
+    if memory[PHASE] == 0.0:
+        lacks = memory[SPEED] - memory[WAY] / memory[SINCE]
+        memory[TUNED] = wp.clamp(memory[TUNED] + parameters.tuning * lacks, -MOST_TUNED, MOST_TUNED)
+        memory[WAY] = 0.0
+        memory[SINCE] = 0.0
 
 
 @func
@@ -220,6 +237,9 @@ def renew_plan(
     follow_commands(parameters, model.time_step, memory)
     if memory[STANCE] == STANDS:
         memory[SPEED] = 0.0
+        memory[TUNED] = 0.0
+        memory[WAY] = 0.0
+        memory[SINCE] = 0.0
         if wp.abs(parameters.speed) > STILL:
             memory[PHASE] = memory[PHASE] + model.time_step
             if not may_start(instance, parameters, model, work, memory):
@@ -235,6 +255,8 @@ def renew_plan(
     landed = memory[PHASE] > FROM_PHASE and load > LANDED * body_weight(instance, model)
     if landed or memory[PHASE] > LONGEST:
         swing(instance, 1 - side, model, state, work, memory)
+    tune_speed(parameters, model.time_step, work, memory)
+    if memory[PHASE] == 0.0:
         if may_stop(parameters, model, work, memory):
             memory[STANCE] = STANDS
             memory[PHASE] = 0.0
