@@ -262,8 +262,7 @@ def put_curves(one: records.Muscle, muscle: Muscle) -> None:
     """The strains and the curves' numbers of a muscle."""
     family = FAMILIES[one.kind]
     if one.old is not None:
-        names = ("active", "passive", "tendon", "velocity")
-        functions = [getattr(one.old, name) for name in names]
+        functions = [getattr(one.old, name) for name in ("active", "passive", "tendon", "velocity")]
         splines = [None if f is None else Spline([*f.x], [*f.y], f.ends) for f in functions]
         muscle.curve_shape, muscle.damping = SplineCurves(*splines), one.old.damping  # type: ignore[arg-type]
         return

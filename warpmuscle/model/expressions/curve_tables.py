@@ -17,7 +17,8 @@ SEARCHED = 4001  # strains, among which that is looked for
 def spline_table(shape: SplineCurves) -> Floats:
     """The table of a shape, (SIZE, 2)."""
     given = {name: curve for name in INTERVALS if (curve := getattr(shape, name)) is not None}
-    return table_of({name: sampled(curve, *span(name, curve), INTERVALS[name]) for name, curve in given.items()})
+    columns = {name: sampled(curve, *span(name, curve), INTERVALS[name]) for name, curve in given.items()}
+    return np.asarray(table_of(columns))
 
 
 def sampled(curve: Spline, low: float, high: float, intervals: int) -> tuple[Floats, Floats, Floats]:
