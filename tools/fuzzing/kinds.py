@@ -326,6 +326,8 @@ KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all c
     "recording": (recording, 0.06),
 }
 
+WITHOUT_SEEDS = {"osim", "mujoco"}  # whose inputs stand in this package
+
 
 def shares(count: int) -> dict[str, int]:
     """How many cases each kind has of so many in all, at least one."""
