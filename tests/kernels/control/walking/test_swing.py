@@ -1,4 +1,4 @@
-"""The way of the foot: where it is at rest, how high it is lifted, and that it goes up before and down after its way."""
+"""The way of the foot: where it is at rest, how high it is lifted, that it goes up early and down late."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,8 @@ def test_the_foot_is_lifted_once_and_down_in_time():
     found = evaluate(lift, phase)
     np.testing.assert_allclose(found, (4.0 * s * (1.0 - s)) ** 2, atol=1e-6)
     assert found.max() == pytest.approx(1.0, abs=1e-3)
-    assert found[0] == 0.0 and np.all(found[phase >= float(LOWERED)] == 0.0)
+    assert found[0] == 0.0
+    assert np.all(found[phase >= float(LOWERED)] == 0.0)
 
 
 @pytest.mark.parametrize("rise", [0.17, -0.17])

@@ -1,4 +1,4 @@
-"""What the walking controller wants of the next moment: which leg stands, and where the other one's foot is to come down."""
+"""What the walking controller wants next: which leg stands, and where the foot of the other one is to come down."""
 
 import warp as wp
 
@@ -189,7 +189,9 @@ def may_stop(parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.
 
 
 @func
-def extrapolated(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> float:
+def extrapolated(
+    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
     """How far to the left of the middle between both feet the extrapolated centre of mass is, m (Hof 2008)."""
     left = middle_of_foot(model.feet.left, parameters, memory, work)
     right = middle_of_foot(model.feet.right, parameters, memory, work)
@@ -207,7 +209,9 @@ def feet_apart(model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> fl
 
 
 @func
-def standing_share(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> float:
+def standing_share(
+    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
     """Share of the weight that the left foot of a body that stands is to bear, 0 to 1.
 
     The centre of pressure is to be beyond the extrapolated centre of mass as seen from where that is to go: the
@@ -251,14 +255,13 @@ def renew_plan(
     gravity = at(model.gravity, instance, 0)
     memory[PHASE] = memory[PHASE] + model.time_step / step_duration(parameters, memory[SPEED], memory[LEG], gravity)
     side = swing_side(memory)
-    load = state.foot_force[instance, side][1]
-    landed = memory[PHASE] > FROM_PHASE and load > LANDED * body_weight(instance, model)
+    force = state.foot_force[instance, side]
+    bears = force[1] > LANDED * body_weight(instance, model) and force[1] > wp.length(wp.vec2(force[0], force[2]))
+    landed = memory[PHASE] > FROM_PHASE and bears  # a foot that stubs does not
     if landed or memory[PHASE] > LONGEST:
         swing(instance, 1 - side, model, state, work, memory)
     tune_speed(parameters, model.time_step, work, memory)
-    if memory[PHASE] == 0.0:
-        if may_stop(parameters, model, work, memory):
-            memory[STANCE] = STANDS
-            memory[PHASE] = 0.0
-            return
+    if memory[PHASE] == 0.0 and may_stop(parameters, model, work, memory):
+        memory[STANCE] = STANDS
+        return
     place_foot(instance, parameters, model, work, memory)
