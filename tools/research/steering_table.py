@@ -91,9 +91,7 @@ def turned(recording: Any) -> np.ndarray:
 
 def turns(scene: Scene, runs: int) -> None:
     """How it turns by 90 degrees in 3 s."""
-    print(
-        "\n| speed, m/s | upright | turning rate, degrees/s | behind in the middle, degrees | error after, degrees |"
-    )
+    print("\n| speed, m/s | upright | turning rate, degrees/s | behind in the middle, degrees | error after, degrees |")
     print("|---|---|---|---|---|")
     for asked in (0.5, 0.8, 1.1, 1.4):
         told = msgspec.convert(msgspec.to_builtins(scene), type(scene))

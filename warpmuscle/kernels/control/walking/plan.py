@@ -179,13 +179,20 @@ def tune_speed(parameters: Walking, time_step: float, work: ScratchRef, memory: 
 
 
 @func
-def may_stop(parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
-    """Whether a body that shall not go on stands safely on both feet: slow, with its feet beside each other."""
+def may_stop(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
+    """Whether a body that shall not go on may stand: its feet beside each other bear its extrapolated centre of mass."""
     frame = facing(memory)
     velocity = wp.quat_rotate_inv(frame, work.center[1])
     apart = wp.quat_rotate_inv(frame, work.position[model.feet.left] - work.position[model.feet.right])
-    slow = wp.abs(velocity[2]) < 0.15 and wp.abs(memory[SPEED]) < STILL and parameters.speed < STILL
-    return slow and wp.abs(apart[2]) < 0.12 * memory[LEG]
+    between = 0.5 * (
+        middle_of_foot(model.feet.left, parameters, memory, work)
+        + middle_of_foot(model.feet.right, parameters, memory, work)
+    )
+    place = wp.quat_rotate_inv(frame, work.center[0] - between)
+    rate = falling_rate(wp.max(place[1], 0.5 * memory[LEG]), at(model.gravity, instance, 0))
+    borne = wp.abs(place[2] + velocity[2] / rate) < 0.5 * parameters.sole_use * (memory[TOE] - memory[HEEL])
+    slow = wp.abs(memory[SPEED]) < STILL and parameters.speed < STILL
+    return slow and borne and wp.abs(apart[2]) < 0.12 * memory[LEG]
 
 
 @func
@@ -261,7 +268,7 @@ def renew_plan(
     if landed or memory[PHASE] > LONGEST:
         swing(instance, 1 - side, model, state, work, memory)
     tune_speed(parameters, model.time_step, work, memory)
-    if memory[PHASE] == 0.0 and may_stop(parameters, model, work, memory):
+    if memory[PHASE] == 0.0 and may_stop(instance, parameters, model, work, memory):
         memory[STANCE] = STANDS
         return
     place_foot(instance, parameters, model, work, memory)
