@@ -1,4 +1,4 @@
-"""How well the walking controller does what it is told: speeds, turns, other bodies, ground that it has not seen.
+"""How well the walking controller does what it is told: speeds, turns, other bodies.
 
 For docs/how-to/steer-a-walk.md.
 
@@ -16,10 +16,9 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
-from warpmuscle.scene import Scene, Terrain
+from warpmuscle.scene import Scene
 from warpmuscle.scene.sizes.sized import sized
 from warpmuscle.scene.sizes.together import together
-from warpmuscle.scene.terrain.tiles import Rough
 
 SPEEDS = (0.2, 0.5, 0.8, 1.1, 1.4, 1.6, 1.8)
 NOISE = 0.1  # m/s, of each component of the root's velocity at the start
@@ -130,37 +129,12 @@ def bodies(scene: Scene, runs: int) -> None:
         print(f"| {height:.2f} | {mass:g} | {len(walks)} of {runs} | {speed:.2f} |")
 
 
-def unseen(scene: Scene, runs: int) -> None:
-    """Ground that nobody has seen, another piece of it for each walk."""
-    print("\n| bumps, cm, 30 cm apart | upright, feet see the ground | upright, feet do not |")
-    print("|---|---|---|")
-    across = np.random.default_rng(0).uniform(0.0, 30.0, runs)
-    for height in (0.02, 0.03, 0.05):
-        found = []
-        for sight in (1.0, 0.0):
-            ground = msgspec.structs.replace(
-                scene.ground, terrain=Terrain([Rough(height=height, spacing=0.3)], z=0.0, clearance=0.3)
-            )
-            over = msgspec.convert(msgspec.to_builtins(msgspec.structs.replace(scene, ground=ground)), type(scene))
-            over.controller.parameters["sight"] = sight
-            rollout = wm.Rollout(msgspec.structs.replace(over, duration=SECONDS), runs, "cpu")
-            numeric = msgspec.structs.replace(
-                over.ground, terrain=msgspec.structs.replace(over.ground.terrain, z=across)
-            )
-            rollout.change(msgspec.structs.replace(over, ground=numeric))
-            rollout.reset(velocity_noise=NOISE, seed=1)
-            rollout.run()
-            found.append(int(upright(rollout).sum()))
-        print(f"| {100 * height:.0f} | {found[0]} of {runs} | {found[1]} of {runs} |")
-
-
 def main(runs: Annotated[int, typer.Option(help="walks of each row")] = 20) -> None:
     """Print the tables of the page."""
     scene = wm.load("steer")
     speeds(scene, runs)
     turns(scene, runs)
     bodies(scene, runs)
-    unseen(scene, runs)
 
 
 if __name__ == "__main__":

@@ -29,4 +29,4 @@ def test_a_foot_goes_up_early_and_down_late(rise: float):
     height = evaluate(way_height, phase, 0.3, 0.3 + rise)
     assert (height[0], height[-1]) == (pytest.approx(0.3), pytest.approx(0.3 + rise))
     straight = 0.3 + rise * phase
-    assert np.all(height >= straight - 1e-6) or np.mean(height - straight) > 0.05
+    assert np.mean(height - straight) > 0.03  # in both cases the foot is above the straight way for most of it

@@ -180,7 +180,7 @@ def tune_speed(parameters: Walking, time_step: float, work: ScratchRef, memory: 
 
 @func
 def may_stop(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
-    """Whether a body that shall not go on may stand: its feet beside each other bear its extrapolated centre of mass."""
+    """Whether a body that shall not go on may stand: its feet, side by side, bear its extrapolated centre of mass."""
     frame = facing(memory)
     velocity = wp.quat_rotate_inv(frame, work.center[1])
     apart = wp.quat_rotate_inv(frame, work.position[model.feet.left] - work.position[model.feet.right])
