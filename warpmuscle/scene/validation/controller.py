@@ -82,7 +82,7 @@ def _check_legs(kind: str, character: Character) -> None:
             raise SceneError(message, key=f"character.joints.{name}.parent")
     for name, joint in character.joints.items():
         if joint_type(joint).name not in MOVED_BY_TORQUE:
-            message = f"a controller of type {kind!r} moves {', '.join(MOVED_BY_TORQUE)} joints alone"
+            message = f"a controller of type {kind!r} moves no joint but {', '.join(MOVED_BY_TORQUE)}"
             raise SceneError(message, key=f"character.joints.{name}.type")
 
 
