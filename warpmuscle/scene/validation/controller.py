@@ -63,7 +63,7 @@ def _check_keys(controller: Controller) -> None:
 
 
 def _check_legs(kind: str, character: Character) -> None:
-    """A character has two legs that a controller of this type can move: a hinge above each foot's shank, a hip above."""
+    """A character has two legs that a controller of this type can move: ankles, hinges as knees, hips of the root."""
     if character.feet is None:
         raise SceneError(f"a controller of type {kind!r} needs the two feet: name them", key="character.feet")
     above = {joint.child: (name, joint) for name, joint in character.joints.items()}
