@@ -66,6 +66,7 @@ class CustomController(NamedTuple):
     by_muscle: Any = None  # of each muscle; for `excitation`
     state_a_body: int = 0  # further floats of its state, body by body, behind the others; the root's first
     recorded: tuple[tuple[str, str], ...] = ()  # names and units of the first floats of its state that frames hold
+    defaults: tuple[tuple[str, float], ...] = ()  # parameters that a scene need not give, of all structures
     description: str = ""
 
     def own(self, function: Any) -> tuple[str, Any]:
