@@ -78,6 +78,20 @@ _HOMES = {
     "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
 
+_ELSEWHERE = {
+    "run": "wm.simulate runs a scene",
+    "open": "wm.read opens a result file, wm.load a scene or a model",
+    "view": "wm.show shows a motion",
+    "search": "wm.optimize searches",
+    "train": "wm.learn trains a policy",
+    "film": "a run's save('walk.mp4') makes a film",
+    "video": "a run's save('walk.mp4') makes a film",
+    "export": "a run's save('walk.mot') writes OpenSim's files",
+    "judge": "`warpmuscle judge` of the command line is it",
+    "report": "`warpmuscle report` of the command line is it",
+    "inverse": "wm.inverse_kinematics, wm.inverse_dynamics and wm.static_optimization are its steps",
+}
+
 
 class _Package(ModuleType):
     """This package, whose functions are not hidden by sub-packages of the same names, once these are imported."""
@@ -95,6 +109,16 @@ def __dir__() -> list[str]:
     return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
 
 
+def _instead(name: str) -> str:
+    """What to type in place of a name that there is not, as the end of a message."""
+    if name in _ELSEWHERE:
+        return f"; {_ELSEWHERE[name]}"
+    from difflib import get_close_matches
+
+    found = [] if name.startswith("_") else get_close_matches(name, __all__, n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
 def __getattr__(name: str) -> Any:
     """Import what is asked for; Warp takes a while, and reading a file or a help text needs none of it."""
     if name == "__version__":
@@ -102,7 +126,7 @@ def __getattr__(name: str) -> Any:
 
         return version_of("warpmuscle")
     if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{_instead(name)}")
     with no_garbage_search():
         value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
