@@ -26,6 +26,7 @@ STUDIES = {
     "terrain": "walks on bumps, stairs and slopes",
     "worlds": "walks among objects, on treadmills and in water",
     "opensim": "models of OpenSim, as converted, and their gaits",
+    "programs": "standing and reaching by a quadratic programme of many muscles (after Lee 2014)",
     "throws": "arms that throw, for `warpmuscle throw` (Cruz Ruiz 2015)",
     "superseded": "walks that later ones replace; kept because published comparisons and pages rest on them",
 }
