@@ -31,7 +31,8 @@ TEXT = """scene = "fwalk"
 [set]
 duration = {duration}
 [search]
-strategy = "random"
+strategy = "cma"
+population = 5
 candidates = {candidates}
 sigma = 0.05
 [grid]

@@ -1,4 +1,4 @@
-"""Groups of walks before the band of a person: each walk is a line, the median a thick one, and the legend has each once."""
+"""Groups of walks before the band of a person: each walk is a line, its median a thick one, all in one legend."""
 
 import numpy as np
 
