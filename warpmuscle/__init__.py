@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from warpmuscle.session.scene_table import scenes
     from warpmuscle.session.training import learn
     from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
+    from warpmuscle.simulation.program.solve import quadratic_program
     from warpmuscle.simulation.rollout import Rollout
     from warpmuscle.simulation.stages import Stages
     from warpmuscle.sweep.first_line import sweep
@@ -56,8 +57,8 @@ __all__ = [
     "Error", "Evaluator", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout",
     "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
     "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "load",
-    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show",
-    "simulate", "static_optimization", "sweep", "track", "trust", "write",
+    "make_rollout", "measure", "optimize", "plot", "quadratic_program", "read", "read_motions", "resume", "save",
+    "scale", "scenes", "show", "simulate", "static_optimization", "sweep", "track", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -67,6 +68,7 @@ _HOMES = {
     "learn": "session.training", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "session.results", "plot": "plots",
+    "quadratic_program": "simulation.program.solve",
     "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
     "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene.drawing.table",
@@ -75,6 +77,20 @@ _HOMES = {
     "Sweep": "results.sweeps", "sweep": "sweep.first_line", "track": "inverse.tracking.track",
     "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
+
+_ELSEWHERE = {
+    "run": "wm.simulate runs a scene",
+    "open": "wm.read opens a result file, wm.load a scene or a model",
+    "view": "wm.show shows a motion",
+    "search": "wm.optimize searches",
+    "train": "wm.learn trains a policy",
+    "film": "a run's save('walk.mp4') makes a film",
+    "video": "a run's save('walk.mp4') makes a film",
+    "export": "a run's save('walk.mot') writes OpenSim's files",
+    "judge": "`warpmuscle judge` of the command line is it",
+    "report": "`warpmuscle report` of the command line is it",
+    "inverse": "wm.inverse_kinematics, wm.inverse_dynamics and wm.static_optimization are its steps",
+}
 
 
 class _Package(ModuleType):
@@ -93,6 +109,16 @@ def __dir__() -> list[str]:
     return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
 
 
+def _instead(name: str) -> str:
+    """What to type in place of a name that there is not, as the end of a message."""
+    if name in _ELSEWHERE:
+        return f"; {_ELSEWHERE[name]}"
+    from difflib import get_close_matches
+
+    found = [] if name.startswith("_") else get_close_matches(name, __all__, n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
 def __getattr__(name: str) -> Any:
     """Import what is asked for; Warp takes a while, and reading a file or a help text needs none of it."""
     if name == "__version__":
@@ -100,7 +126,7 @@ def __getattr__(name: str) -> Any:
 
         return version_of("warpmuscle")
     if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{_instead(name)}")
     with no_garbage_search():
         value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value

@@ -143,6 +143,13 @@ def cases(folder: Path) -> dict[str, Case]:
             },
         ),
         "scenes": Case(wm.scenes, {}),
+        "quadratic_program": Case(
+            wm.quadratic_program,
+            {
+                "mass": np.ones((1, 1, 1)), "bias": np.zeros((1, 1)), "forces": np.ones((1, 1, 1)),
+                "wanted": np.ones((1, 1)), "weight": 1.0, "cost": 1.0, "low": 0.0, "high": 1.0, "device": "cpu",
+            },
+        ),
         "sweep": Case(
             wm.sweep,
             {
@@ -165,7 +172,7 @@ def cases(folder: Path) -> dict[str, Case]:
                 "muscles": (), "norms": True, "replay": 0, "start": None, "end": None, "run": None,
             },
         ),
-        "show": Case(wm.show, {"motion": p.motion, "scene": p.scene, "replay": None, "meshes": None}),
+        "show": Case(wm.show, {"motion": p.motion, "scene": p.scene, "replay": None, "meshes": None, "over": False}),
         "show a result": Case(wm.show, {"motion": p.nothing, "replay": None, "meshes": None}),
         "Recording.window": Case(p.motion.window, {"start": 0.0, "end": 1.0}),
         "Recording.position_of": Case(p.motion.position_of, {"body": "lFoot"}),

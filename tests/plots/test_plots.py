@@ -151,7 +151,7 @@ def test_python_says_what_is_wrong_before_it_draws(result, tmp_path):
     for wrong, message in (
         (lambda: wm.plot(result.replays[0], "joints"), "with its scene"),
         (lambda: wm.plot(tmp_path / "no.h5", "joints"), "no such file"),
-        (lambda: wm.plot(result, "joint"), "did you mean 'joints'"),
+        (lambda: wm.plot(result, "jonts"), "did you mean 'joints'"),
         (lambda: wm.plot(result, "joints", tmp_path / "a.bmp"), "a figure is written as"),
         (lambda: wm.plot(result, "dataset:/best"), "drawn from a file"),
     ):

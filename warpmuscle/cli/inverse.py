@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.emg import Emg
+    from warpmuscle.inverse.kinematics import Kinematics
     from warpmuscle.inverse.output import Trial
     from warpmuscle.inverse.own_ground.ground_run import GroundRun
     from warpmuscle.inverse.tracking.tracker import TrackingOptions
@@ -108,7 +109,8 @@ def inverse(
     tracking = _tracking(options, window, not no_reserves, not no_residuals, ground)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
-        trials = [_motion(path, body, setup, device) for path in motions]
+        fitted = [_fitted(path, body, setup, device) for path in motions]
+        trials = [_motion(path, body, own) for path, own in zip(motions, fitted, strict=True)]
         forces = _predicted(body, trials, loads, filter) if no_plates else _loads(loads or [], len(motions))
         signals = _emg(emg or [], len(motions), body)
         times = [frames_of(trial, begin, end, every) for trial in trials]
@@ -116,6 +118,7 @@ def inverse(
         found = run_steps(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
             options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None,
+            fitted=fitted,
         )  # fmt: skip
     about = _about(model, wanted, options, filter)
     _give(found, output, sto, about, body)
@@ -208,15 +211,20 @@ class _notes(warnings.catch_warnings):
         warnings.showwarning = show  # type: ignore[assignment]
 
 
-def _motion(path: Path, body: BodyModel, setup: Path | None, device: str | None) -> Coordinates:
+def _fitted(path: Path, body: BodyModel, setup: Path | None, device: str | None) -> Kinematics | None:
+    """What fits the markers of a file; None of a file of coordinates."""
+    if path.suffix.lower() not in MARKERS:
+        return None
+    from warpmuscle.inverse.kinematics import inverse_kinematics
+
+    return inverse_kinematics(body.scene, path, setup=setup, device=device)
+
+
+def _motion(path: Path, body: BodyModel, fitted: Kinematics | None) -> Coordinates:
     """Coordinates of a file, or those that fit its markers."""
     from warpmuscle.inverse.files import read_coordinates
 
-    if path.suffix.lower() not in MARKERS:
-        return read_coordinates(path, body.scene)
-    from warpmuscle.inverse.kinematics import inverse_kinematics
-
-    return inverse_kinematics(body.scene, path, setup=setup, device=device).coordinates
+    return read_coordinates(path, body.scene) if fitted is None else fitted.coordinates
 
 
 def _loads(paths: list[Path], count: int) -> list[Loads | None]:

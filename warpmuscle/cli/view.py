@@ -50,6 +50,7 @@ def view(
         typer.Option(min=1, max=64, help="Run so many of the best candidates of a file again, side by side."),
     ] = None,
     replay: Annotated[int | None, typer.Option(min=0, help="Which motion of a file; by default all.")] = None,
+    over: Annotated[bool, typer.Option("--over", help="Motions over one another, rather than side by side.")] = False,
     meshes: Annotated[
         Path | None,
         typer.Option(
@@ -81,7 +82,13 @@ def view(
     if any(files) and not all(files):
         raise Error("view takes either result files or one scene, not both")
     if live:
-        of_replays = {"--export": export, "--candidates": candidates, "--replay": replay, "--run": run}
+        of_replays: dict[str, object] = {
+            "--over": over or None,
+            "--export": export,
+            "--candidates": candidates,
+            "--replay": replay,
+            "--run": run,
+        }
         _refuse(of_replays | {"--duration": duration, "--meshes": meshes}, "--live")
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
@@ -94,7 +101,7 @@ def view(
         _refuse({"--duration": duration, "--set": settings or None}, "a result file")
         sights = _sights_in(sources, candidates, replay, run, device)
     else:
-        _refuse({"--candidates": candidates, "--replay": replay, "--run": run}, "a scene")
+        _refuse({"--candidates": candidates, "--replay": replay, "--run": run, "--over": over or None}, "a scene")
         scene = changed(load_scene(sources, settings=settings), duration, None, None)
         if export is None:
             with _at_once(scene, host, port, no_open) as server:
@@ -104,7 +111,7 @@ def view(
     from warpmuscle.view.sources import page_of_sights
 
     with doubts_printed():
-        page = page_of_sights(sights, meshes=meshes, beside=_folder_of(sources))
+        page = page_of_sights(sights, meshes=meshes, beside=_folder_of(sources), over=over)
     if export is not None:
         page.save(export)
         size = len(page.text.encode()) / 1e6

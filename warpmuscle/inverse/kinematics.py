@@ -39,6 +39,7 @@ class Kinematics:
 
     coordinates: Coordinates  # all of the model, also locked and coupled ones
     markers: tuple[str, ...]  # (K,) those that counted
+    measured: Floats  # (F, K, 3) m, their recorded positions, ground axes; NaN where a marker was not seen
     errors: Floats  # (F, K, 3) m, measured less modelled, ground axes; NaN where a marker was not seen
     iterations: Integers  # (F,), negative where they were not enough
     notes: tuple[str, ...]  # what is to be known of them, a line each
@@ -247,6 +248,6 @@ def _kinematics(scene: Scene, chain: Chain, trial: _Trial, fit: Fit) -> Kinemati
     names, values = chain.all_values(fit.values)
     notes = notes_on(list(trial.weights), chain, trial.positions, fit)
     return Kinematics(
-        Coordinates(names, trial.markers.times, values), tuple(trial.weights), fit.errors @ TO_OPENSIM.T,
-        fit.iterations, tuple(notes), scene,
+        Coordinates(names, trial.markers.times, values), tuple(trial.weights), trial.positions @ TO_OPENSIM.T,
+        fit.errors @ TO_OPENSIM.T, fit.iterations, tuple(notes), scene,
     )  # fmt: skip

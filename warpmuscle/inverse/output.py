@@ -25,6 +25,8 @@ from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
 from warpmuscle.inverse.joint_reactions import JointReactions
 from warpmuscle.inverse.named_array import NamedArray
+from warpmuscle.inverse.recordings import measured
+from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.inverse.recordings.result import motions_result
 from warpmuscle.inverse.tracking.output import tracked_arrays, tracked_storages
 from warpmuscle.inverse.tracking.tracked import Tracked
@@ -47,6 +49,7 @@ class Trial:
     reactions: JointReactions | None = None
     tracked: Tracked | None = None
     recording: Recording | None = None  # the same as a motion of the model's scene
+    measured: Measured | None = None  # markers and forces on bodies
 
 
 def write_result(
@@ -103,6 +106,8 @@ def _put(group: Any, trial: Trial) -> None:
         store(group, one.name, one.values, one.units, ",".join(axes), description=one.description)
         for place, axis in enumerate(axes):
             group[one.name].dims[place].attach_scale(group[axis])
+    if trial.measured is not None and np.array_equal(trial.measured.times, times["time"]):
+        measured.put(group, trial.measured)
 
 
 def _times(trial: Trial) -> Any:

@@ -13,7 +13,9 @@ from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments, prepare
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.joint_reactions import reactions_of
+from warpmuscle.inverse.kinematics import Kinematics
 from warpmuscle.inverse.output import Trial
+from warpmuscle.inverse.recordings.measured import measured_of
 from warpmuscle.inverse.recordings.motion import recorded_motions
 from warpmuscle.inverse.static_optimization import activations_of
 from warpmuscle.inverse.tracking.track import track_trials
@@ -48,6 +50,7 @@ def run_steps(
     frame: str = "child",
     tracking: TrackingOptions | None = None,
     recorded: bool = False,
+    fitted: Sequence[Kinematics | None] | None = None,
 ) -> list[Trial]:
     """What the steps find of all trials.
 
@@ -55,7 +58,8 @@ def run_steps(
         steps: of `STEPS`; joint reactions count muscles if there is static optimisation. names: of the trials.
         motions, loads, filter, times: see `inverse_dynamics`. emg, options: see `static_optimization`.
         on, frame: see `joint_reactions`. tracking: see `track`; each trial is followed from its first time on.
-        recorded: whether trials get their motion as a `Recording`, too.
+        recorded: whether trials get their motion as a `Recording`, too, and what was measured.
+        fitted: what the motions were found from, if that is markers.
 
     Raises:
         ArgumentError: see these.
@@ -80,10 +84,12 @@ def run_steps(
         begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))
         tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end, recorded)
     shown = recorded_motions(body, trials, dynamics.effort, activations) if recorded else nothing
-    found = zip(names, motions, moments, activations or nothing, reactions, tracked, shown, strict=True)
+    markers = nothing if fitted is None else list(fitted)
+    seen = [measured_of(body, trials, k, markers[k]) if recorded else None for k in range(len(names))]
+    found = zip(names, motions, moments, activations or nothing, reactions, tracked, shown, seen, strict=True)
     return [
-        Trial(name, motion, own if "id" in steps else None, acting, reaction, followed, recording)
-        for name, motion, own, acting, reaction, followed, recording in found
+        Trial(name, motion, own if "id" in steps else None, acting, reaction, followed, recording, measured)
+        for name, motion, own, acting, reaction, followed, recording, measured in found
     ]
 
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from warpmuscle.core.arguments import as_path, as_text, as_texts, as_truth
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.plots import (
     activation,
@@ -30,6 +31,7 @@ from warpmuscle.plots import (
     parameters,
     stick_figures,
 )
+from warpmuscle.plots.names import FEW, curves_named, kind_named
 from warpmuscle.plots.overlay import OVERLAYS
 from warpmuscle.plots.style import check_picture, save, style
 from warpmuscle.plots.subject import Absent, Choices, Subject, of_recording
@@ -43,7 +45,17 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "Absent", "Choices", "Kind", "Subject", "check_kind", "draw", "draw_over", "plot", "save"]
 
-Source = Result | Recording | str | Path
+
+@runtime_checkable
+class HasResult(Protocol):
+    """What holds a result, as a run does."""
+
+    @property
+    def result(self) -> Result:
+        """All that was recorded, with its scene."""
+
+
+Source = Result | Recording | HasResult | str | Path
 DATASET = "dataset:"  # before the path of a dataset, in place of a kind
 RECORDED = "objects.", "ground.treadmill."  # what names of quantities begin with that motions have curves of
 
@@ -73,7 +85,7 @@ KINDS: dict[str, Kind] = {
 
 def plot(
     source: Source | Sequence[Source],
-    kind: str,
+    kind: str = "angles",
     path: str | Path | None = None,
     *,
     scene: SceneLike | None = None,
@@ -88,8 +100,8 @@ def plot(
     """Draw a figure, and write it if a file is named.
 
     Args:
-        source: a result or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of these, to
-            be drawn over one another where the kind is one of `overlay.OVERLAYS`.
+        source: a result, a run, or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of
+            these, to be drawn over one another where the kind is one of `overlay.OVERLAYS`.
         kind: one of `KINDS`; or `dataset:` and the path of a dataset in a file; or the name of a curve, such as `hip
             flexion`, `knee moment`, a degree of freedom or a muscle, see `one_curve`.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
@@ -133,6 +145,8 @@ def _subject(source: Any, choices: Choices, scene: SceneLike | None, run: str | 
         result = of_recording(source, scene_of(scene))
     elif isinstance(source, Result):
         result = source
+    elif isinstance(source, HasResult):
+        result = source.result
     else:
         file = as_path(source, "source")
         result = read(file, run, replay=choices.replay)
@@ -147,6 +161,7 @@ def draw_over(subjects: Sequence[Subject], kind: str) -> Any:
     """
     if len(subjects) == 1:
         return draw(subjects[0], kind)
+    kind = kind_named(kind, KINDS)
     check_kind(kind)
     if kind not in OVERLAYS:
         raise Error(f"{kind} shows one result at a time; over one another there are {', '.join(OVERLAYS)}")
@@ -170,20 +185,24 @@ def draw(subject: Subject, kind: str) -> Any:
     with style():
         if kind.startswith(DATASET):
             return dataset.draw(subject, kind.removeprefix(DATASET))
-        if kind in KINDS:
-            return KINDS[kind].draw(subject)
-        _check_curve(subject, kind)
-        return one_curve.draw(subject, kind)
+        if (known := kind_named(kind, KINDS)) in KINDS:
+            return KINDS[known].draw(subject)
+        return one_curve.draw(subject, _curve_named(subject, kind))
 
 
-def _check_curve(subject: Subject, name: str) -> None:
-    """Raise Error, which lists what there is, for a name that is neither a kind of figure nor a curve of the motion."""
+def _curve_named(subject: Subject, name: str) -> str:
+    """The curve of a motion that a name means; raises Error, which lists what there is, for none, or for several."""
     try:
         curves = one_curve.curve_names(subject)
     except Absent:
         check_kind(name)
         raise
-    if name.strip().lower() not in (curve.lower() for curve in curves):
+    found = curves_named(name, curves)
+    if len(found) > 1:
+        some = ", ".join(map(repr, found[:FEW])) + (", ..." if len(found) > FEW else "")
+        raise Error(f"{number_of(len(found), 'curve')} are called {name!r}; name one of {some}")
+    if not found:
         few = ", ".join(curves[:12]) + (", ..." if len(curves) > 12 else "")
         hint = near(name, [*KINDS, *curves])
         raise Error(f"no figure is called {name!r}{hint}; there are {', '.join(KINDS)}, and curves: {few}")
+    return found[0]

@@ -14,8 +14,8 @@ from warpmuscle.optimization.optimize import optimize as _optimize
 from warpmuscle.optimization.resume import resume as _resume
 from warpmuscle.plots import plot
 from warpmuscle.results.records import Result
-from warpmuscle.results.result import write
 from warpmuscle.results.sweeps import read as _read
+from warpmuscle.session.keeping import keep
 from warpmuscle.view.notebook import show
 from warpmuscle.view.page import Page
 
@@ -49,15 +49,14 @@ class ShownResult(Result):
         return plot(self, what, None if path is None else as_path(path, "path"))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write it to an HDF5 file, or its motions to a page if the name ends in `.html`.
+        """Write it to an HDF5 file (`.h5`), its motions to a page (`.html`), or the first one as its name says.
+
+        That is a table (`.mot`, `.sto`, `.csv`; see `warpmuscle export`), or a film (`.mp4`, `.gif`).
 
         Raises:
-            Error: it cannot be written.
+            Error: another ending, or it cannot be written.
         """
-        if Path(path).suffix.lower() in (".html", ".htm"):
-            self.show().save(as_path(path, "path"))
-        else:
-            write(as_path(path, "path"), self)
+        keep(self, path, self.show)
 
 
 def shown(result: Result) -> ShownResult:

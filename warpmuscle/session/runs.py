@@ -24,11 +24,11 @@ from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, r
 from warpmuscle.plots import plot
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result, parameter_table
-from warpmuscle.results.result import write
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.session.keeping import keep
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.rollout import Rollout
@@ -89,15 +89,14 @@ class Run:
         return plot(self.result, what, None if path is None else as_path(path, "path"))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write scene and motion to an HDF5 file, or to a page if the name ends in `.html`.
+        """Write scene and motion to an HDF5 file (`.h5`), or the motion as the ending of the name says.
+
+        That is a page (`.html`), a table (`.mot`, `.sto`, `.csv`; see `warpmuscle export`), or a film (`.mp4`, `.gif`).
 
         Raises:
-            Error: it cannot be written.
+            Error: another ending, or it cannot be written.
         """
-        if Path(path).suffix.lower() in (".html", ".htm"):
-            self.show().save(as_path(path, "path"))
-        else:
-            write(as_path(path, "path"), self.result)
+        keep(self.result, path, self.show)
 
     def to_xarray(self) -> xarray.Dataset:
         """The motion as an `xarray.Dataset`, see `Recording.to_xarray`."""
@@ -106,6 +105,13 @@ class Run:
     def to_dataframe(self) -> pandas.DataFrame:
         """The motion as a `pandas.DataFrame`, a row a frame, see `Recording.to_dataframe`."""
         return self.recording.to_dataframe()
+
+    def __getattr__(self, name: str) -> Any:
+        """Say where it is, of what its recording or its scene has."""
+        for part in ("recording", "scene") if not name.startswith("_") else ():
+            if name in dir(self.__dict__.get(part)):
+                raise AttributeError(f"a run has no {name!r}, but its {part} has: run.{part}.{name}")
+        raise AttributeError(f"a run has no {name!r}{near(name, dir(type(self)))}")
 
     def __repr__(self) -> str:
         told = "".join(f", {name} {value}" for name, value in self._facts() if name != "scene")

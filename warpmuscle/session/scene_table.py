@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import overload
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, overload
 
+from warpmuscle.core.extras import need
 from warpmuscle.core.html_table import html_table
 from warpmuscle.formats import load, scene_names
 from warpmuscle.scene.parameters import free_parameters
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,13 @@ class SceneTable(Sequence[SceneRow]):
     def names(self) -> tuple[str, ...]:
         """What `load` and `simulate` take."""
         return tuple(row.name for row in self._rows)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """The table as a `pandas.DataFrame`, a row a scene."""
+        need("pandas", "a table of scenes as a DataFrame needs")
+        import pandas
+
+        return pandas.DataFrame([vars(row) for row in self._rows], columns=[one.name for one in fields(SceneRow)])
 
     def __repr__(self) -> str:
         width = max((len(name) for name in self.names), default=0)

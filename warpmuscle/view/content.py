@@ -18,6 +18,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.norms import LEG_ANGLES, Band
 from warpmuscle.view.curves import LEG_TITLES, Line, Panel, panels_of
+from warpmuscle.view.measured.content import measured_arrays, measured_content
 from warpmuscle.view.objects import with_objects
 from warpmuscle.view.packing import Packer, Pool
 from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
@@ -64,7 +65,7 @@ def track_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
         arrays["weight"] = (track.point_weight, 8)
     if track.doll.muscles.routes:
         arrays["routed"] = (track.routes.all() - r.root_position[:, None], 16)
-    return arrays
+    return arrays | measured_arrays(track.measured)
 
 
 def crowd_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
@@ -105,6 +106,7 @@ def track_content(
         "arrays": numbers,
         "cycles": {side: np.round(np.array(one).reshape(-1, 2), 4).tolist() for side, one in cycles.items()},
         "panels": panel_contents(panels, leg_norms(track.recording, scene, cycles)),
+        **measured_content(track.measured, scene),
     }
 
 

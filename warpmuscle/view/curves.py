@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.results.joint_poses import joint_angles
@@ -23,6 +24,7 @@ from warpmuscle.scene.joints import joint_type
 LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
 # Turns of a trunk on the pelvis about x, which points to the left, y upwards and z ahead: all are positive.
 TRUNK_TITLES = {"x": "trunk flexion", "y": "trunk rotation to the left", "z": "trunk bending to the right"}
+ALONG_Z = 0.8  # of a unit axis, of an ankle that turns inwards and outwards
 STANDING = 1e-3  # rad/s, below which the power of a device says nothing of its torque
 FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
 
@@ -116,7 +118,8 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
     """What curves of hips, knees and ankles are called in anatomy, and the sign that makes them so, by joint and axis.
 
     Flexion and dorsiflexion are about the first axis. Of hips that are ball joints turns about y and z are rotation,
-    positive inwards, and abduction, positive away from the other leg.
+    positive inwards, and abduction, positive away from the other leg. Of ankles with a second axis that points ahead a
+    turn about it is inversion, positive where the sole looks at the other foot.
     """
     found: dict[str, tuple[str, float]] = {}
     for name, sign in flexion_signs(scene).items():
@@ -128,6 +131,10 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
         if place == 0 and words == ["x", "y", "z"]:
             outwards = 1.0 if side == 0 else -1.0
             found |= {f"{name} y": ("hip rotation", -outwards), f"{name} z": ("hip abduction", outwards)}
+        ahead = first_number(scene.character.joints[name].axes[1][2]) if place == 2 and words == ["a", "b"] else 0.0
+        if abs(ahead) > ALONG_Z:  # which lifts the outer edge of a left foot
+            inwards = -1.0 if side == 0 else 1.0
+            found[f"{name} b"] = "ankle inversion", inwards * float(np.sign(ahead))
     return found | _trunk_curves(scene)
 
 

@@ -30,6 +30,9 @@ FOREARM = 0.64  # of a forearm with its hand, the part before it
 HEAVY = 0.25  # of the whole mass, from which a body at the end of a chain is a trunk with its head
 MIDDLE = 0.03  # m, joints this near to x = 0 are those of a neck rather than of arms
 ANKLE = 0.036  # m, radius of an ankle, of a body of 75 kg
+USUAL = {"thigh": 0.42, "shank": 0.42, "upper arm": 0.3, "forearm": 0.3}  # m, lengths of a body of 75 kg
+LEAST_OF_USUAL = 0.9  # thickness of bones in that of such a length, whatever a model of a part of a body weighs
+TOES, SOLE = 0.065, 0.012  # m, length of toes, and of what is below their joint, of a body of 75 kg
 SHORTEST = 0.02  # m, of what is drawn as a limb
 
 
@@ -53,9 +56,10 @@ class _Figure:
         self.mass = {name: plain_number(body.mass) for name, body in character.bodies.items()}
         self.total = max(body_mass(character), TINY_MASS)
         self.scale = float(np.clip((self.total / 75.0) ** (1.0 / 3.0), 0.3, 1.4))
-        self.feet = {body for foot in feet if foot in character.bodies for body in foot_bodies(character, foot)}
-        self.heads: set[str] = set()
         self.limbs = Limbs(character, feet)
+        walking = [foot for foot in self.limbs.feet if foot in character.bodies]
+        self.feet = {body for foot in walking for body in foot_bodies(character, foot)}
+        self.heads: set[str] = set()
         self.made: list[Piece] = []
 
     def pieces(self) -> list[Piece]:
@@ -221,19 +225,25 @@ class _Figure:
             shoulders = self._shoulders(ends)
             neck = above[0] if above else start + 1.08 * (np.mean(shoulders, axis=0) - start)
             self._trunk_bones(name, start, neck, shoulders)
-        elif name in self.heads or start is None:
+        elif name in self.heads or start is None or role == "ankle bone":
             return
+        elif role == "knee cap":
+            self._hull(name, skeleton.knee_cap(np.zeros(3), scale), "bone")
         else:
             end = self._limb_end(start, ends, self.character.bodies[name].shapes)
             if (length := float(np.linalg.norm(end - start))) < SHORTEST:
                 return
-            size = min(scale, 2.9 * length)
+            size = max(min(scale, 2.9 * length), LEAST_OF_USUAL * length / USUAL.get(role, np.inf))
             if role == "thigh":
-                self._hull(name, skeleton.thigh_bone(start, end, sign, size), "bone")
+                below = [joint.child for joint in self.character.joints.values() if joint.parent == name]
+                capped = all(self.limbs.role(child) != "knee cap" for child in below)
+                self._hull(name, skeleton.thigh_bone(start, end, sign, size, capped), "bone")
             elif role == "shank":
                 self._hull(name, skeleton.shank_bones(start, end, sign, size), "bone")
             elif role == "upper arm":
                 self._hull(name, skeleton.upper_arm_bone(start, end, size), "bone")
+            elif role == "forearm" and self._is_one_of_two(name):
+                self._hull(name, skeleton.plain_bone(start, end, 0.75 * size), "bone")
             elif role == "forearm" and ends:
                 self._hull(name, skeleton.forearm_bones(start, end, size), "bone")
             elif role == "forearm":  # with its hand
@@ -244,6 +254,19 @@ class _Figure:
                 self._hull(name, skeleton.hand_bones(start, end, scale), "bone")
             else:
                 self._hull(name, skeleton.plain_bone(start, end, size), "bone")
+
+    def _is_one_of_two(self, name: str) -> bool:
+        """Whether a forearm is an ulna or a radius, with the other one drawn beside it."""
+        joints = self.character.joints.values()
+        beside = [joint.child for joint in joints if joint.parent == name]
+        beside += [joint.parent for joint in joints if joint.child == name]
+        for other in (body for body in beside if self.limbs.role(body) == "forearm"):
+            start = self._start(other)
+            if start is not None:
+                end = self._limb_end(start, self._ends(other), self.character.bodies[other].shapes)
+                if np.linalg.norm(end - start) > skeleton.ARM:
+                    return True
+        return False
 
     def _shoulders(self, ends: Sequence[Floats]) -> list[Floats]:
         """Ends of a body that arms hang on, to its left and its right."""
@@ -260,7 +283,7 @@ class _Figure:
         """Bones of a foot, or of toes, whose shapes say where they end."""
         seeds = self._seeds(name)
         if start is None or not len(seeds.radii):
-            return
+            return self._foot_bones_by_joints(name, start, ends)
         sole, tip = float(np.min(seeds.places[:, 1] - seeds.radii)), float(np.max(seeds.places[:, 2] + seeds.radii))
         heel, sign = float(np.min(seeds.places[:, 2] - seeds.radii)), -1.0 if self.sides[name] == "right" else 1.0
         joint = next(j for j in self.character.joints.values() if j.child == name)
@@ -273,6 +296,23 @@ class _Figure:
         self._hull(name, skeleton.foot_bones(start, ball, heel, sole, sign, self.scale), "bone")
         if not ends:
             self._hull(name, skeleton.toe_bones(ball, tip, sole, sign, self.scale), "bone")
+
+    def _foot_bones_by_joints(self, name: str, start: Floats | None, ends: Sequence[Floats]) -> None:
+        """The same without shapes: from heel to toes, on ground just below the lower one of the joints."""
+        if start is None:
+            return
+        s, sign = self.scale, -1.0 if self.sides[name] == "right" else 1.0
+        joint = next(one for one in self.character.joints.values() if one.child == name)
+        if joint.parent in self.feet:
+            self._hull(name, skeleton.toe_bones(start, start[2] + TOES * s, start[1] - SOLE * s, sign, s), "bone")
+            return
+        ball = ends[0] if ends else start + s * np.array([0.0, -0.06, 0.13])
+        sole = float(min(start[1], ball[1])) - SOLE * s
+        at_heel = start[1] - ball[1] < 0.04 * s  # such as the joint of an ankle bone on a calcaneus
+        ankle, heel = (start + s * np.array([0.0, 0.042, 0.049]), start[2]) if at_heel else (start, start[2] - 0.05 * s)
+        self._hull(name, skeleton.foot_bones(ankle, ball, float(heel), sole, sign, s), "bone")
+        if not ends:
+            self._hull(name, skeleton.toe_bones(ball, float(ball[2]) + TOES * s, sole, sign, s), "bone")
 
     def _bone_lines(self, name: str) -> None:
         """Lines between joints; feet and heads have none."""

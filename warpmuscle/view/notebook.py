@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
-from warpmuscle.core.arguments import as_kind, as_whole
-from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.arguments import as_kind, as_path, as_truth, as_whole
+from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.formats import SceneLike, scene_of
+from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
+from warpmuscle.results.result import holds_trials
 from warpmuscle.results.sweeps import read
 from warpmuscle.scene import Scene
-from warpmuscle.view.page import Page, replay_html
-from warpmuscle.view.sources import is_result, of_replays, of_scene, page_of_sights
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.page import Page
+from warpmuscle.view.sources import Sight, is_result, of_replays, of_scene, page_of_sights, with_measured
 
 
 @runtime_checkable
@@ -26,28 +29,51 @@ class HasResult(Protocol):
         """All that was recorded, with its scene."""
 
 
+Shown = Result | Recording | HasResult | Scene | str | PathLike[str]
+
+
 def show(
-    motion: Result | Recording | HasResult | Scene | str | PathLike[str],
+    motion: Shown | list[Any] | tuple[Any, ...],
     scene: SceneLike | None = None,
     replay: int | None = None,
     *,
     meshes: str | PathLike[str] | None = None,
+    over: bool = False,
 ) -> Page:
     """Recorded motion as a page that a notebook shows and `save` writes.
 
     Args:
         motion: a result or its file, all of whose motions are shown side by side; a run; one recording; or a scene, its
-            name or its file, which is simulated once.
+            name or its file, which is simulated once; or a list of these.
         scene: that made the recording, or its name or file; free parameters count with their start values. A result
             knows its own, and so does a recording that a rollout has just made.
         replay: the number of one motion of a result.
         meshes: folder with the files (.vtp, .stl, .obj) that a model of OpenSim is drawn with.
+        over: whether several motions are shown over one another, rather than side by side.
 
     Raises:
         ResultError: there is no such motion.
         Error: a recording has no frames, or they are of another character; the folder has no files of the model.
         ArgumentError: a recording without its scene, or a result with one; or a wrong type.
     """
+    listed: list[Any] = list(motion) if isinstance(motion, list | tuple) else [motion]
+    if not listed:
+        raise ArgumentError("motion must be a result, a run, a recording, a scene or a list, not an empty one")
+    over = as_truth(over, "over")
+    folder = None if meshes is None else as_path(meshes, "meshes")
+    sights: list[Sight] = []
+    for number, one in enumerate(listed, 1):
+        try:
+            sights += _sights_of(one, scene, replay)
+        except Error as error:
+            if isinstance(motion, list | tuple):
+                raise ArgumentError(f"motion {number} of the list: {error}") from None
+            raise
+    return page_of_sights(sights, meshes=folder, over=over)
+
+
+def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> list[Sight]:
+    """The motions of one of them; see `show`."""
     if isinstance(motion, Recording):
         if scene is None and motion.origin is not None:
             scene = motion.origin()
@@ -55,18 +81,19 @@ def show(
             raise ArgumentError("a recording of a file needs the scene that made it: show(recording, scene)")
         if replay is not None:
             raise ArgumentError("motion is a recording, one motion; replay chooses one of a result")
-        return Page(replay_html(motion, scene_of(scene), meshes=meshes))
-    if isinstance(motion, HasResult):
-        motion = motion.result
-    if isinstance(motion, str | PathLike) and is_result(str(motion)):
-        motion = as_kind(Result, read(Path(motion), replay=replay), "motion")
-    if isinstance(motion, str | PathLike | Scene):
-        if scene is not None or replay is not None:
-            raise ArgumentError("motion is a scene, which is simulated as it is: show(scene)")
-        return page_of_sights(of_scene(scene_of(motion, "motion")), meshes=meshes)
-    result = as_kind(Result, motion, "motion")
-    if scene is not None:
-        raise ArgumentError("motion is a result and has its scene with it: show(result)")
+        own = scene_of(scene)
+        return [Sight(own.name, demanding(motion, "this recording"), substitute(own, start_values(own)))]
     if replay is not None:
         replay = as_whole(replay, "replay", 0)
-    return page_of_sights(of_replays(result, replay=replay), meshes=meshes)
+    if isinstance(motion, HasResult):
+        motion = motion.result
+    file = Path(motion) if isinstance(motion, str | PathLike) and is_result(str(motion)) else None
+    if isinstance(motion, str | PathLike | Scene) and file is None:
+        if scene is not None or replay is not None:
+            raise ArgumentError("motion is a scene, which is simulated as it is: show(scene)")
+        return of_scene(scene_of(motion, "motion"))
+    result = as_kind(Result, motion if file is None else read(file, replay=replay), "motion")
+    if scene is not None:
+        raise ArgumentError("motion is a result and has its scene with it: show(result)")
+    sights = of_replays(result, replay=replay)
+    return with_measured(sights, file, result, replay) if file is not None and holds_trials(file) else sights

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.arguments import as_path
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.results.partial_motion import demanding
@@ -34,13 +35,12 @@ from warpmuscle.view.track import Doll, Track, track_of
 
 SCRIPTS = (
     "unpack.js", "math.js", "meshes.js", "shaders.js", "batches.js", "terrain.js", "floor.js", "water.js",
-    "renderer.js",
-    "biped.js", "camera.js", "picking.js", "shades.js", "strides.js", "plots.js", "save_curves.js", "controls.js",
-    "pushing.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
+    "renderer.js", "biped.js", "measured.js", "camera.js", "picking.js", "shades.js", "strides.js", "plots.js",
+    "save_curves.js", "controls.js", "pushing.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
-    "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "path", "labels", "norms",
-    "strides", "follow", "turntable", "split",
+    "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "markers", "path",
+    "labels", "norms", "strides", "follow", "turntable", "split",
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
@@ -119,20 +119,21 @@ def replay_html(
 def page_of(
     tracks: Sequence[Track], scenes: Sequence[Scene], title: str, autoplay: bool, plots: bool,
     split: bool = False, live: Any = None, waiting: Any = None, meshes: Path | None = None,
-    facts: Sequence[Facts] = (),
+    facts: Sequence[Facts] = (), over: bool = False,
 ) -> str:  # fmt: skip
     """The page of tracks and of their scenes without free parameters.
 
     Args:
         live, waiting: what `assets/live.js` and `assets/waiting.js` receive.
         meshes: folder with the files that models are drawn with. facts: what is known of each track, if anything.
+        over: whether they are shown over one another, starting in one place, rather than side by side.
     """
     packer, title = Packer(), whole(title)
     pool = Pool() if len(tracks) > CROWD else None
     dolls = _Dolls(packer, len(tracks) > FEW, meshes)
     contents: list[dict[str, Any]] = []
     panels: list[Any] = []
-    offsets = lanes(len(tracks))
+    offsets = over_one_another(tracks) if over else lanes(len(tracks))
     for track, scene, offset in zip(tracks, scenes, offsets, strict=True):
         content = track_content(track, scene, pool or packer, every_curve=len(tracks) <= FEW, live=live is not None)
         if content["panels"] not in panels:
@@ -140,7 +141,7 @@ def page_of(
         parts = {"doll": dolls.number(track.doll, scene), "panels": panels.index(content["panels"])}
         contents.append({**content, **parts, "offset": offset.tolist()})
     motions = [track.recording for track in tracks] if live is None else None
-    width = BESIDE if len(tracks) > 1 else 0.0
+    width = BESIDE if len(tracks) > 1 and not over else 0.0
     terrain = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
     if pool is not None:
         for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
@@ -151,7 +152,8 @@ def page_of(
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split),
+        "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split, over),
+        "over": over and len(tracks) > 1,
         "ground": plane_content(scenes[0]) | {"terrain": terrain},
         "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
         "tracks": contents,
@@ -174,6 +176,12 @@ def page_of(
     return head + "".join(fields[name] + text for name, text in (part.split("}}", 1) for part in rest))
 
 
+def over_one_another(tracks: Sequence[Track]) -> Floats:
+    """Offsets (count, 3), m, with which all bodies start where the first one does, on the ground as they are."""
+    starts = np.array([track.recording.com[0] for track in tracks], dtype=np.float64)
+    return np.asarray((starts[0] - starts) * np.array([1.0, 0.0, 1.0]))
+
+
 def ground_content(scene: Scene) -> dict[str, Any]:
     """What the page is sent about the ground of a scene without free parameters, where a biped may go anywhere."""
     return plane_content(scene) | {"terrain": terrain_content([scene.ground])}
@@ -192,7 +200,9 @@ def _strides(content: dict[str, Any]) -> bool:
     return bool(content["cycles"]) and all(len(one) >= FEWEST_STRIDES for one in content["cycles"].values())
 
 
-def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool) -> dict[str, bool]:
+def _shown(
+    tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool, over: bool
+) -> dict[str, bool]:
     """What can be shown of these tracks, and whether it is at first."""
     few = len(tracks) <= CROWD
     there = {
@@ -201,9 +211,10 @@ def _shown(tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding
         "desired": few and any(track.desired is not None for track in tracks),
         "forces": few,
         "path": few,
+        "markers": few and any(track.measured is not None and track.measured.markers for track in tracks),
         "surfaces": any(track.doll.wraps for track in tracks),
-        "labels": len(tracks) > 1,
-        "split": 1 < len(tracks) <= FEW,
+        "labels": len(tracks) > 1 and not over,
+        "split": 1 < len(tracks) <= FEW and not over,
         "norms": any("norm" in panel for listed in panels for panel in listed),
         "strides": striding,
     }

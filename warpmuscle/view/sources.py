@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -14,11 +14,12 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
+from warpmuscle.inverse.recordings.measured import Measured, read_measured
 from warpmuscle.optimization.best_scene import scene_in
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
-from warpmuscle.results.result import read
+from warpmuscle.results.result import holds_trials, read
 from warpmuscle.scene import Failure, Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.bones.model_meshes import mesh_folder
@@ -42,6 +43,7 @@ class Sight:
     recording: Recording
     scene: Scene  # that made it, without free parameters
     facts: Facts = NOTHING_KNOWN
+    measured: Measured | None = None
 
 
 def is_result(path: str) -> bool:
@@ -79,7 +81,8 @@ def of_results(
         if candidates is not None:
             sights += of_candidates(result, candidates, device, path, name)
         else:
-            sights += of_replays(result, path, name, replay)
+            own = of_replays(result, path, name, replay)
+            sights += with_measured(own, path, result, replay) if holds_trials(path) else own
     return sights
 
 
@@ -101,6 +104,13 @@ def of_replays(
         labels = {number: result.replay_names[number] for number in chosen}
     motions = {number: demanding(result.replays[number], str(path)) for number in chosen}
     return [Sight(name or labels[number], motions[number], numeric) for number in chosen]
+
+
+def with_measured(sights: Sequence[Sight], path: str | Path, result: Result, replay: int | None = None) -> list[Sight]:
+    """Motions of a file of `warpmuscle inverse`, or one of them, with the markers and forces that were measured."""
+    names = result.replay_names or ("",)
+    chosen = names if replay is None else names[replay : replay + 1]
+    return [replace(sight, measured=read_measured(path, name)) for sight, name in zip(sights, chosen, strict=True)]
 
 
 def of_candidates(result: Result, count: int, device: str | None, path: str | Path, name: str = "") -> list[Sight]:
@@ -175,7 +185,7 @@ def tracks_of(sights: Sequence[Sight]) -> list[Track]:
     for number, sight in enumerate(sights):
         same = next((k for k in range(number) if sights[k].scene is sight.scene), None)
         doll = tracks[same].doll if same is not None else None
-        tracks.append(track_of(sight.recording, sight.scene, sight.label, rate, doll))
+        tracks.append(track_of(sight.recording, sight.scene, sight.label, rate, doll, sight.measured))
     return tracks
 
 
@@ -184,10 +194,12 @@ def page_of_sights(
     title: str = "",
     meshes: str | PathLike[str] | None = None,
     beside: Path | None = None,
+    over: bool = False,
 ) -> Page:
     """A page of motions, by default called as the first one's scene.
 
     Args:
+        over: whether they are shown over one another, rather than side by side.
         meshes: folder with the files of triangles that models of OpenSim are drawn with. beside: one that is looked at
             unasked.
 
@@ -205,6 +217,7 @@ def page_of_sights(
             autoplay=True,
             plots=True,
             meshes=folder,
+            over=over,
             facts=[sight.facts for sight in sights],
         )
     )

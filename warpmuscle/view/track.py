@@ -12,6 +12,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
 from warpmuscle.gait.over_belts import over_belts
+from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
@@ -23,6 +24,7 @@ from warpmuscle.scene.objects.motion import ObjectMotion
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
+from warpmuscle.view.measured.content import at_times
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.objects import motions_of
 from warpmuscle.view.packing import whole
@@ -76,6 +78,7 @@ class Track:
     foot_force: Floats  # (F, 2, 3) N, on the left and the right foot
     foot_center: Floats  # (F, 2, 3) m, where these act
     objects: tuple[ObjectMotion, ...] = ()  # of the doll's objects
+    measured: Measured | None = None  # in the same frames
 
     @property
     def frames(self) -> int:
@@ -108,14 +111,16 @@ def doll_of(scene: Scene, muscles: tuple[str, ...]) -> Doll:
 
 
 def track_of(
-    recording: Recording, scene: Scene, label: str = "", rate: float | None = None, doll: Doll | None = None
-) -> Track:
+    recording: Recording, scene: Scene, label: str = "", rate: float | None = None, doll: Doll | None = None,
+    measured: Measured | None = None,
+) -> Track:  # fmt: skip
     """What is shown of a recording; on a treadmill as it is seen from the belts.
 
     Args:
         scene: that made it, without free parameters (see `parameters.substitute`).
         rate: frames a second at most, of those recorded.
         doll: of that scene and these muscles, if there is one already.
+        measured: what was measured of the motion; it is left out where it is of other times.
 
     Raises:
         Error: the recording has no frames, or is of another character.
@@ -135,6 +140,7 @@ def track_of(
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
         foot_center=foot_centers(recording, scene),
         objects=motions_of(recording, scene),
+        measured=at_times(measured, recording.time),
     )
 
 

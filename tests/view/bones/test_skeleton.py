@@ -18,7 +18,7 @@ from warpmuscle.view.pieces import Hull
 ROLES = {
     "walk56": {"lUpperleg": "thigh", "rLowerleg": "shank", "lFoot": "", "torso": "", "rUpperarm": "upper arm",
                "lLowerarm": "forearm", "pelvis": "", "head": ""},
-    "gait2392_walk": {"femur_r": "thigh", "tibia_l": "shank", "talus_r": "", "torso": "", "pelvis": ""},
+    "gait2392_walk": {"femur_r": "thigh", "tibia_l": "shank", "talus_r": "ankle bone", "torso": "", "pelvis": ""},
     "throw18": {"upper_arm": "upper arm", "forearm": "forearm", "hand": "hand", "trunk": ""},
 }  # fmt: skip
 

@@ -7,6 +7,7 @@ const UNTURNED = [0, 0, 0, 1];
 const FORCE_SCALE = 0.7; // m that a force of one body weight is drawn as
 const PATH_POINTS = [40, 150]; // of many bipeds, and of few
 const SLACK_RADIUS = 0.0085, FULL_RADIUS = 0.028, TENDON_RADIUS = 0.0042; // m, of muscles of a body of 75 kg
+const BEND = 0.03; // m of the way of a muscle that get as many points as a turn of 1 rad
 const FULL_FORCE = 1.5; // f_max that a load of 1 stands for
 
 class Biped {
@@ -21,6 +22,8 @@ class Biped {
     this.order = Math.max(...doll.muscles.f_max, 1); // N that is drawn as FULL_RADIUS
     this.owner = new Int32Array(this.count);
     doll.muscles.start.slice(0, -1).forEach((from, m) => this.owner.fill(m, from, doll.muscles.start[m + 1]));
+    const routed = new Set(doll.muscles.routed);
+    this.routes = this.names.map((_, m) => m).filter((m) => routed.has(doll.muscles.start[m]));
     this.addFigure();
   }
 
@@ -28,8 +31,9 @@ class Biped {
   addFigure() {
     const { renderer, doll, first } = this, { start } = doll.muscles;
     for (const piece of doll.pieces) {
+      if (this.over && piece.layer === "flesh") continue; // what is seen through it would be covered
       const flesh = renderer.shade(this) ?? SIDE_TINT[piece.side];
-      const slot = first.slots + piece.body, tint = { bone: BONE_TINT, hollow: HOLLOW_TINT, object: OBJECT_TINT, device: DEVICE_TINT }[piece.layer] ?? flesh;
+      const slot = first.slots + piece.body, tint = { bone: this.over ?? BONE_TINT, hollow: HOLLOW_TINT, object: OBJECT_TINT, device: DEVICE_TINT }[piece.layer] ?? flesh;
       const place = (piece.start ? times(add(piece.start, piece.end), 0.5) : piece.position) ?? [0, 0, 0];
       const along = piece.start ? minus(piece.end, piece.start) : [0, 0, 0], length = norm(along);
       const turn = piece.start ? turnFromY(length > 1e-9 ? along : [0, 1, 0]) : piece.orientation ?? UNTURNED;
@@ -38,7 +42,7 @@ class Biped {
       const kind = piece.kind === "ellipsoid" ? "limb" : piece.kind;
       renderer.addSolid(piece.layer === "hollow" ? "bone" : piece.layer, kind, piece.mesh, slot, place, turn, size, tint, b / Math.max(a, 1e-9));
     }
-    for (let m = 0; m < this.names.length; m++)
+    for (let m = 0; m < (this.over ? 0 : this.names.length); m++)
       for (let k = start[m]; k < start[m + 1] - 1; k++)
         renderer.addStretch(first.points + k, first.muscles + m, k === start[m], k === start[m + 1] - 2, start[m + 1] - start[m] - 1);
   }
@@ -139,8 +143,10 @@ class Biped {
     const moment = this.moment(time), { renderer, first } = this;
     this.pose("orientation", moment, first.slots);
     if (shown.desired && this.arrays.desired) this.pose("desired", moment, first.slots + renderer.shift);
-    if (this.arrays.activation && !renderer.shaded) this.updateMuscles(moment, shown);
-    if (shown.forces && this.arrays.force) this.markForces(moment);
+    if (this.arrays.activation && !renderer.shaded && !this.over) this.updateMuscles(moment, shown);
+    if (shown.forces && this.arrays.plate) markPlates(this, moment);
+    else if (shown.forces && this.arrays.force) this.markForces(moment);
+    if (shown.markers && this.arrays.marker) markMarkers(this, moment);
     if (shown.path) {
       const r = 0.03 * this.doll.scale;
       renderer.mark("limb", this.com(moment), UNTURNED, [r, r, r, 0], COM_TINT);
@@ -159,6 +165,7 @@ class Biped {
       const routes = this.between("routed", moment), root = 8 * first.slots;
       routed.forEach((k, n) => [0, 1, 2].forEach((i) => (out[from + 4 * k + i] = poses[root + i] + routes[3 * n + i])));
     }
+    this.routes.forEach((m) => spreadPoints(out, from + 4 * start[m], start[m + 1] - start[m]));
     if (conditional.length) this.slideConditional(this.between("weight", moment), out, from);
     const activation = this.between("activation", moment), load = this.between("load", moment), s = this.doll.scale;
     const rest = SLACK_RADIUS ** 2, full = FULL_RADIUS ** 2 - rest; // the area grows with the force
@@ -197,6 +204,11 @@ class Biped {
   }
 }
 
+// A colour such as #0072b2 as three parts up to 1, lighter.
+function parted(color) {
+  return [1, 3, 5].map((k) => 0.25 + (0.75 * parseInt(color.slice(k, k + 2), 16)) / 255);
+}
+
 // The rows of an array that are of one motion, where several share it.
 function part(array, first, frames, width) {
   return first === undefined ? array : array.subarray(first * width, (first + frames) * width);
@@ -228,6 +240,21 @@ function measureWay(points, from, count) {
   }
   for (let k = 1; k < count; k++) points[from + 4 * k + 3] /= length || 1;
   return length;
+}
+
+// Put the points of a polyline elsewhere along it, denser where it bends: between few of them a belly would have edges.
+function spreadPoints(points, first, count) {
+  const old = Array.from({ length: count }, (_, k) => [0, 1, 2].map((i) => points[first + 4 * k + i]));
+  const ways = old.slice(1).map((p, k) => minus(p, old[k])), lengths = ways.map(norm);
+  const bend = (k) => (lengths[k] > 1e-6 && lengths[k + 1] > 1e-6 ? Math.acos(Math.min(Math.max(dot(ways[k], ways[k + 1]) / (lengths[k] * lengths[k + 1]), -1), 1)) : 0);
+  const bends = [0, ...ways.slice(1).map((_, k) => bend(k)), 0], ends = [0];
+  lengths.forEach((length, k) => ends.push(ends[k] + (length > 1e-6 ? length + 0.5 * BEND * (bends[k] + bends[k + 1]) : 0)));
+  for (let k = 1, at = 0; k < count - 1; k++) {
+    const place = (k / (count - 1)) * ends[count - 1];
+    while (at < count - 2 && ends[at + 1] < place) at++;
+    const part = (place - ends[at]) / (ends[at + 1] - ends[at] || 1);
+    for (let i = 0; i < 3; i++) points[first + 4 * k + i] = old[at][i] + part * ways[at][i];
+  }
 }
 
 // Make meshes of the hulls of a doll, whose arrays the page holds by number.

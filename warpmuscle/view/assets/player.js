@@ -13,7 +13,8 @@ class Player {
     const widths = content.table.map((entry) => entry.low.length);
     content.dolls.forEach((doll) => readHulls(doll, arrays));
     const told = (track) => ({ ...track, panels: content.panels[track.panels] });
-    this.bipeds = content.tracks.map((track) => new Biped(told(track), arrays, widths, content.dolls[track.doll], this.renderer));
+    const tint = (k) => (content.over && k ? parted(TRACK_COLOR[k % TRACK_COLOR.length]) : null);
+    this.bipeds = content.tracks.map((track, k) => new Biped({ ...told(track), over: tint(k) }, arrays, widths, content.dolls[track.doll], this.renderer));
     Object.assign(this, { seen: [], time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
     this.shown = { ...content.shown };
     this.camera = new Camera(this.element("scene"), this.bipeds.length > FITTED ? ANGLES.crowd : ANGLES.oblique);
@@ -23,13 +24,16 @@ class Player {
     document.querySelector("main").classList.toggle("live", Boolean(this.live));
     document.querySelector("main").classList.toggle("waiting", Boolean(content.waiting));
     this.measure();
+    this.time = this.begin;
     this.controls = new Controls(this, content);
     this.labels = new Labels(this);
     this.shades = new Shades(this, content.shades);
+    addDots(this.bipeds, content.over);
     this.setSpeed(1);
     if (!this.live && !("split" in this.shown)) this.bipeds.forEach((biped) => biped.addPath());
     Object.keys(this.shown).forEach((name) => this.show(name, this.shown[name]));
     this.choose(0);
+    if (content.over) this.overlay(true);
     this.play(this.playing);
     this.fit();
     this.follow(asked);
@@ -41,7 +45,7 @@ class Player {
   // Begin and end of the motion, and the time between two frames, s.
   measure() {
     const times = this.bipeds.map(({ arrays, frames }) => [arrays.time[0], arrays.time[Math.max(frames - 1, 0)]]);
-    this.begin = this.live ? Math.min(...times.map((t) => t[0])) : 0;
+    this.begin = Math.min(...times.map((t) => t[0]));
     this.end = Math.max(...times.map((t) => t[1]), this.begin + 1e-6);
     this.step = (this.end - this.begin) / Math.max(1, ...this.bipeds.map((biped) => biped.frames - 1));
   }
@@ -72,13 +76,13 @@ class Player {
   play(on) {
     this.playing = on;
     if (this.live) this.live.play(on);
-    else if (on && this.time >= this.end) this.time = 0;
+    else if (on && this.time >= this.end) this.time = this.begin;
     this.element("play").textContent = on ? "\u275a\u275a" : "\u25b6\ufe0e";
   }
 
   restart() {
     if (this.live) this.live.restart();
-    else this.seek(0);
+    else this.seek(this.begin);
   }
 
   seek(time) {
@@ -305,7 +309,7 @@ class Player {
   // Play once from start to end, and save what is seen.
   saveFilm() {
     if (this.film) return this.endFilm();
-    this.seek(0);
+    this.seek(this.begin);
     this.film = startFilm(this.renderer.canvas, (blob) => download(this.fileName("webm"), blob));
     this.element("film").classList.add("on");
     this.play(true);
@@ -341,7 +345,7 @@ class Player {
     if (this.film) {
       this.time = this.end;
       this.endFilm();
-    } else this.time %= this.end;
+    } else this.time = this.begin + ((this.time - this.begin) % (this.end - this.begin));
   }
 
   // All that a picture depends on, so that nothing is drawn twice.

@@ -98,7 +98,7 @@ class Plots {
     if (this.inStrides()) return [0, 100];
     const { window } = this, times = this.bipeds.map((biped) => biped.arrays.time[Math.max(biped.frames - 1, 0)]);
     const end = Math.max(...times, 1e-6);
-    return window ? [Math.max(0, end - window), Math.max(end, window)] : [0, end];
+    return window ? [Math.max(0, end - window), Math.max(end, window)] : [Math.min(...this.bipeds.map((biped) => biped.arrays.time[0]), end - 1e-6), end];
   }
 
   // Draw all but the cursor, where it is not drawn yet.

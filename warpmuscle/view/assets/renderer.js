@@ -8,6 +8,7 @@ const LAYERS = ["flesh", "bone", "surface", "shape", "object", "device"];
 const ACTIVATION = [[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]];
 const TENDON = [0.95, 0.95, 0.97];
 const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
+const THROUGH = 0.45;
 const OWN = (alpha) => [-1, 0, 0, alpha];
 
 class Renderer {
@@ -177,6 +178,7 @@ class Renderer {
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
     if (shown.flesh && !opaque) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
+    if (this.fine) this.drawThrough({ tube: this.marks.tube, cone: this.marks.cone });
     if (shown.desired) {
       gl.uniform1i(this.solid.place.shift, this.shift);
       this.drawGlass([flesh], GHOST);
@@ -216,6 +218,14 @@ class Renderer {
     gl.uniform1f(this.solid.place.glass, Number(this.fine));
     this.drawSolids(groups, paint);
     gl.uniform1f(this.solid.place.glass, 0);
+  }
+
+  // What lies behind others, too, faintly: a force runs along the leg that it acts on.
+  drawThrough(group) {
+    const gl = this.gl;
+    gl.disable(gl.DEPTH_TEST);
+    this.drawSolids([group], OWN(THROUGH));
+    gl.enable(gl.DEPTH_TEST);
   }
 
   drawMuscles(program, matrix, eye) {

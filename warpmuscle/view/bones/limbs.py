@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Character
-from warpmuscle.scene.anatomy import joint_place, leg
+from warpmuscle.scene.anatomy import foot_bodies, joint_place, leg
 from warpmuscle.scene.initial_pose import plain_vector
+from warpmuscle.view.bones.named import Role, named_feet, named_role
 
-Role = Literal["thigh", "shank", "upper arm", "forearm", "hand", ""]
 LEAST = 0.05  # m, between the joints of what is a part of a limb
 BESIDE = 0.03  # m, from the middle on, where arms hang
 LEG: tuple[Role, ...] = ("thigh", "shank")
@@ -23,7 +22,14 @@ class Limbs:
     """Roles of bodies."""
 
     def __init__(self, character: Character, feet: Sequence[str]) -> None:
-        """Take over a character without free parameters and the names of the bodies that walk."""
+        """Take over a character without free parameters and the names of the bodies that walk.
+
+        Where none of these have shapes, bodies whose names say that they are feet end the legs.
+        """
+        if not any(character.bodies[body].shapes for foot in feet if foot in character.bodies
+                   for body in foot_bodies(character, foot)):  # fmt: skip
+            feet = named_feet(character.bodies) or feet
+        self.feet = tuple(feet)
         self._joints = character.joints
         self._above = {joint.child: joint for joint in character.joints.values()}
         chains = [[character.joints[name].child for name in leg(character, foot)] for foot in feet]
@@ -35,9 +41,10 @@ class Limbs:
         for body in character.bodies:
             if body not in self._in_legs and (role := self._role_in_arm(body)):
                 self._roles[body] = role
+        self._roles |= {body: named_role(body) for body in character.bodies if named_role(body)}
 
     def role(self, body: str) -> Role:
-        """What a body is; empty for trunks, heads, feet and all else."""
+        """What a body is, by its name or else by how it hangs on others; empty for trunks, heads, feet and all else."""
         return self._roles.get(body, "")
 
     def leads_to_leg(self, body: str, place: Floats) -> bool:

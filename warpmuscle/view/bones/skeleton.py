@@ -17,10 +17,8 @@ from warpmuscle.view.hulls import Mesh
 AHEAD = np.array([0.0, 0.0, 1.0])
 ASIDE = np.array([1.0, 0.0, 0.0])
 RIBS = 9  # pairs
-ARM, FOREARM = (
-    0.11,
-    0.66,
-)  # m, shortest of a limb with a form of its own; of a forearm with its hand, the part before it
+ARM = 0.11  # m, shortest of a limb with a form of its own
+FOREARM = 0.66  # of a forearm with its hand, the part before it
 
 
 def _unit(vector: Floats) -> Floats:
@@ -46,8 +44,13 @@ def plain_bone(start: Floats, end: Floats, scale: float) -> Mesh:
     return tube(start + part[:, None] * (end - start), np.minimum(radius, 0.2 * length))
 
 
-def thigh_bone(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
-    """A femur from the middle of its head to the knee, with a kneecap; `sign` is 1 on the left."""
+def knee_cap(middle: Floats, scale: float) -> Mesh:
+    """A patella that hangs on a body of its own."""
+    return ellipsoid(middle, (0.018 * scale, 0.02 * scale, 0.009 * scale))
+
+
+def thigh_bone(start: Floats, end: Floats, sign: float, scale: float, capped: bool = True) -> Mesh:
+    """A femur from the middle of its head to the knee, with a kneecap if `capped`; `sign` is 1 on the left."""
     down, s = _unit(end - start), scale
     out = _across(down, sign * ASIDE)
     front = np.cross(down, out) * sign
@@ -67,7 +70,7 @@ def thigh_bone(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
                 ellipsoid(end + s * (side * 0.02 * out - 0.004 * front), (0.0175 * s, 0.021 * s, 0.026 * s), axes)
                 for side in (1, -1)
             ),
-            ellipsoid(end + s * (0.036 * front - 0.012 * down), (0.018 * s, 0.02 * s, 0.009 * s), axes),
+            *([ellipsoid(end + s * (0.036 * front - 0.012 * down), (0.018 * s, 0.02 * s, 0.009 * s), axes)] * capped),
         ]
     )
 

@@ -1,0 +1,30 @@
+"""What figures and curves are called, however somebody writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+ALIASES = {"grf": "ground_force", "emg": "activation", "excitation": "control"}
+FEW = 6  # names that a message lists
+
+
+def plain(name: str) -> str:
+    """A name in small letters, with single spaces for `_` and the like."""
+    return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
+
+
+def kind_named(name: str, kinds: Iterable[str]) -> str:
+    """The kind of figure that a name means: itself, in another case, with spaces, in the plural; else the name."""
+    asked = plain(name)
+    known = {plain(kind): kind for kind in kinds}
+    ways = (asked, asked.removesuffix("s"), f"{asked}s", plain(ALIASES.get(asked, "")))
+    return next((known[way] for way in ways if way in known), name)
+
+
+def curves_named(name: str, curves: Iterable[str]) -> list[str]:
+    """Curves that a name means: the one that is called so, or else all that hold its words."""
+    asked, listed = plain(name), list(curves)
+    exact = [curve for curve in listed if plain(curve) == asked]
+    if exact or not asked:
+        return exact[:1]
+    return [curve for curve in listed if all(word in plain(curve).split() for word in asked.split())]
