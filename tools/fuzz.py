@@ -22,7 +22,7 @@ from typing import Annotated
 
 import typer
 from fuzzing.judge import Verdict
-from fuzzing.kinds import KINDS, Setting, make, shares
+from fuzzing.kinds import KINDS, WITHOUT_SEEDS, Setting, make, shares
 from fuzzing.pool import Case, Settings, prepare, run_all, run_case
 from fuzzing.seeds import make_seeds
 
@@ -45,9 +45,12 @@ def fuzz(
         raise typer.BadParameter(f"no kind is called {wrong[0]!r}; there are {', '.join(KINDS)}")
     with tempfile.TemporaryDirectory(prefix="fuzz-") as temporary:
         work = Path(temporary) if folder is None else folder.resolve()
-        settings = Settings(
-            seed, make_seeds(work / "seeds"), work, reference if reference.is_dir() else None, compiling
-        )
+        seeds = work / "seeds"
+        seeds.mkdir(parents=True, exist_ok=True)
+        wanted = {case.partition(":")[0]} if case is not None else set(kinds.split(","))
+        if not wanted <= WITHOUT_SEEDS:  # which takes minutes
+            make_seeds(seeds)
+        settings = Settings(seed, seeds, work, reference if reference.is_dir() else None, compiling)
         if case is not None:
             raise typer.Exit(_one(case, settings))
         numbers = shares(cases)

@@ -39,7 +39,9 @@ from warpmuscle.session.public import PUBLIC
 # What the reference is about, by what one wants to do: names of Python, and commands.
 NAMES = {
     "Load and describe scenes": ("load", "save", "scenes", "Scene", "trust", "convert"),
-    "Run simulations": ("simulate", "Run", "Rollout", "make_rollout", "MultiDeviceRollout", "Stages", "Status"),
+    "Run simulations": (
+        "simulate", "Run", "Rollout", "make_rollout", "MultiDeviceRollout", "Stages", "Status", "quadratic_program",
+    ),
     "Search for parameters": ("optimize", "resume", "best_scene", "Evaluator", "sweep", "Sweep"),
     "Learn policies": ("learn",),
     "Look at motions": ("show", "plot", "measure"),

@@ -46,16 +46,7 @@ DURATION, PUSHED = 10.0, 4.0  # s
 NARROW, WIDE = REFERENCES["step width"].low, REFERENCES["step width"].high  # m, of people's steps
 TOUCHING = 0.3  # cm, that bodies may be inside each other
 WIDEST = 0.5  # that is added to an action at most
-ENERGY, ANGLES, FORCE, SUPPORT, WIDTH, INSIDE, SIZE, FALL = (
-    4.0,
-    8.0,
-    0.5,
-    0.6,
-    20.0,
-    2.0,
-    1.0,
-    40.0,
-)  # see `Walked.cost`
+ENERGY, ANGLES, FORCE, SUPPORT, WIDTH, INSIDE, SIZE, FALL = 4.0, 8.0, 0.5, 0.6, 20.0, 2.0, 1.0, 40.0  # of `Walked.cost`
 MOMENTS = "moments from people that may be searched with"
 
 

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from warpmuscle.session.scene_table import scenes
     from warpmuscle.session.training import learn
     from warpmuscle.simulation.multi_device import MultiDeviceRollout, make_rollout
+    from warpmuscle.simulation.program.solve import quadratic_program
     from warpmuscle.simulation.rollout import Rollout
     from warpmuscle.simulation.stages import Stages
     from warpmuscle.sweep.first_line import sweep
@@ -56,8 +57,8 @@ __all__ = [
     "Error", "Evaluator", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout",
     "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
     "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "load",
-    "make_rollout", "measure", "optimize", "plot", "read", "read_motions", "resume", "save", "scale", "scenes", "show",
-    "simulate", "static_optimization", "sweep", "track", "trust", "write",
+    "make_rollout", "measure", "optimize", "plot", "quadratic_program", "read", "read_motions", "resume", "save",
+    "scale", "scenes", "show", "simulate", "static_optimization", "sweep", "track", "trust", "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -67,6 +68,7 @@ _HOMES = {
     "learn": "session.training", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "session.results", "plot": "plots",
+    "quadratic_program": "simulation.program.solve",
     "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
     "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene.drawing.table",

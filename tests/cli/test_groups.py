@@ -3,9 +3,13 @@
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rich.text import Text
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from warpmuscle.cli.program import GROUPS, app
@@ -62,3 +66,18 @@ def test_a_group_alone_tells_of_its_commands_and_completion_names_them(group: st
         [sys.executable, "-c", code], cwd=tmp_path, env=os.environ | variables, capture_output=True, text=True
     )
     assert set(done.stdout.split()) == names
+
+
+def helps(command: Any, name: str = "warpmuscle") -> Iterator[tuple[str, str]]:
+    """All texts of help of a command, its options and the commands below it."""
+    for part in (command, *command.params):
+        yield name, getattr(part, "help", None) or ""
+    for below, inner in getattr(command, "commands", {}).items():
+        yield from helps(inner, f"{name} {below}")
+
+
+def test_words_in_brackets_are_not_lost_from_help_as_markup():
+    every = list(helps(get_command(app)))
+    assert len({name for name, _ in every}) > 30
+    assert any("table \\[study]" in text for _, text in every)
+    assert [name for name, text in every if Text.from_markup(text).plain != text.replace("\\[", "[")] == []

@@ -143,6 +143,13 @@ def cases(folder: Path) -> dict[str, Case]:
             },
         ),
         "scenes": Case(wm.scenes, {}),
+        "quadratic_program": Case(
+            wm.quadratic_program,
+            {
+                "mass": np.ones((1, 1, 1)), "bias": np.zeros((1, 1)), "forces": np.ones((1, 1, 1)),
+                "wanted": np.ones((1, 1)), "weight": 1.0, "cost": 1.0, "low": 0.0, "high": 1.0, "device": "cpu",
+            },
+        ),
         "sweep": Case(
             wm.sweep,
             {

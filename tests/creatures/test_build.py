@@ -42,6 +42,10 @@ def test_a_description_is_read_as_it_was_written(tmp_path):
         ('kind = "walk"', 'kind = "fly"', "gait.kind", "hop"),
         ("Hip = [-0.1, -0.4]", "Hip = []", "gait.swing.Hip", "at least one angle"),
         ("lHip = -0.2", "lHup = -0.2", "gait.start.lHup", "did you mean 'lHip'?"),
+        ("[segments.trunk]", '[segments.lLeg]\nparent = "trunk"\nstart = [0, 1, 0]\nend = [0, 1.1, 0]\nradius = 0.1\n\n'
+         "[segments.trunk]", "segments.Leg", "the body would be called 'lLeg', as that of segments.lLeg is"),
+        ('joint = "Ankle"', 'joint = "hip"', "segments.Foot.joint", "called 'lHip', as that of segments.Leg is"),
+        ("[muscles.Front]", "[muscles.long]", "muscles.Long", "would be called 'lLong', as that of muscles.long"),
         ("density = 1000", "density = 1000\nwings = 2", "wings", "wings"),
     ],
 )  # fmt: skip

@@ -5,7 +5,7 @@ import pytest
 
 from small_result import STRIDE, walk_result, with_arrays
 from warpmuscle.core.errors import Error
-from warpmuscle.gait.foot_contact import Contact, contacts, support, touch_downs
+from warpmuscle.gait.foot_contact import Contact, contacts, mean_load, support, touch_downs
 
 WEIGHT = 700.0  # N
 TIME = np.arange(4000) / 1000.0
@@ -79,6 +79,14 @@ def test_touch_downs_need_no_stance_and_no_weight():
     for weight in (None, WEIGHT):
         np.testing.assert_allclose(touch_downs(motion, "left", weight), [0.995, 1.995, 2.995, 3.995], atol=1e-9)
         np.testing.assert_allclose(touch_downs(motion, "right", weight), [0.495, 1.495, 2.495, 3.495], atol=1e-9)
+
+
+def test_the_mean_load_is_that_on_both_feet_whichever_carries_more():
+    motion = walk_result().replays[0]
+    share = np.linspace(0.0, 1.0, len(motion.time))
+    left, right = (np.outer(carried, [1.0, 400.0, 3.0]) for carried in (1.0 + share, 0.25 * share))
+    loaded = with_arrays(motion, foot_force_left=left, foot_force_right=right)
+    assert mean_load(loaded) == pytest.approx(400.0 * (1.5 + 0.125))
 
 
 def test_what_weighs_nothing_touches_the_ground_from_three_hundredths_of_a_newton_on():

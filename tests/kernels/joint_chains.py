@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,9 @@ from warpmuscle.simulation.rollout import Rollout
 
 JOINTS = MotionOf(FIRST_OF_TABLE, slide_motion), MotionOf(FIRST_OF_TABLE + 1, coupled_motion)
 OF = joint_stages_of(SkeletonKind(JOINTS))
-kinematics, prescribe, hybrid_acceleration = OF.kinematics, OF.prescribe, OF.hybrid_acceleration
+kinematics, prescribe, acceleration, hybrid_acceleration = (
+    OF.kinematics, OF.prescribe, OF.acceleration, OF.hybrid_acceleration,
+)  # fmt: skip
 body_inertia = body_inertia_of(False)
 AXES = {
     "hinge": [(0.9, 0.3, -0.2)], "universal": [(0.1, 0.2, 1.0), (1.0, 0.2, 0.0)],
@@ -32,22 +35,32 @@ AXES = {
 COUNT = {"hinge": 1, "universal": 2, "ball": 3, "slide": 1, "coupled": 1}
 
 
-@wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
-def accelerate(model: Model, state: State, workspace: wp.array2d[float], rate: wp.array2d[float]):
-    i = wp.tid()
-    work = work_of(i, model, workspace)
-    kinematics(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        work.torque[body] = wp.vec3(0.0)
-        work.stiffness[body] = symmetric(0.0)
-    prescribe(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        body_inertia(i, body, model, work)
-    hybrid_acceleration(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        first = model.skeleton.plan[body].speed_start
-        for k in range(model.skeleton.plan[body].speed_end - first):
-            rate[i, first + k] = speed_rate_of(body, k, model, work)
+@cache
+def accelerate_of(prescribed: bool) -> Any:
+    """The kernel (model, state, workspace, rate) of accelerations (n, S), where some coordinates are prescribed."""
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    def accelerate(model: Model, state: State, workspace: wp.array2d[float], rate: wp.array2d[float]):
+        i = wp.tid()
+        work = work_of(i, model, workspace)
+        kinematics(i, 0, 1, model, state, work)
+        for body in range(model.body_count):
+            work.torque[body] = wp.vec3(0.0)
+            work.stiffness[body] = symmetric(0.0)
+        if wp.static(prescribed):
+            prescribe(i, 0, 1, model, state, work)
+        for body in range(model.body_count):
+            body_inertia(i, body, model, work)
+        if wp.static(prescribed):
+            hybrid_acceleration(i, 0, 1, model, state, work)
+        else:
+            acceleration(i, 0, 1, model, work)
+        for body in range(model.body_count):
+            first = model.skeleton.plan[body].speed_start
+            for k in range(model.skeleton.plan[body].speed_end - first):
+                rate[i, first + k] = speed_rate_of(body, k, model, work)
+
+    return accelerate
 
 
 @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
@@ -139,9 +152,9 @@ def accelerated(scene: Scene, count: int = 8) -> Accelerated:
     model.time_step = 0.0  # speeds are those of the moment itself
     room = wp.zeros((count, work_floats(capacity_of(len(names.bodies)), True)), dtype=float, device="cpu")
     rate = wp.zeros((count, names.speeds), dtype=float, device="cpu")
-    wp.launch(accelerate, count, [model, state, room, rate], device="cpu")
+    wp.launch(accelerate_of(len(numbers) > 0), count, [model, state, room, rate], device="cpu")
     found = rate.numpy().astype(float)
-    for body, kind in enumerate(rollout.structure.kinematic.remaining):
+    for body, kind in enumerate(rollout.structure.kinematic.remaining if len(numbers) else ()):
         if kind == SECOND_HINGE:
             first = names.speed_start[body]
             found[:, first + 1] = found[:, first]

@@ -10,16 +10,17 @@ import pytest
 import warp as wp
 from opensim_bench import MODELS, Bench, as_ours, bench_scene
 
-from warpmuscle.kernels.curve.curve_sets import DE_GROOTE, MILLARD, THELEN
+from warpmuscle.formats.osim.muscles.old_curves import ACTIVE_CURVE, EXPONENTIAL, TENDON_CURVE
+from warpmuscle.kernels.curve.curve_sets import DE_GROOTE, MILLARD, SPLINE, THELEN
 from warpmuscle.kernels.curve.custom_curves import with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves
 from warpmuscle.kernels.muscle import muscle
 from warpmuscle.kernels.muscle.muscle import pennation_cosine, rigid_fibre_speed
 from warpmuscle.kernels.structs import Muscles
 from warpmuscle.model.muscles import muscles_struct
-from warpmuscle.scene import DeGrooteCurves, MillardCurves, Muscle, ThelenCurves
+from warpmuscle.scene import DeGrooteCurves, MillardCurves, Muscle, Spline, SplineCurves, ThelenCurves
 
-ALL = Shaped((THELEN, MILLARD, DE_GROOTE))
+ALL = Shaped((THELEN, MILLARD, DE_GROOTE, SPLINE))
 equilibrium, tendon_force, fibre_force, equilibrium_speed, bounded_fibre_length, rigid_fibre_length = (
     with_curves(function, ALL)
     for function in (
@@ -281,3 +282,25 @@ def test_passive_forces_end_at_a_thousand_and_speeds_at_ten() -> None:
     assert (expected[2:] == 1000.0).all()
     at_speed = force.numpy()[:, 1]
     assert at_speed[0] < at_speed[1] < at_speed[2] == at_speed[3]
+
+
+SCHUTTE = SplineCurves(*(Spline([*one.x], [*one.y], one.ends) for one in (ACTIVE_CURVE, EXPONENTIAL, TENDON_CURVE)))
+OTHERS = SplineCurves(
+    Spline([0.0, 0.4, 0.401, 0.7, 1.0, 1.3, 1.6, 1.601, 2.0], [0.0, 0.0, 0.0, 0.8, 1.0, 0.7, 0.0, 0.0, 0.0]),
+    Spline([-5.0, 0.999, 1.0, 1.2, 1.5, 1.6, 5.0], [0.0, 0.0, 0.0, 0.1, 0.9, 1.5, 1.5]),
+    Spline([-10.0, 0.0, 0.02, 0.04, 0.06, 20.0], [0.0, 0.0, 0.3, 1.1, 2.0, 900.0]),
+)
+LEVELS = [(0.26, 0.5), (0.28, 1.0), (0.295, 0.05), (0.31, 0.3), (0.33, 0.8), (0.35, 0.02)]  # path, m, and activation
+
+
+@pytest.mark.parametrize(
+    ("curves", "force"),  # N, OpenSim 4.6: Schutte1993Muscle_Deprecated of 500 N, 0.1 m and 0.2 m, computeEquilibrium
+    [
+        (SCHUTTE, [102.344551, 443.074180, 30.205303, 163.243619, 343.277647, 342.349575]),
+        (OTHERS, [301.530061, 515.006407, 30.732184, 151.439371, 401.967491, 320.950847]),
+    ],
+)
+def test_muscles_with_curves_through_knots_pull_as_opensims(curves: SplineCurves, force: list[float]) -> None:
+    one = Muscle(f_max=500.0, l_opt=0.1, l_slack=0.2, v_max=10.0, damping=0.1, curve_shape=curves, tendon="compliant")
+    state = np.array([[[activation, length]] for length, activation in LEVELS])
+    np.testing.assert_allclose(500.0 * ours(settle, [one], state)[:, 0, 1], force, atol=0.1)

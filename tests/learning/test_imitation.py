@@ -4,9 +4,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from warpmuscle.core.errors import SceneError
+from small_result import no_parameters
+from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.pose import rotate
-from warpmuscle.formats import load
+from warpmuscle.formats import load, toml
 from warpmuscle.gait.foot_contact import touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels.learning.rewards import FORCE, IMITATION, TERMS
@@ -17,12 +18,16 @@ from warpmuscle.learning.imitation import (
     SPEEDS,
     Gait,
     gait_of,
+    recorded_gait,
     seen_time,
     smoothed_over_cycle,
     with_norm,
     with_step_width,
 )  # fmt: skip
 from warpmuscle.learning.symmetry import BodySymmetry
+from warpmuscle.results.partial_motion import reduced
+from warpmuscle.results.records import Result
+from warpmuscle.results.result import write
 from warpmuscle.scene.norms import PERCENT_OF_BIN, WALKING, walking_force
 from warpmuscle.simulation.rollout import Rollout
 
@@ -246,3 +251,50 @@ def test_a_gait_that_falls_at_once_cannot_be_imitated():
     falls = msgspec.structs.replace(walker, failure=msgspec.structs.replace(walker.failure, com_height=1.2))
     with pytest.raises(SceneError, match="no two whole cycles"):
         EpisodeBatch(falls, 1, "cpu", Task(imitation=Imitation()))
+
+
+def test_a_recorded_gait_is_that_of_the_motion_in_the_file(walker: Rollout, tmp_path):
+    recording = walker.recording().window(0.0, 6.0)
+    path = tmp_path / "walk.h5"
+    write(path, Result(toml.dumps(walker.scene), "cpu", "", 0, no_parameters(), replays=(recording, recording)))
+    found = recorded_gait(walker, Imitation(file=str(path), replay=1))
+    own = gait_of(recording, walker, Imitation(settle=0.0))
+    first = walker.names.coordinate_start[1]
+    np.testing.assert_allclose(found.coordinate[:, first:], own.coordinate[:, first:], atol=1e-6)
+    assert found.cycle_time == pytest.approx(own.cycle_time)
+    assert found.right == pytest.approx(own.right, abs=0.01)
+    np.testing.assert_allclose(found.up, own.up, atol=1e-6)
+    phases = found.nearest(np.stack([found.coordinate[7], own.coordinate[60]]), walker)
+    np.testing.assert_allclose(phases, [0.07, 0.60], atol=0.011)
+
+
+def test_files_that_are_no_gait_of_the_body_are_refused_in_a_line(walker: Rollout, tmp_path):
+    recording, path = walker.recording(), tmp_path / "walk.h5"
+    short, lean = recording.window(0.0, 0.3), reduced(recording, ["coordinate", "speed", "foot_force_left"])
+    replays = (short, lean)
+    write(path, Result(toml.dumps(walker.scene), "cpu", "", 0, no_parameters(), replays=replays))
+    for replay, message in (
+        (0, "has no whole gait cycle of the left foot"), (1, "the motion has no foot_force_right"),
+        (2, "has 2 motions, none with number 2"),
+    ):  # fmt: skip
+        with pytest.raises(Error, match=message) as caught:
+            recorded_gait(walker, Imitation(file=str(path), replay=replay))
+        assert str(path) in str(caught.value)
+        assert "\n" not in str(caught.value)
+    with pytest.raises(Error, match="no such file"):
+        recorded_gait(walker, Imitation(file=str(tmp_path / "none.h5")))
+    other = Rollout("fwalk", 1, "cpu", threads=1)
+    with pytest.raises(Error, match=r"no whole gait cycle|has no coordinate"):
+        recorded_gait(other, Imitation(file=str(path), replay=0))
+
+
+def test_an_imitated_file_needs_feet_and_no_controller():
+    scene = load("gait2392")
+    assert scene.simbicon is None
+    character = msgspec.structs.replace(scene.character, feet=("talus_l", "talus_r"))
+    alone = msgspec.structs.replace(scene, character=character, learning=Task(imitation=Imitation(file="walk.h5")))
+    assert toml.loads(toml.dumps(alone)).learning == alone.learning
+    with pytest.raises(SceneError, match=r"learning\.imitation: there is no controller with feet, .* nor a file"):
+        toml.loads(toml.dumps(msgspec.structs.replace(alone, learning=Task(imitation=Imitation()))))
+    with pytest.raises(SceneError, match=r"learning\.imitation\.replay: counts with learning.imitation.file only"):
+        toml.loads(toml.dumps(msgspec.structs.replace(load(SCENE), learning=Task(imitation=Imitation(replay=1)))))

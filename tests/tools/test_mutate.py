@@ -147,6 +147,13 @@ def test_the_mirror_comes_first_then_what_imports_the_module():
     assert not any(test.startswith(("tests/docs", "tests/tools")) for test in tests)
 
 
+def test_files_called_as_the_changed_function_come_before_what_only_imports_it():
+    path = "warpmuscle/model/couplings.py"
+    source = (ROOT / path).read_text().splitlines()
+    line = next(k for k, text in enumerate(source, 1) if text.startswith("def constraints_struct"))
+    assert "tests/kernels/body/test_constraints.py" in ordered_tests(ROOT, path, line + 2)[:2]
+
+
 @pytest.mark.long
 def test_a_mutation_is_caught_by_a_test_that_passes_without_it(tmp_path: Path):
     for name in ("warpmuscle", "warpmuscle/gait", "tests", "tests/gait"):

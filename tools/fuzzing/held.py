@@ -25,6 +25,16 @@ HELD = """<?xml version="1.0" encoding="UTF-8"?>
 </objects></PathPointSet></GeometryPath><linear_stiffness>2000</linear_stiffness>
 <transition_strain>0.06</transition_strain><damping_coefficient>0.003</damping_coefficient>
 <slack_length>0.3</slack_length></Blankevoort1991Ligament>
+<Schutte1993Muscle_Deprecated name="old"><GeometryPath name="path"><PathPointSet><objects>
+<PathPoint name="1"><socket_parent_frame>/bodyset/one</socket_parent_frame><location>0.1 0.2 0</location></PathPoint>
+<PathPoint name="2"><socket_parent_frame>/bodyset/two</socket_parent_frame><location>0.1 -0.2 0</location></PathPoint>
+</objects></PathPointSet></GeometryPath><max_isometric_force>400</max_isometric_force>
+<optimal_fiber_length>0.2</optimal_fiber_length><tendon_slack_length>0.15</tendon_slack_length>
+<time_scale>0.1</time_scale><activation1>7.6</activation1><activation2>1.5</activation2><damping>0.05</damping>
+<SimmSpline name="active_force_length_curve"><x>0 0.4 0.7 1 1.3 1.6 2</x><y>0 0 0.8 1 0.7 0 0</y></SimmSpline>
+<SimmSpline name="passive_force_length_curve"><x>-5 0.999 1 1.2 1.5 5</x><y>0 0 0 0.1 0.9 0.9</y></SimmSpline>
+<tendon_force_length_curve><SimmSpline><x>-10 0 0.02 0.04 20</x><y>0 0 0.3 1.1 900</y></SimmSpline>
+</tendon_force_length_curve></Schutte1993Muscle_Deprecated>
 <ExpressionBasedCoordinateForce name="capsule"><coordinate>a</coordinate>
 <expression>-20*q^3 - min(qdot, 2)*exp(-q)</expression></ExpressionBasedCoordinateForce>
 <ExpressionBasedPointToPointForce name="band"><body1>one</body1><body2>two</body2><point1>0.3 0.1 -0.2</point1>

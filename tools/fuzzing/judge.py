@@ -25,7 +25,12 @@ SECRET = "the secret of another file"
 ESCAPES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 NOT_A_NUMBER = re.compile(r"(?<![\w.'\"/-])[-+]?(?:nan|inf|infinity)(?![\w'\"/.(])", re.IGNORECASE)
 NAN_ALLOWED = ("terms", "sigma", "searches", "restart")  # parts of paths of datasets that may hold nan, as documented
-GOES_ON = (".h5", ".journal", ".sweep")  # what a search leaves that fails after it began, so that it can go on
+GOES_ON = (
+    ".h5",
+    ".journal",
+    ".sweep",
+    "adaptation.toml",
+)  # what a search leaves that fails after it began, so that it can go on
 
 
 class NotCompiled(BaseException):
@@ -195,7 +200,7 @@ def _contents(folder: Path, without: Path | None = None) -> dict[str, str]:
 
 def _wrong_files(folder: Path, new: list[str], code: int, command: list[str]) -> Iterator[str]:
     """What is wrong with the files that a command has written."""
-    goes_on = command[0] in ("optimize", "sweep")
+    goes_on = command[0] in ("optimize", "sweep", "study", "adaptation", "learn")
     for name in new:
         path = folder / name
         if path.is_dir():

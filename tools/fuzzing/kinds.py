@@ -5,54 +5,21 @@ from __future__ import annotations
 import shutil
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
 from fuzzing import archives
 from fuzzing.commands import option_command, put_no_file, reading_command
+from fuzzing.descriptions import adaptation, creature, scone, study
 from fuzzing.held import ROBOT
 from fuzzing.models import MODELS, mutated_attributes, mutated_model
+from fuzzing.recordings import recording
 from fuzzing.seeds import LAYERED, MORE, RUN, SCENES, SIMBICON
+from fuzzing.setting import EXPORTS, KINDS_OF_FIGURES, SHORT, Command, Setting, scene_commands
 from fuzzing.tables import changed, paths
 from fuzzing.texts import damaged, mutated
 from fuzzing.values import NAMES, NUMBERS, WORDS, toml_text, toml_value, value
-
-Command = list[str]
-SHORT = ["--duration", "0.02"]
-SEARCH = ["--candidates", "3", *SHORT]
-EXPORTS = ["walk.mot", "walk.sto", "walk.csv"]
-KINDS_OF_FIGURES = ["sticks", "angles", "convergence", "parameters", "dataset:/replay/0/com", "activation"]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Where a case is made: its empty folder, the sound inputs, and a file elsewhere that no output may show."""
-
-    folder: Path
-    seeds: Path
-    secret: Path
-    reference: Path | None  # inputs of the original program, if there are any
-
-    def copy(self, *names: str) -> None:
-        """Put sound inputs into the folder."""
-        for name in names:
-            shutil.copy(self.seeds / name, self.folder / name)
-
-
-def scene_commands(file: str, rng: Random, simulated: bool = True) -> list[Command]:
-    """What is done with a scene; a kernel is needed by some of it."""
-    plain: list[Command] = [
-        ["info", file], ["convert", file, "-o", "out.toml"], ["convert", file, "-o", "out.rbs"],
-        ["convert", file, "-o", "out.xml"],
-    ]  # fmt: skip
-    running: list[Command] = [
-        ["simulate", file, *SHORT, "-o", "out.h5"], ["simulate", file, *SHORT, "-o", "out.h5"],
-        ["optimize", file, *SEARCH, "-o", "out.h5"], ["simulate", file, *SHORT, "--legacy"],
-        ["fit-muscles", file, "-o", "fitted.toml", *SHORT], ["view", file, "--export", "out.html", *SHORT],
-    ]  # fmt: skip
-    first = rng.choice(running if simulated and rng.random() < 0.5 else plain)
-    return [first, ["info", "out.toml"]] if first[-1] == "out.toml" else [first]
+from fuzzing.worlds import world
 
 
 def scene_values(rng: Random, at: Setting) -> list[Command]:
@@ -351,7 +318,15 @@ KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all c
     "settings": (settings, 0.04),
     "options": (options, 0.03),
     "no-files": (no_files, 0.02),
+    "creature": (creature, 0.05),
+    "world": (world, 0.10),
+    "study": (study, 0.04),
+    "adaptation": (adaptation, 0.02),
+    "scone": (scone, 0.05),
+    "recording": (recording, 0.06),
 }
+
+WITHOUT_SEEDS = {"osim", "mujoco"}  # whose inputs stand in this package
 
 
 def shares(count: int) -> dict[str, int]:

@@ -150,9 +150,14 @@ def prepare(settings: Settings) -> None:
 
 
 def _forbid_compiling() -> None:
+    from warp._src import build
+
     from warpmuscle.simulation.fused_kernel import FusedKernel
 
     load = FusedKernel.load
+
+    def refuse(*_: object, **__: object) -> None:
+        raise NotCompiled
 
     def careful(self: Any) -> None:
         if not self._loaded and self.compiles:
@@ -160,6 +165,7 @@ def _forbid_compiling() -> None:
         load(self)
 
     FusedKernel.load = careful  # type: ignore[method-assign]
+    build.build_cpu = refuse  # of single stages, such as those that `info` launches
 
 
 def _tidy() -> None:

@@ -105,6 +105,7 @@ tracking = 1.0
 
 def make_seeds(folder: Path) -> Path:
     """Write all seeds into a folder; the same ones each time."""
+    from warpmuscle import examples
     from warpmuscle.cli.common import start_warp
     from warpmuscle.formats import load, save, toml
 
@@ -116,6 +117,7 @@ def make_seeds(folder: Path) -> Path:
         save(load(name), folder / f"{name}.rbs", ignored=[])
     for name, text in {"layered": LAYERED, "more": MORE, "sweep": SWEEP}.items():
         (folder / f"{name}.toml").write_text(text)
+    examples.write("creatures", folder, replace=True)
     for suffix in ("h5", "npz"):
         (folder / f"tracked_{suffix}.toml").write_text(TRACKED.format(file=f"gait.{suffix}"))
     _results(folder)

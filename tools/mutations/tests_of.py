@@ -22,11 +22,12 @@ def module_of(path: str) -> str:
     return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
-def ordered_tests(root: Path, path: str) -> list[str]:
+def ordered_tests(root: Path, path: str, line: int | None = None) -> list[str]:
     """Test files for a module: the one that mirrors it, then by how many imports lead to it, those of `SLOW` last.
 
-    Files of as many steps: first those that simulate nothing, then those of the same folder. Files that never import
-    it come last, since scenes are run by name, too; files without physics are left out.
+    Before these come files that are called as its function in this line is, then as any of its functions is. Files of
+    as many steps: first those that simulate nothing, then those of the same folder. Files that never import it come
+    last, since scenes are run by name, too; files without physics are left out.
     """
     imports = _imports(root)
     wanted, folder = module_of(path), path.removeprefix("warpmuscle/").rsplit("/", 1)[0]
@@ -34,13 +35,30 @@ def ordered_tests(root: Path, path: str) -> list[str]:
     simulating = _distances(imports, SIMULATING)
     tests = [str(p.relative_to(root)) for p in sorted((root / "tests").rglob("test_*.py"))]
     mirror = f"tests/{folder}/test_{Path(path).stem}.py"
+    own, every = _words_of(root / path, line)
 
-    def key(test: str) -> tuple[bool, bool, int, bool, bool, str]:
+    def key(test: str) -> tuple[bool, bool, int, int, bool, bool, str]:
         elsewhere = not test.startswith(f"tests/{folder}/")
         slow = test.startswith(SLOW) and elsewhere
-        return test != mirror, slow, distance.get(test, FAR), simulating.get(test, FAR) <= 1, elsewhere, test
+        called = _words(Path(test).stem.removeprefix("test_"))
+        near = 0 if called <= own else 1 if called <= every else 2
+        return test != mirror, slow, near, distance.get(test, FAR), simulating.get(test, FAR) <= 1, elsewhere, test
 
     return sorted((test for test in tests if not test.startswith(LEFT_OUT)), key=key)
+
+
+def _words(name: str) -> set[str]:
+    """Words of a name, without the s of plurals."""
+    return {word.rstrip("s") for word in name.lower().split("_") if word}
+
+
+def _words_of(path: Path, line: int | None) -> tuple[set[str], set[str]]:
+    """Words of a module's name and of its function in a line; and with those of all its functions."""
+    module = _words(path.stem)
+    functions = [node for node in ast.parse(path.read_bytes()).body if isinstance(node, ast.FunctionDef)]
+    here = [one for one in functions if line is not None and one.lineno <= line <= (one.end_lineno or 0)]
+    own, every = ({word for one in some for word in _words(one.name)} for some in (here, functions))
+    return module | own, module | every
 
 
 def _distances(imports: dict[str, set[str]], wanted: str) -> dict[str, int]:

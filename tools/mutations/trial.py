@@ -87,7 +87,7 @@ class Trial:
             limit: s, for all of them. most: test files, at most.
         """
         begin, cpu, left_out = time.monotonic(), 0.0, list[str]()
-        tests = ordered_tests(self.folder, mutation.path)[:most]
+        tests = ordered_tests(self.folder, mutation.path, mutation.line)[:most]
         path = self.folder / mutation.path
         original = path.read_bytes()
         while True:

@@ -30,6 +30,7 @@ from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.start import compile, example, schema
 from warpmuscle.cli.studies.adaptation import adaptation
+from warpmuscle.cli.studies.patient import patient
 from warpmuscle.cli.sweep import join, study, sweep
 from warpmuscle.cli.synergies import synergies
 from warpmuscle.cli.throw import throw
@@ -44,8 +45,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS = (
-    scenes, info, simulate, optimize, learn, sweep, join, study, adaptation, apply, report, gait, robustness, judge,
-    view, plot, video, export, fit_muscles, fit_paths, scale, convert, arm_angles, inverse, compile, example, schema,
+    scenes, info, simulate, optimize, learn, sweep, join, study, patient, adaptation, apply, report, gait, robustness,
+    judge, view, plot, video, export, fit_muscles, fit_paths, scale, convert, arm_angles, inverse, compile, example,
+    schema,
 )  # fmt: skip
 GROUPS = {"creature": creature, "synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}

@@ -135,7 +135,7 @@ def join(
 
 def study(
     file: Annotated[
-        Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table [study], or a shipped study.")
+        Path, typer.Argument(metavar="STUDY", help="TOML file of a sweep with a table \\[study], or a shipped study.")
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
@@ -154,7 +154,7 @@ def study(
     what is measured and expected may have changed. Of a shipped study, such as brace, a copy is written here first;
     `warpmuscle example studies` writes all of them. Examples: warpmuscle study weak_calves.toml; warpmuscle study brace
     """
-    from warpmuscle.core.files import check_output, replace_file, shown
+    from warpmuscle.core.files import files_beside, replace_file, shown
 
     file = _study_file(file)
     start_driver(device)
@@ -167,9 +167,7 @@ def study(
     if plan.study is None:
         raise Error(f"{file}: no [study]: `warpmuscle sweep` runs it, and the manual says what a study is")
     output = output if output is not None else _usual_output(file)
-    page_file, table_file = output.with_suffix(".html"), output.with_suffix(".csv")
-    for path in (page_file, table_file):
-        check_output(path, "a study", (path.suffix,))
+    page_file, table_file = files_beside(output, (".html", ".csv"))
     start_warp()
     from warpmuscle.report.tables import aligned, write
     from warpmuscle.sweep.run import sweep as run
@@ -217,13 +215,14 @@ def _study_file(file: Path) -> Path:
 
 
 def _write_script(plan: Plan, output: Path, parts: int, device: str | None, threads: int | None) -> None:
+    from warpmuscle.core.files import files_beside
     from warpmuscle.sweep.slurm import slurm_script, write_slurm_script
 
     if parts > len(plan.runs):
         raise Error(f"--slurm {parts}: the sweep has only {number_of(len(plan.runs), 'run')}")
     more = "" if device is None else f" --device {shlex.quote(device)}"
     more += "" if threads is None else f" --threads {threads}"
-    script = output.with_suffix(".slurm")
+    (script,) = files_beside(output, (".slurm",))
     write_slurm_script(script, slurm_script(plan.file, output, parts, more))
     again = _join_command(plan.file, output)
     out.print(f"wrote {script}: sbatch {script}; once all its jobs have ended: {again}", markup=False)

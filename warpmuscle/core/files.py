@@ -157,6 +157,21 @@ def check_output(path: Path, what: str, endings: Sequence[str]) -> None:
     check_writable(path)
 
 
+def files_beside(output: Path, suffixes: Sequence[str]) -> list[Path]:
+    """Files of the output's name that are written beside it, one of each suffix.
+
+    Raises:
+        Error: it has such a suffix itself, and would be lost; or one of all cannot be written.
+    """
+    check_writable(output)
+    if output.suffix.lower() in suffixes:
+        raise Error(f"{output}: another file of this name is written beside it; name an output that ends in .h5")
+    paths = [output.with_suffix(suffix) for suffix in suffixes]
+    for path in paths:
+        check_writable(path)
+    return paths
+
+
 def _target(path: Path) -> Path:
     """The file that is to be replaced: what a link points to, not the link; raises OSError if no file can be there."""
     try:

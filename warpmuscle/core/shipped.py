@@ -18,6 +18,7 @@ MOST_BASES = 8  # that are looked through for a description
 STUDIES = {
     "gaits": "walks, jogs and runs on 56 muscles, and where to begin a search for one",
     "torques": "gaits that torques drive: fast, for trying out and for searches on muscles to start from",
+    "steering": "walks at the speed and heading that they are told, and over a course (Coros 2010)",
     "creatures": "animals of short descriptions, whose muscles were found with their gaits (Geijtenbeek 2013)",
     "reflexes": "walks by muscle reflexes (Geyer and Herr 2010)",
     "bergmann2017": "experiments of Bergmann 2017: muscles of arms, and walks on some muscles or of that program",

@@ -9,7 +9,16 @@ from itertools import pairwise
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.creatures.description import Attachment, Creature, CreatureMuscle, Range, Segment, joint_of
+from warpmuscle.creatures.description import (
+    Attachment,
+    Creature,
+    CreatureMuscle,
+    Range,
+    Segment,
+    is_paired,
+    joint_of,
+    sided,
+)
 from warpmuscle.creatures.gait import moving_joints
 from warpmuscle.scene.validation.checks import known
 
@@ -25,6 +34,7 @@ def check_creature(creature: Creature) -> None:
     """
     _check_numbers(creature)
     _check_segments(creature)
+    _check_names(creature)
     for name, muscle in creature.muscles.items():
         _check_muscle(creature, f"muscles.{name}", muscle)
     _check_gait(creature)
@@ -40,6 +50,28 @@ def _check_numbers(creature: Creature) -> None:
 def _positive(key: str, number: float) -> None:
     if not 0.0 < number <= MOST:
         raise SceneError(f"must be greater than 0 and at most {MOST:g}, is {number:g}", key=key)
+
+
+def _check_names(creature: Creature) -> None:
+    """No two parts of the scene get the same name, as lThigh of `Thigh`, of `thigh`, and of one that is called so."""
+    segments, muscles = creature.segments, creature.muscles
+    _distinct("body", {f"segments.{name}": (name, one.paired) for name, one in segments.items()}, {})
+    joints = {
+        f"segments.{name}.joint": (joint_of(name, one), one.paired) for name, one in segments.items() if one.parent
+    }
+    _distinct("joint", joints, {"root": "what carries the whole body"})
+    if all(point.on in segments for muscle in muscles.values() for point in muscle.path):
+        _distinct("muscle", {f"muscles.{name}": (name, is_paired(creature, one)) for name, one in muscles.items()}, {})
+
+
+def _distinct(kind: str, called: Mapping[str, tuple[str, bool]], taken: Mapping[str, str]) -> None:
+    """Raise SceneError if names by key, and whether there is one on each side, make one that is `taken` by another."""
+    found = dict(taken)
+    for key, (name, paired) in called.items():
+        for own in [sided(name, side) for side in "lr"] if paired else [name]:
+            if own in found:
+                raise SceneError(f"the {kind} would be called {own!r}, as {found[own]} is", key=key)
+            found[own] = f"that of {key.removesuffix('.joint')}"
 
 
 def _finite(key: str, numbers: Iterable[float]) -> None:
@@ -65,16 +97,11 @@ def _check_segments(creature: Creature) -> None:
     root = creature.segments[roots[0]]
     if root.paired:
         raise SceneError("the root is one alone, and not paired", key=f"segments.{roots[0]}.paired")
-    joints: dict[str, str] = {}
     for name, segment in creature.segments.items():
         key = f"segments.{name}"
         _check_size(key, segment)
         if segment.parent:
             known(segment.parent, creature.segments, "segment", f"{key}.parent")
-            joint = joint_of(name, segment)
-            if joint in joints:
-                raise SceneError(f"the joint of {joints[joint]!r} is called {joint!r} already", key=f"{key}.joint")
-            joints[joint] = name
             if creature.segments[segment.parent].paired and not segment.paired:
                 raise SceneError("hangs on a paired segment, and so is paired", key=f"{key}.paired")
     for name in creature.segments:
@@ -177,7 +204,7 @@ def _check_gait(creature: Creature) -> None:
         names = [
             one
             for joint, paired in moving.items()
-            for one in ((joint, f"l{joint}", f"r{joint}") if paired else (joint,))
+            for one in ((joint, sided(joint, "l"), sided(joint, "r")) if paired else (joint,))
         ]
         known(name, names, "joint", f"gait.start.{name}")
         _finite(f"gait.start.{name}", [angle])

@@ -107,6 +107,11 @@ def joint_of(name: str, segment: Segment) -> str:
     return segment.joint or name
 
 
+def is_paired(creature: Creature, muscle: CreatureMuscle) -> bool:
+    """Whether there is a muscle on each side."""
+    return any(creature.segments[point.on].paired for point in muscle.path)
+
+
 def mirrored(place: Place) -> Place:
     """A place on the other side."""
     return (-place[0], place[1], place[2])

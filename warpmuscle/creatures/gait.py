@@ -16,10 +16,8 @@ from warpmuscle.scene.number import Free, Number
 
 FORWARD = (0.0, 0.0, 1.0)
 GRAVITY = 9.8  # m/s^2
-ROOT_STIFFNESS, JOINT_STIFFNESS = (
-    4.0,
-    0.4,
-)  # 1/rad, over weight times height of the hips, about those of SIMBICON's biped
+ROOT_STIFFNESS = 4.0  # 1/rad, over weight times height of the hips, about that of SIMBICON's biped
+JOINT_STIFFNESS = 0.4  # the same of joints
 LEANING = 0.15  # rad, by which a search may change the lean, either way
 TIMES = 3.0  # by which a search may change stiffnesses and times two ways
 DAMPING = 0.1  # s, over stiffness

@@ -16,6 +16,7 @@ from warpmuscle.creatures.description import (
     CreatureMuscle,
     Place,
     Range,
+    is_paired,
     joint_of,
     sided,
 )
@@ -31,11 +32,6 @@ CYLINDER_LENGTH = 1.0  # m; paths never cross its ends
 SLACK_RANGE = (0.05, 1.6)  # of the slack length, over that where a search begins
 IN_PLANE = np.array([0.0, 1.0, 1.0])
 CLEARANCE = 1e-6  # m; coordinates of a box closer than that are one number
-
-
-def is_paired(creature: Creature, muscle: CreatureMuscle) -> bool:
-    """Whether there is one on each side."""
-    return any(creature.segments[point.on].paired for point in muscle.path)
 
 
 def muscles(creature: Creature, character: Character, poses: Poses) -> Character:

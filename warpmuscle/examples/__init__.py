@@ -107,6 +107,10 @@ EXAMPLES = {
     "studies": Example(
         "published studies, each of which `warpmuscle study NAME` runs", shipped(*(f"{name}.toml" for name in STUDIES))
     ),
+    "patient": Example(
+        "a made-up patient: a walk to record, and changes whose effect is predicted",
+        shipped("recorded.toml", "patient.toml"),
+    ),
     "sweep": Example("a sweep over seeds, speeds and weakness", shipped("speeds.toml")),
     "learning": Example("an arm that learns to reach by its six muscles", shipped("reaching.toml")),
     "task": Example(

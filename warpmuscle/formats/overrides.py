@@ -24,6 +24,7 @@ import msgspec
 from warpmuscle.core.arguments import as_kind
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.recorded.start import with_recorded_start
 from warpmuscle.formats.toml import merge
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
@@ -70,6 +71,7 @@ def overridden(scene: Scene, overrides: Sequence[Override], file: Path | None = 
             raise _placed(error, override, file) from None
         touched |= dict.fromkeys(paths, override)
     try:
+        scene = with_recorded_start(scene, [Path() if file is None else file.parent])
         check_scene(scene)
     except SceneError as error:
         wrong = error.key

@@ -14,6 +14,7 @@ from warpmuscle.core.files import read_file, replace_file, unreadable
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.shipped import moved_scene, shipped_file
 from warpmuscle.formats.height_field.read import with_height_fields
+from warpmuscle.formats.recorded.start import with_recorded_start
 from warpmuscle.formats.toml_layout import layout
 from warpmuscle.formats.toml_lines import key_lines
 from warpmuscle.scene import Character, Scene
@@ -92,7 +93,8 @@ def _scene(source: Source, folder: Path, doubts: list[SceneError] | None = None)
     try:
         if characters:
             to_type(data["character"], Character, key="character")  # first, for errors of its own
-        scene = with_height_fields(to_type(data, Scene), [place for _, place in reversed(layers)])
+        places = [place for _, place in reversed(layers)]
+        scene = with_recorded_start(with_height_fields(to_type(data, Scene), places), places)
         check_scene(scene)
     except SceneError as error:
         raise _placed(error, sources) from None

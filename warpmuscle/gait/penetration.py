@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized, rotate
-from warpmuscle.model.collisions import CapsuleRows, Pair, apart, capsule_of
+from warpmuscle.model.collisions import CapsuleRows, Pair, apart, capsule_of, segment_distance
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import topology
@@ -52,26 +52,6 @@ def penetration(recording: Recording, scene: Scene) -> Penetration | None:
         if len(depth) and depth[frame] > deepest.depth:
             deepest = Penetration(float(depth[frame]), 0.0, pair, float(recording.time[frame]))
     return deepest._replace(share=float(inside.mean()) if len(inside) else 0.0)
-
-
-def segment_distance(middle: Floats, half_a: Floats, half_b: Floats) -> Floats:
-    """Distances (n,) of segments, parallel ones and points included (Ericson 2005, section 5.1.9), m.
-
-    Args:
-        middle: (n, 3) from the middle of segment a to that of segment b. half_a, half_b: (n, 3) from middle to end.
-    """
-    a, b, r = 2.0 * half_a, 2.0 * half_b, half_b - half_a - middle
-    normal = np.cross(a, b)
-    on_a = _fraction(np.sum(np.cross(b, r) * normal, axis=-1), normal)
-    on_b = _fraction(np.sum(b * (r + a * on_a[:, None]), axis=-1), b)
-    on_a = _fraction(np.sum(a * (b * on_b[:, None] - r), axis=-1), a)
-    return np.asarray(np.linalg.norm(r + a * on_a[:, None] - b * on_b[:, None], axis=-1))
-
-
-def _fraction(product_along: Floats, along: Floats) -> Floats:
-    square = np.sum(along * along, axis=-1)
-    share = np.clip(product_along / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    return np.asarray(share * (square > 0.0))
 
 
 def _placed(recording: Recording, scene: Scene, name: str) -> list[CapsuleRows]:

@@ -142,9 +142,9 @@ class OwnExcitation:
 class CurveRow:
     """The numbers of a muscle's curves and tendon, where muscles differ in them; see `shaped_curves.py`."""
 
-    curves: int  # MILLARD, THELEN, DE_GROOTE or MUJOCO
+    curves: int  # MILLARD, THELEN, DE_GROOTE, MUJOCO or SPLINE
     tendon: int  # RIGID or COMPLIANT
-    table: int  # where that of Millard's curves starts
+    table: int  # where that of Millard's curves, or of those through knots, starts
     minimum_activation: float
     shortest: float  # l_opt, of the fibre
     tendon_rate: float  # 1 over the tendon's strain at f_max
@@ -152,7 +152,7 @@ class CurveRow:
     passive_rate: float  # of the exponential over length
     passive_floor: float
     passive_scale: float  # of MuJoCo: the force where the active one ends
-    velocity_shape: float  # of Thelen's hyperbolas
+    velocity_shape: float  # of Thelen's hyperbolas; of curves through knots: above 0 for Schutte's
     lengthening_force: float
     straight_speed: float  # beyond which they are straight, over v_max at full activation
 

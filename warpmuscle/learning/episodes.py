@@ -21,9 +21,9 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.learning import episodes as kernels
 from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.learning.actions import Actions
-from warpmuscle.learning.imitation import Gait, gait_of, seen_time
+from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, seen_time
 from warpmuscle.learning.own_parts import OwnParts
-from warpmuscle.learning.poses import elsewhere
+from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
 from warpmuscle.learning.starts import OwnGait, RowTable, first_states, make_room_to_feel, own_gait, start_table
@@ -125,8 +125,11 @@ class EpisodeBatch:
         self._stepper = self._stepper_of(self._variants.model)
         self._stepper.load()  # which may take long: what a task says wrongly has been said by now
         own = self._own_gait(gait is None)
-        if gait is None and self.task.imitation is not None and own.recording is not None:
-            gait = gait_of(own.recording, rollout, self.task.imitation, body)
+        imitation = self.task.imitation
+        if gait is None and imitation is not None and imitation.file:
+            gait = recorded_gait(rollout, imitation, body)
+        elif gait is None and imitation is not None and own.recording is not None:
+            gait = gait_of(own.recording, rollout, imitation, body)
         self.gait = gait
         self.judge = Judge(
             self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.own
@@ -138,7 +141,7 @@ class EpisodeBatch:
         states, times = elsewhere(rollout, self._stepper, self.task.variation, states, times)
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
-        self._rules = self._episode_rules(np.array(times), gait)
+        self._rules = self._episode_rules(self._phases(states, np.array(times), gait), gait)
         self.own.know(self.episodes, self.judge.gains.terminated, self.judge.gains.reached)
         self._start_row = self.episodes.start_row
         self._conditions = RowTable([], [], self.device)
@@ -346,15 +349,23 @@ class EpisodeBatch:
             setattr(episodes, name, wp.zeros(size, dtype=member.type.dtype, device=device))
         return episodes
 
-    def _episode_rules(self, times: Floats, gait: Gait | None) -> kernels.EpisodeRules:
-        """What is drawn for episodes, whose starts are of these times, s, of the gait."""
+    def _phases(self, states: list[State], times: Floats, gait: Gait | None) -> Floats:
+        """The parts of the cycle at which the clock stands in starts of these states and times, s, of the gait."""
+        if gait is None:
+            return np.zeros(len(times))
+        if self.task.imitation is None or not self.task.imitation.file:
+            return gait.phases(times)
+        coordinates = np.stack([np.ascontiguousarray(state["coordinates"]).view(np.float32) for state in states])
+        return gait.nearest(coordinates, self.rollout)
+
+    def _episode_rules(self, phases: Floats, gait: Gait | None) -> kernels.EpisodeRules:
+        """What is drawn for episodes, whose starts have these phases."""
         task, variation, rules = self.task, self.task.variation, kernels.EpisodeRules()
         intervals = np.array([task.speed, task.turning_rate, *task.pose.values()])
-        rules.root, rules.starts, rules.variants = root_number(self.scene), len(times), self._variants.count
+        rules.root, rules.starts, rules.variants = root_number(self.scene), len(phases), self._variants.count
         rules.cycle_rate = 0.0 if gait is None else 1.0 / gait.cycle_time
         imitation = task.imitation or Imitation()
         rules.clock_speed, rules.cadence_power = imitation.clock_speed, imitation.cadence_power
-        phases = np.zeros(len(times)) if gait is None else gait.phases(times)
         rules.start_phase = to_device(phases, float, self.device)
         rules.command_decisions = round(task.command_time / self.dt)
         rules.command_low = to_device(intervals[:, 0], float, self.device)

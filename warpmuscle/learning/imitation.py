@@ -22,7 +22,9 @@ from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels.learning import rewards as kernels
 from warpmuscle.learning.symmetry import BodySymmetry
+from warpmuscle.results.partial_motion import motion_of
 from warpmuscle.results.recording import Recording
+from warpmuscle.results.result import read
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
@@ -30,6 +32,7 @@ from warpmuscle.scene.joints.symmetry import VECTOR
 from warpmuscle.scene.learning import Imitation, Task
 from warpmuscle.scene.norms import FLEXION, LEG_ANGLES, PERCENT_OF_BIN, WALKING, walking_force
 from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
 
 BINS = 100  # of the cycle
@@ -63,10 +66,18 @@ class Gait:
         before, after = np.minimum(times - self.landings[0], 0.0), np.maximum(times - self.landings[-1], 0.0)
         return np.asarray((inside + (before + after) / mean) % 1.0)
 
+    def nearest(self, coordinates: Floats, rollout: Rollout) -> Floats:
+        """Parts of the cycle (n,) where the joints are nearest to how they are at coordinates (n, C)."""
+        poses, first = np.array(coordinates, dtype=float), rollout.names.coordinate_start[1]
+        for span in quaternions(rollout.numeric, rollout.names):
+            poses[:, span] *= np.where(poses[:, span] @ self.coordinate[0, span] < 0.0, -1.0, 1.0)[:, None]
+        apart = poses[:, None, first:] - self.coordinate[None, :, first:]
+        return np.asarray(np.argmin(np.square(apart).sum(axis=2), axis=1) / BINS)
+
 
 def seen_time(imitation: Imitation | None) -> float:
     """How much of the gait of the scene's controller a task that imitates it looks at, s; 0 if it does not."""
-    return 0.0 if imitation is None else imitation.settle + SEEN
+    return 0.0 if imitation is None or imitation.file else imitation.settle + SEEN
 
 
 def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
@@ -95,6 +106,46 @@ def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: 
         cycle_means(recording.coordinate, quaternions(rollout.numeric, rollout.names), recording.time, cycles),
         over_strides(recording.time, up, cycles).mean(axis=0)[:BINS], cycle_time, left, float(np.median(lags)) % 1.0,
     )  # fmt: skip
+    return _changed(gait, rollout, imitation, body)
+
+
+def recorded_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
+    """The gait of the recorded motion that a task names; both sides are alike where the body is symmetric.
+
+    Raises:
+        Error: the file cannot be read. RolloutError: it has no such motion, its joints are others, or there is no whole
+            cycle.
+    """
+    path = imitation.file
+    result = read(path, replay=imitation.replay)
+    motion = motion_of(result, path, imitation.replay)
+    first, names = rollout.names.coordinate_start[1], rollout.coordinate_names
+    for name in names[first:]:
+        if name not in motion.coordinate_names:
+            lacks = f"{path}: its motion has no coordinate {name!r}, which {rollout.scene.name} has"
+            raise RolloutError(lacks + near(name, motion.coordinate_names))
+    columns = [motion.coordinate_names.index(name) for name in names[first:]]
+    coordinate = np.zeros((motion.frames, len(names)))
+    coordinate[:, first:] = motion.coordinate[:, columns]
+    left, right = (touch_downs(motion, side) for side in SIDES)
+    cycles = list(zip(left[:-1].tolist(), left[1:].tolist(), strict=True))
+    lags = [(right[(right > begin) & (right <= end)] - begin) / (end - begin) for begin, end in cycles]
+    if not cycles or not any(len(lag) for lag in lags):
+        raise RolloutError(
+            f"{path}: its motion has no whole gait cycle of the left foot in which the right one lands, by the forces "
+            "on them"
+        )
+    up = rotate(conjugate(motion.root_orientation.astype(float)), np.array([0.0, 1.0, 0.0]))
+    gait = Gait(
+        cycle_means(coordinate, quaternions(rollout.numeric, rollout.names), motion.time, cycles),
+        over_strides(motion.time, up, cycles).mean(axis=0)[:BINS],
+        imitation.cycle_time or float(np.diff(left).mean()), left, float(np.median(np.concatenate(lags))) % 1.0,
+    )  # fmt: skip
+    return _changed(gait, rollout, imitation, body)
+
+
+def _changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None) -> Gait:
+    """The gait with all that a task changes of it."""
     gait = gait if body is None else evened(gait, body, rollout)
     if imitation.step_width is not None:
         gait = with_step_width(gait, imitation.step_width, rollout)

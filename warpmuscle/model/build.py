@@ -21,7 +21,7 @@ from warpmuscle.model.collisions import collisions_struct, steps_between_tests
 from warpmuscle.model.controllers.table import controller_fields, controller_start
 from warpmuscle.model.couplings import constraints_struct, couplings_struct
 from warpmuscle.model.muscles import model_parts, muscles_struct
-from warpmuscle.model.objective import objective_fields
+from warpmuscle.model.objective import RecordedNorms, objective_fields
 from warpmuscle.model.parts import part_values
 from warpmuscle.model.prescribed_motion import Curves, motion_struct, scene_curves
 from warpmuscle.model.structure import Structure
@@ -60,6 +60,7 @@ class ModelInputs:
     motion: Curves | None = None  # of the kinematic coordinates; None: as the scene says
     slope: Floats | None = None  # (instances,) rad, by which the ground rises forwards
     reference: ReferenceGait | None = None
+    norms: RecordedNorms | None = None
 
 
 NO_INPUTS = ModelInputs()
@@ -177,7 +178,7 @@ def _controller(scene: Scene, structure: Structure, device: Any, inputs: ModelIn
 
 
 def _objective(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
-    return objective_fields(scene, structure.names, device)
+    return objective_fields(scene, structure.names, device, inputs.norms)
 
 
 def _muscles(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:

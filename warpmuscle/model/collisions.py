@@ -14,7 +14,6 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import rotate
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.contact.collision import segment_distance_sq
 from warpmuscle.kernels.memory.scratch import SHAPES_A_BODY, capacity_of
 from warpmuscle.model.bodies import stacked
 from warpmuscle.scene import Capsule, Character, Scene, Shape, Sphere
@@ -155,6 +154,20 @@ def _nearest_sq(a: CapsuleRows, b: CapsuleRows, depth: Floats) -> Floats:
     return np.stack(np.broadcast_arrays(np.where(nearest > 0.0, beyond, 0.0) ** 2, nearest**2), axis=1)
 
 
+def segment_distance(middle: Floats, half_a: Floats, half_b: Floats) -> Floats:
+    """Distances (n,) of segments, parallel ones and points included (Ericson 2005, section 5.1.9), m.
+
+    Args:
+        middle: (n, 3) from the middle of segment a to that of segment b. half_a, half_b: (n, 3) from middle to end.
+    """
+    a, b, r = 2.0 * half_a, 2.0 * half_b, half_b - half_a - middle
+    normal = np.cross(a, b)
+    on_a = _fraction(np.sum(np.cross(b, r) * normal, axis=-1), normal)
+    on_b = _fraction(np.sum(b * (r + a * on_a[:, None]), axis=-1), b)
+    on_a = _fraction(np.sum(a * (b * on_b[:, None] - r), axis=-1), a)
+    return np.asarray(np.linalg.norm(r + a * on_a[:, None] - b * on_b[:, None], axis=-1))
+
+
 def _joint_place(body: str, character: Character, names: Topology) -> Floats:
     """The joint of a body in the body's frame, (rows, 3), m; the root's frame is that of its centre of mass."""
     number = names.bodies.index(body)
@@ -178,5 +191,10 @@ def _placed(shape: Shape, position: Floats, orientation: Floats) -> tuple[Floats
 
 def _overlap(a: tuple[Floats, Floats, float], b: tuple[Floats, Floats, float]) -> bool:
     """Whether two placed capsules overlap."""
-    middle, half_a, half_b = (wp.vec3(*map(float, v)) for v in (b[0] - a[0], a[1], b[1]))
-    return bool(segment_distance_sq(middle, half_a, half_b) < (a[2] + b[2]) ** 2)
+    return bool(segment_distance((b[0] - a[0])[None], a[1][None], b[1][None])[0] < a[2] + b[2])
+
+
+def _fraction(product_along: Floats, along: Floats) -> Floats:
+    square = np.sum(along * along, axis=-1)
+    share = np.clip(product_along / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    return np.asarray(share * (square > 0.0))

@@ -10,10 +10,12 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.curve.curve_sets import BLANKEVOORT, CURVES, LIGAMENT, PATH_ACTUATOR
+from warpmuscle.kernels.curve import splines
+from warpmuscle.kernels.curve.curve_sets import BLANKEVOORT, CURVES, LIGAMENT, PATH_ACTUATOR, SPLINE
 from warpmuscle.kernels.curve.millard_tables import Numbers, table_of
 from warpmuscle.kernels.curve.shaped_curves import FAMILIES, Shaped
 from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER, RIGID, SWITCH
+from warpmuscle.model.expressions.curve_tables import spline_table
 from warpmuscle.model.expressions.programs import piece_rows
 from warpmuscle.scene import (
     BlankevoortLigament,
@@ -25,6 +27,7 @@ from warpmuscle.scene import (
     MujocoCurves,
     Muscle,
     MuscleModel,
+    SplineCurves,
     ThelenCurves,
 )
 from warpmuscle.scene.muscles import given, is_cable
@@ -34,6 +37,7 @@ TENDON = {"rigid": RIGID, "switch": SWITCH, "compliant": COMPLIANT}
 DEFAULTS: dict[str, CurveShape] = {
     "millard": MillardCurves(), "thelen": ThelenCurves(), "de_groote": DeGrooteCurves(), "mujoco": MujocoCurves(),
 }  # fmt: skip
+NUMBERS = CURVES | {"spline": SPLINE}  # of families
 LEAST_END_SLOPE, LEAST_ACTIVE, LEAST_ACTIVATION = 0.1, 0.1, 0.01  # of a compliant Millard muscle without damping
 
 
@@ -54,7 +58,7 @@ def shaped_kind(muscles: Sequence[Muscle], model: MuscleModel) -> Shaped | None:
     """The families of curves of some muscles, if any has a shape that is not the default one."""
     if not any(given(muscle, model, field) is not None for muscle in muscles for field in SHAPED):
         return None
-    families = {CURVES[family(_shape(muscle, model))] for muscle in muscles if not is_cable(muscle)}
+    families = {NUMBERS[family(_shape(muscle, model))] for muscle in muscles if not is_cable(muscle)}
     usual = {CURVES[model.curves]} & FAMILIES.keys() or {min(FAMILIES)}  # where none is a muscle
     return Shaped(tuple(sorted(families or usual)), any(map(is_cable, muscles)))
 
@@ -121,7 +125,11 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: _Tables) ->
     tendon, passive = (given(muscle, model, field) for field in ("tendon_strain", "passive_strain"))
     tendon = np.asarray(default_tendon if tendon is None else tendon, dtype=np.float64)
     passive = np.asarray(default_passive if passive is None else passive, dtype=np.float64)
-    entry |= {"curves": CURVES[name], "tendon_rate": 1.0 / tendon}
+    entry |= {"curves": NUMBERS[name], "tendon_rate": 1.0 / tendon}
+    if isinstance(shape, SplineCurves):
+        own = splines.SHAPE if shape.velocity is None else 0.0
+        start = tables.start(repr(shape), lambda: spline_table(shape))
+        return entry | {"tendon_rate": 1.0, "table": start, "shortest": splines.SHORTEST, "velocity_shape": own}
     if isinstance(shape, MillardCurves):
         numbers = millard_numbers(shape, float(tendon.flat[0]), float(passive.flat[0]), _undamped(muscle, model))
         return entry | {"table": tables.start(numbers, lambda: table_of(numbers)), "shortest": shape.active_from}

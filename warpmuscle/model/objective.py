@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -116,8 +117,23 @@ def term_arrays(
     return {name: zeros(*shape, dtype=wp.float64) for name, shape in shapes.items()}
 
 
-def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, Any]:
-    """What terms need, by field of `kernels.structs.Model`."""
+@dataclass(frozen=True)
+class RecordedNorms:
+    """Curves of recorded gait cycles in the place of people's, by bins of the cycle, see `scene.norms.BINS`."""
+
+    angle: Floats  # (2, 3, bins) degrees, of the hip, knee and ankle of both legs
+    moment: Floats | None  # (2, 3, bins) N m/kg, likewise; None where the objective has no use for them
+    force: Floats  # (bins,) body weights, vertical, mean of both feet
+
+
+def objective_fields(
+    scene: Scene, names: Topology, device: Any, recorded: RecordedNorms | None = None
+) -> dict[str, Any]:
+    """What terms need, by field of `kernels.structs.Model`.
+
+    Args:
+        recorded: gait cycles that stand in the place of people's.
+    """
     objective = scene.objective
     head = names.bodies.index(objective.head_body) if objective.head_body in names.bodies else 0
     aim = {field: rows([getattr(objective, field)]) for field in structs.Aim.vars}
@@ -128,10 +144,11 @@ def objective_fields(scene: Scene, names: Topology, device: Any) -> dict[str, An
         "contact_rule": wp.vec3(LOADED, HELD, LIFTED),
     }
     if NORM_TERMS & set(counted_terms(objective)):
-        angle, scale, side = norm_table(scene, names)
-        moment, moment_scale = moment_table(scene, names)
+        angle, scale, side = norm_table(scene, names, None if recorded is None else recorded.angle)
+        moment, moment_scale = moment_table(scene, names, None if recorded is None else recorded.moment)
         running, force = objective.gait == "run", NORMS[FORCE]
         mean = running_force(PERCENT_OF_BIN) if running else force.mean(PERCENT_OF_BIN)
+        mean = mean if recorded is None else recorded.force
         fields |= {
             "norm_bins": BINS,
             "norm": to_device(angle, float, device),

@@ -116,12 +116,30 @@ def leg(character: Character, foot: str) -> list[str]:
 def leg_joints(scene: Scene, side: int) -> list[str]:
     """Hip, knee and ankle of the left leg (0) or the right: the controller's pairs so called, or the last three joints.
 
+    Hinges with nothing but massless bodies between them count as one joint, that about the mediolateral axis.
     There are fewer if fewer lead to the foot; none if there are no feet.
     """
     pairs = scene.pairs
     if all(name in pairs for name in ("Hip", "Knee", "Ankle")):
         return [pairs[name][side] for name in ("Hip", "Knee", "Ankle")]
-    return [] if scene.feet is None else leg(scene.character, scene.feet[side])[-3:]
+    return [] if scene.feet is None else _bending(scene.character, leg(scene.character, scene.feet[side]))[-3:]
+
+
+def _bending(character: Character, joints: Sequence[str]) -> list[str]:
+    """Of joints one below the other, of each row through massless bodies that which turns most about x."""
+    rows_of: list[list[str]] = []
+    for name in joints:
+        parent = character.bodies[character.joints[name].parent]
+        if rows_of and massless(parent):
+            rows_of[-1].append(name)
+        else:
+            rows_of.append([name])
+    return [max(row, key=lambda name: _along_x(character.joints[name])) for row in rows_of]
+
+
+def _along_x(joint: Joint) -> float:
+    """How much of a joint's first axis points to a side; 0 of one without axes."""
+    return abs(first_number(joint.axes[0][0])) if joint.axes else 0.0
 
 
 def joint_place(joint: Joint) -> Floats:

@@ -167,7 +167,7 @@ REFERENCES = {
 }
 
 
-def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]:
+def norm_table(scene: Scene, names: Topology, own: Floats | None = None) -> tuple[Floats, Floats, Integers]:
     """Sagittal angles of human legs over the gait cycle of each leg, for `kernels.objective.term_functions.norms`.
 
     They are the key points of walking, or, where the scene means a run, the measured angles of running, in their mean
@@ -175,6 +175,7 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
 
     Args:
         scene: with feet that have a hip, a knee and an ankle above them.
+        own: (2, 3, BINS) degrees, of both legs' hips, knees and ankles, in place of people's means.
 
     Returns:
         Mean angles (BINS, bodies) of each body's joint in half-widths; (bodies,) half-widths per rad of a turn about x,
@@ -185,22 +186,23 @@ def norm_table(scene: Scene, names: Topology) -> tuple[Floats, Floats, Integers]
     bodies = len(names.bodies)
     table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
     for side in range(len(scene.feet)):
-        for title, sign, joint in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
+        for k, (title, sign, joint) in enumerate(zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True)):
             body, band = names.body_of_joint(joint), bands[title]
             half_width = float(band.sd(PERCENT_OF_BIN).mean())
-            table[:, body] = band.mean(PERCENT_OF_BIN) / half_width
+            table[:, body] = (band.mean(PERCENT_OF_BIN) if own is None else own[side, k]) / half_width
             scale[body] = np.degrees(sign) / half_width
             sides[body] = side
     return table, scale, sides
 
 
-def moment_table(scene: Scene, names: Topology) -> tuple[Floats, Floats]:
+def moment_table(scene: Scene, names: Topology, own: Floats | None = None) -> tuple[Floats, Floats]:
     """Sagittal moments of human legs per mass of the body, for `kernels.objective.term_functions.norm_moments`.
 
     They are those of one clinical centre; another one's judge gaits, see `gait.joint_moments`.
 
     Args:
         scene: with feet that have a hip, a knee and an ankle above them.
+        own: (2, 3, BINS) N m/kg, of both legs' hips, knees and ankles, in place of people's means.
 
     Returns:
         Mean moments (BINS, bodies) about each body's joint in the mean standard deviation over the cycle; and (bodies,)
@@ -210,9 +212,9 @@ def moment_table(scene: Scene, names: Topology) -> tuple[Floats, Floats]:
     bodies = len(names.bodies)
     table, scale = np.zeros((BINS, bodies)), np.zeros(bodies)
     for side in range(len(scene.feet)):
-        for title, sign, joint in zip(LEG_MOMENTS, FLEXION, leg_joints(scene, side), strict=True):
+        for k, (title, sign, joint) in enumerate(zip(LEG_MOMENTS, FLEXION, leg_joints(scene, side), strict=True)):
             body, band = names.body_of_joint(joint), SEARCHED_MOMENTS[title]
             deviation = float(band.sd(PERCENT_OF_BIN).mean())
-            table[:, body] = band.mean(PERCENT_OF_BIN) / deviation
+            table[:, body] = (band.mean(PERCENT_OF_BIN) if own is None else own[side, k]) / deviation
             scale[body] = sign / deviation
     return table, scale

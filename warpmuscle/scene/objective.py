@@ -89,6 +89,20 @@ class Tracking(Part):
     replay: int = 0  # which one of an HDF5 file
     start: Annotated[float, "s"] = 2.0  # from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty
+    weights: Annotated[dict[str, float], "1"] = {}  # of squared angles, by joint; 1 where none is given
+
+
+class RecordedNorms(Part):
+    """Recorded gait cycles that the terms `norms`, `norm_force` and `norm_moments` compare with, in place of people's.
+
+    Each leg is compared with its own means over all whole cycles of the motions, from contact to contact of its foot by
+    the forces on it. Bands stay as wide as people's, so that weights mean the same. Moments count by the mass of the
+    recorded body, forces by its weight.
+    """
+
+    file: str  # a result file with motions, such as one of `warpmuscle inverse`
+    replays: list[int] = []  # which motions of the file; all if empty
+    start: Annotated[float, "s"] = 0.0  # from where on they count
 
 
 class Robustness(Part):

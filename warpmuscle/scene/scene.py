@@ -42,9 +42,17 @@ from warpmuscle.scene.muscles import (
     Wrap,
 )
 from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
-from warpmuscle.scene.muscles.curves import CurveShape, DeGrooteCurves, MillardCurves, MujocoCurves, ThelenCurves
+from warpmuscle.scene.muscles.curves import (
+    CurveShape,
+    DeGrooteCurves,
+    MillardCurves,
+    MujocoCurves,
+    Spline,
+    SplineCurves,
+    ThelenCurves,
+)
 from warpmuscle.scene.number import Number, Vector
-from warpmuscle.scene.objective import Failure, Objective, Robustness, SearchStage, Tracking
+from warpmuscle.scene.objective import Failure, Objective, RecordedNorms, Robustness, SearchStage, Tracking
 from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held
 from warpmuscle.scene.part import Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
@@ -117,6 +125,7 @@ __all__ = [
     "PointMotion",
     "PolynomialPath",
     "Pulley",
+    "RecordedNorms",
     "Reflex",
     "Reflexes",
     "Robustness",
@@ -126,6 +135,8 @@ __all__ = [
     "Side",
     "Sphere",
     "SphereSurface",
+    "Spline",
+    "SplineCurves",
     "Surface",
     "Terrain",
     "ThelenCurves",
@@ -156,6 +167,9 @@ class InitialState(Part):
     """Start of the simulation, in world coordinates; joints that are not named start at rest in the reference pose.
 
     If `heading` is given, the root's orientation and velocities are first turned about the vertical to this heading.
+    With `file`, all of this but the heading is that of a frame of a recorded motion, whose joints have the scene's
+    names; joints that it lacks start as they are named here. The frame's numbers become part of the scene as it is
+    read.
     """
 
     root_position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)
@@ -164,6 +178,9 @@ class InitialState(Part):
     root_angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
     heading: Annotated[Number | None, "rad"] = None
     joints: dict[str, JointState] = {}
+    file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
+    time: Annotated[float, "s"] = 0.0  # in that motion
+    replay: int = 0  # which motion of the file
 
 
 class Ground(Part):
@@ -212,6 +229,7 @@ class Scene(Part):
     failure: Failure = msgspec.field(default_factory=Failure)
     objective: Objective = msgspec.field(default_factory=Objective)
     tracking: Tracking | None = None
+    norms: RecordedNorms | None = None  # none: published ones
     robustness: Robustness = msgspec.field(default_factory=Robustness)
     learning: Task | None = None  # what a policy learns
     stages: list[SearchStage] = []  # of a search, one after the other; none: all of it at once

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -80,7 +81,7 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
     if not len(part.phase):
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
-    orientation, counts = reference_table(part, structure.names, tracking.joints)
+    orientation, counts = reference_table(part, structure.names, tracking.joints, tracking.weights)
     return ReferenceGait(orientation, counts, not isinstance(motion, Recording) and motion.by_contact)
 
 
@@ -111,13 +112,19 @@ def _by_contact(motion: Recording, scene: Scene, source: str) -> JointMotion:
     return JointMotion(motion.joint_names, time, phase, stance, orientation, by_contact=True)
 
 
-def reference_table(motion: Recording | JointMotion, names: Topology, joints: list[str]) -> tuple[Floats, Floats]:
-    """Mean orientations (2 BINS, bodies, 4) of each body's joint, left stance first, and which bodies count (bodies,).
+def reference_table(
+    motion: Recording | JointMotion,
+    names: Topology,
+    joints: list[str],
+    weights: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[Floats, Floats]:
+    """Mean orientations (2 BINS, bodies, 4) of each body's joint, left stance first, and their weights (bodies,).
 
     Bins of the phase that the motion never comes to take those of the nearest bin that it does.
 
     Args:
         motion: with the phases of a controller. joints: those that count; all that both have if empty.
+        weights: how much, by joint; 1 where none is given.
 
     Raises:
         RolloutError: the motion lacks one of the joints, or has no steps of one side.
@@ -134,7 +141,7 @@ def reference_table(motion: Recording | JointMotion, names: Topology, joints: li
         if joint not in motion.joint_names:
             raise RolloutError(f"the tracked motion has no joint {joint!r}; it has {', '.join(motion.joint_names)}")
         body = names.body_of_joint(joint)
-        counts[body] = 1.0
+        counts[body] = weights.get(joint, 1.0)
         table[:, body] = _means(motion.joint_orientation[:, motion.joint_names.index(joint)].astype(float), rows)
     return table, counts
 

@@ -45,6 +45,7 @@ from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import check_memory, struct_bytes
 from warpmuscle.simulation.perturbations import Perturbations, with_masses
+from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
 from warpmuscle.simulation.rollout_results import RolloutResults
@@ -141,7 +142,8 @@ class Rollout(RolloutResults):
         self._launcher = Launcher(config, self.device, self.threads, spreads=lanes is None and not self.device.is_cpu)
         self._inputs = Inputs(scene, structure, self.instances, self.device)
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
-        self._inputs.of_model = ModelInputs(reference=reference_of(scene, structure, self._record))
+        reference = reference_of(scene, structure, self._record)
+        self._inputs.of_model = ModelInputs(reference=reference, norms=recorded_norms(scene))
         self._values: Floats = start_values(scene)
         self._free = free_numbers(scene)
         self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)

@@ -74,11 +74,11 @@ def _written(scene: Path, output: Path, tables: Mapping[str, Any], trust: bool) 
         text = tomlkit.dumps({"scene": name, **plain})
     except (TypeError, ValueError, AttributeError) as error:
         raise ArgumentError(f"grid, search and set take numbers, texts and lists of them: {error}") from None
+    check_output(output, "a sweep", (".h5", ".hdf5"))
     path = output.with_suffix(".toml")
     there = path.exists()
     if there and path.read_text(encoding="utf-8", errors="replace") != text:
         raise Error(f"{path} is another sweep; give another output, or `wm.sweep({str(path)!r})` runs that one")
-    check_output(output, "a sweep", (".h5", ".hdf5"))
     if not there:
         replace_file(path, text)
     try:

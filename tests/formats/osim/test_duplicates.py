@@ -64,3 +64,28 @@ def test_names_are_those_that_opensim_gives(tmp_path: Path):
     scene = load(path, ignored=[])
     assert scene.character.joints["b"].child == lower.getName()
     np.testing.assert_allclose(scene.character.joints["b"].position_in_parent, (0.0, -0.2, 0.0), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("order", "ground", "expected"),  # m; OpenSim 4.6 takes the ground's first, and then that of the first body
+    [("ab", None, 0.1), ("ba", None, 0.2), ("ba", 0.3, 0.3), ("ba", -0.3, None)],
+)
+def test_of_two_surfaces_of_one_name_paths_go_round_the_first(
+    tmp_path: Path, order: str, ground: float | None, expected: float | None
+) -> None:  # fmt: skip
+    def surface(radius: float) -> str:
+        active = f"<active>{str(radius > 0.0).lower()}</active><radius>{abs(radius)}</radius>"
+        one = f'<WrapCylinder name="w">{active}<length>1</length></WrapCylinder>'
+        return f"<WrapObjectSet><objects>{one}</objects></WrapObjectSet>"
+
+    radii = {"a": 0.1, "b": 0.2}
+    bodies = "".join(small.body(name, more=surface(radii[name])) for name in order)
+    joints = "".join(small.joint("PinJoint", f"j{n}", "ground", n, small.coordinate(f"q{n}")) for n in order)
+    wraps = '<PathWrap name="p"><wrap_object>w</wrap_object></PathWrap>'
+    force = small.muscle("m", small.point("p", "ground", "-1 0 0") + small.point("q", "a", "1 0 0"), wraps)
+    more = "" if ground is None else f'<Ground name="ground">{surface(ground)}</Ground>'
+    scene, ignored = loaded(tmp_path, small.model(bodies, joints, force, more))
+    assert [one.radius for one in scene.character.surfaces.values()] == ([] if expected is None else [expected])
+    others = [note for note in ignored if note.text == "WrapCylinder w"]
+    assert len(others) == (1 if ground is None else 2)
+    assert all("paths go round the surface of this name" in note.reason for note in others)

@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
-from warpmuscle.formats import Ignored, load
+from warpmuscle.formats import Ignored, load, save
+from warpmuscle.scene import SplineCurves
 
 PATH = small.point("a", "ground", "0.1 0 0") + small.point("b", "rod", "0 -0.5 0")
 TENDON = small.spline("SimmSpline", "-10 0 0.02 0.06 20", "0 0 0.5 1.5 400")
@@ -49,16 +51,43 @@ def test_old_muscles_keep_their_numbers_and_strains(tmp_path: Path, kind: str):
     assert found["v_max"] == pytest.approx(5.0)  # a fibre length in a fifth of a second
     assert found["rise_time"] == pytest.approx(0.2 / 8.0)
     assert found["fall_time"] == pytest.approx(0.2)
+    assert [note.text for note in ignored if "has its own curves" in note.reason] == [f"{kind} m"]
+
+
+def test_old_muscles_have_the_curves_of_their_file_and_their_damping(tmp_path: Path):
+    path = small.written(tmp_path, small.pendulum(forces=small.muscle("m", PATH, kind="Schutte1993Muscle", more=OLD)))
+    model = load(path, ignored=[]).muscle_model
+    assert (model.activation, model.damping) == ("excited", 0.05)
+    shape = model.curve_shape
+    assert isinstance(shape, SplineCurves)
+    assert shape.tendon.x == [-10.0, 0.0, 0.02, 0.06, 20.0]
+    assert shape.passive.x == [-5.0, 1.0, 1.15, 1.5, 5.0]  # without the knot that comes twice
+    assert shape.active.y[11] == 0.993333  # OpenSim's default
+    assert shape.velocity is None
+
+
+def test_a_passive_curve_that_is_not_given_is_schuttes_exponential(tmp_path: Path):
+    path = small.written(tmp_path, small.pendulum(forces=small.muscle("m", PATH, kind="Schutte1993Muscle")))
+    shape = load(path, ignored=[]).muscle_model.curve_shape
+    assert isinstance(shape, SplineCurves)
+    at = dict(zip(shape.passive.x, shape.passive.y, strict=True))
+    assert at[1.5] == pytest.approx(1.0)
+    assert at[1.0] == pytest.approx(np.exp(-4.0))
+
+
+def test_a_muscle_with_a_curve_that_is_not_known_is_taken_as_one_of_thelens(tmp_path: Path):
+    curve = "<active_force_length_curve><Sine><amplitude>1</amplitude></Sine></active_force_length_curve>"
+    found, ignored = made(tmp_path, "Schutte1993Muscle", OLD + curve)
     assert found["tendon_strain"] == pytest.approx(0.04, abs=1e-4)
     assert found["passive_strain"] == pytest.approx(0.325, abs=5e-4)
-    assert [note.text for note in ignored if "taken as a Thelen2003Muscle" in note.reason] == [f"{kind} m"]
+    assert [note.text for note in ignored if "taken as a Thelen2003Muscle" in note.reason] == ["Schutte1993Muscle m"]
 
 
 def test_a_muscle_with_a_rigid_tendon_has_one(tmp_path: Path):
     found, ignored = made(tmp_path, "RigidTendonMuscle", "")
     assert (found["f_max"], found["l_opt"], found["l_slack"]) == (500.0, 0.1, 0.2)
     assert found["tendon"] == "rigid"
-    assert any("taken as a Thelen2003Muscle" in note.reason for note in ignored)
+    assert any("its activation follows its excitation with time constants" in note.reason for note in ignored)
 
 
 def test_times_that_are_none_are_refused_with_their_line(tmp_path: Path):
@@ -90,3 +119,16 @@ def test_a_point_counts_where_a_curve_of_another_coordinate_is_in_its_range(tmp_
     assert condition.joint == "q"
     assert condition.low == pytest.approx(1.0, abs=2e-4)  # where the spline's knot has 0.1, less OpenSim's margin
     assert float(condition.high) > 100.0  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", ["Schutte1993Muscle_Deprecated", "RigidTendonMuscle"])
+def test_muscles_with_curves_through_knots_come_back_from_opensims_file(tmp_path: Path, kind: str):
+    more = OLD.replace("<max_contraction_velocity>0<", "<max_contraction_velocity>8<")
+    path = small.written(tmp_path, small.pendulum(forces=small.muscle("m", PATH, kind=kind, more=more)))
+    scene = load(path, ignored=[])
+    lost: list[Ignored] = []
+    save(scene, tmp_path / "again.osim", ignored=lost)
+    again = load(tmp_path / "again.osim", ignored=[])
+    assert again.muscle_model == scene.muscle_model
+    assert again.character.muscles == scene.character.muscles
+    assert not [note for note in lost if "muscles" in note.text]

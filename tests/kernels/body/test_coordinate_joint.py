@@ -27,6 +27,13 @@ def turntable() -> Scene:
 
 
 CHAINS = {
+    "nothing prescribed": (
+        ("ball", "none"),
+        ("slide", "none"),
+        ("coupled", "none"),
+        ("hinge", "none"),
+        ("universal", "none"),
+    ),
     "none of them prescribed": (("ball", "none"), ("slide", "none"), ("coupled", "none"), ("hinge", "kinematic")),
     "slides prescribed": (("slide", "kinematic"), ("universal", ["kinematic", "none"]), ("coupled", "none")),
     "coupled joints prescribed": (("coupled", "kinematic"), ("slide", "none"), ("coupled", "kinematic")),

@@ -9,9 +9,10 @@ from test_collision import expected_distance
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats import load
-from warpmuscle.gait.penetration import penetration, segment_distance
+from warpmuscle.gait.penetration import penetration
 from warpmuscle.kernels.contact.body_contact import given_way, mobility
 from warpmuscle.kernels.contact.collision import fractions_along
+from warpmuscle.model.collisions import segment_distance
 from warpmuscle.scene import (
     Body,
     BodyContact,

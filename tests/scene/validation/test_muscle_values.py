@@ -18,6 +18,8 @@ from warpmuscle.scene import (
     MuscleModel,
     PathActuator,
     Scene,
+    Spline,
+    SplineCurves,
     ThelenCurves,
 )
 from warpmuscle.scene.number import Free
@@ -101,3 +103,39 @@ def test_numbers_of_tables_cannot_be_free() -> None:
 def test_thelen_muscles_need_no_damping() -> None:
     check_scene(scene(curves="thelen", damping=0.0, curve_shape=ThelenCurves()))
     check_scene(msgspec.structs.replace(scene(curves="thelen", damping=0.0, tendon_strain=0.033)))
+
+
+def through_knots(**changed: Spline) -> SplineCurves:
+    """Curves through knots, some of them others."""
+    active, passive = Spline([0.4, 1.0, 1.6], [0.0, 1.0, 0.0]), Spline([0.0, 1.0, 1.6], [0.0, 0.0, 1.0])
+    usual = {"active": active, "passive": passive, "tendon": Spline([0.0, 0.04], [0.0, 1.0])}
+    return SplineCurves(**usual | changed)
+
+
+def test_curves_through_knots_come_back_from_toml_of_one_muscle_and_of_all() -> None:
+    speeds = Spline([-1.0, 0.0, 1.0], [0.0, 1.0, 1.4], "linear")
+    one = scene({"curve_shape": through_knots(velocity=speeds)}, curve_shape=through_knots())
+    check_scene(one)
+    again = loads(dumps(one))
+    assert again.character.muscles["flexor"] == one.character.muscles["flexor"]
+    assert again.muscle_model == one.muscle_model
+
+
+@pytest.mark.parametrize(
+    ("curves", "key", "words"),
+    [
+        ({"active": Spline([0.5], [1.0])}, "active.x", "at least two knots"),
+        ({"passive": Spline([0.0, 1.0], [0.0])}, "passive.y", "1 value for 2 places"),
+        ({"active": Spline([0.5, 0.5], [1.0, 2.0])}, "active.x.1", "increas"),
+        ({"tendon": Spline([0.0, 0.04], [0.0, -1.0])}, "tendon.y", "must rise"),
+        ({"tendon": Spline([0.0, 4.0], [0.0, 1.0])}, "tendon.y", "must rise"),
+        ({"velocity": Spline([-1.0, 1.0], [1.0, 0.0])}, "velocity.y", "must not fall"),
+        ({"passive": Spline([0.0, float("nan")], [0.0, 1.0])}, "passive.x.1", "number"),
+    ],
+)
+def test_curves_through_knots_that_no_fibre_has_are_refused(
+    curves: dict[str, Spline], key: str, words: str
+) -> None:  # fmt: skip
+    with pytest.raises(SceneError, match=words) as caught:
+        check_scene(scene({"curve_shape": through_knots(**curves)}))
+    assert str(caught.value.key).endswith(f"flexor.curve_shape.{key}")

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from command_line import run
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, angle_changes, changes, scores
-from warpmuscle.sweep.adaptation.plan import sweep_text
+from warpmuscle.sweep.adaptation.plan import check_own, sweep_text
 from warpmuscle.sweep.adaptation.predicted import Prediction
 from warpmuscle.sweep.adaptation.records import Record, read_records, reference_of
 from warpmuscle.sweep.plan import read
@@ -121,3 +122,15 @@ def test_a_load_that_nothing_carries_is_refused(tmp_path: Path):
     records = records_of(tmp_path, FOOT | {"added_mass_where": "hat"})
     with pytest.raises(Error, match="foot: no place of a load is called 'hat'; there are pelvis"):
         sweep_text(records, load("reflex_planar"), "reflex_planar", 1, {"candidates": 10}, 5.0)
+
+
+def test_a_file_of_ones_own_is_not_replaced_by_the_sweep_that_is_made(tmp_path: Path):
+    (tmp_path / "data.json").write_text(json.dumps([LEVEL, UP]))
+    (tmp_path / "mine.toml").write_text('base = "reflex_planar"\n')
+    done = run("adaptation", "data.json", "--scene", "mine.toml", "-o", "mine.h5", "--device", "cpu", folder=tmp_path)
+    assert done.returncode == 2
+    assert "mine.toml: would be replaced by the sweep of these conditions" in done.stderr
+    assert (tmp_path / "mine.toml").read_text() == 'base = "reflex_planar"\n'
+    again = sweep_text(records_of(tmp_path, LEVEL), load("reflex_planar"), "reflex_planar", 1, {}, 5.0)
+    (tmp_path / "mine.toml").write_text(again)
+    check_own(tmp_path / "mine.toml")

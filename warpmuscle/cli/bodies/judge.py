@@ -32,7 +32,7 @@ def judge(
     """Judge whether the muscles of a body that moves could be those of an animal.
 
     No muscle goes through the centre of a joint, moment arms, fibre lengths and forces are within bounds. Examples:
-    warpmuscle creature judge ostrich; warpmuscle creature judge found.h5
+    warpmuscle creature judge walker16; warpmuscle creature judge found.h5
     """
     writable(output)
     start_warp()

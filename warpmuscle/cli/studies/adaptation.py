@@ -46,26 +46,25 @@ def adaptation(
     again, the command goes on where it was.
     Example: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6
     """
-    from warpmuscle.core.files import check_output, replace_file
+    from warpmuscle.core.files import files_beside, replace_file
 
-    files = {suffix: output.with_suffix(suffix) for suffix in (".toml", ".html", ".csv")}
-    for suffix, path in files.items():
-        check_output(path, "a benchmark", (suffix,))
+    sweep_file, page_file, table_file = files_beside(output, (".toml", ".html", ".csv"))
     start_driver(device)
     from warpmuscle.formats import load
-    from warpmuscle.sweep.adaptation.plan import sweep_text
+    from warpmuscle.sweep.adaptation.plan import check_own, sweep_text
     from warpmuscle.sweep.adaptation.records import read_records
     from warpmuscle.sweep.plan import read
 
     records = _chosen(read_records(data), conditions, data)
+    check_own(sweep_file)
     search = {"candidates": candidates, "sigma": sigma}
     search |= {} if population is None else {"population": population}
     search |= {} if until is None else {"until": seconds(until)}
     named = str(Path(scene).absolute()) if Path(scene).suffix else scene
     with doubts_printed():
         walker = load(scene, trust=trust)
-        replace_file(files[".toml"], sweep_text(records, walker, named, seeds, search, duration))
-        plan = read(files[".toml"], trusted=trust)
+        replace_file(sweep_file, sweep_text(records, walker, named, seeds, search, duration))
+        plan = read(sweep_file, trusted=trust)
     start_warp()
     from warpmuscle.report.tables import aligned, write
     from warpmuscle.sweep.adaptation import page as pages
@@ -80,10 +79,10 @@ def adaptation(
         page = pages.page(found, plan.text, command)
     for line in aligned(pages.lines(found), texts=2):
         out.print(line, markup=False)
-    write(files[".csv"], pages.change_table(found), {})
-    replace_file(files[".html"], page)
+    write(table_file, pages.change_table(found), {})
+    replace_file(page_file, page)
     took = f"{time.perf_counter() - begin:.1f} s"
-    out.print(f"{found.counted}; wrote {files['.html']}, {files['.csv']} and {output} in {took}", markup=False)
+    out.print(f"{found.counted}; wrote {page_file}, {table_file} and {output} in {took}", markup=False)
     check_all_ran(done)
 
 

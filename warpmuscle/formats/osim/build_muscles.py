@@ -31,6 +31,8 @@ from warpmuscle.scene import (
     PointMotion,
     PolynomialPath,
     SphereSurface,
+    Spline,
+    SplineCurves,
     Surface,
     ThelenCurves,
     TorusSurface,
@@ -129,7 +131,8 @@ class MuscleBuilder:
             kinds[FAMILIES[one.kind]] += 1
         if not kinds:
             return MuscleModel(curves="millard" if found else "lee"), found
-        common = MuscleModel(curves=kinds.most_common(1)[0][0], activation="scaled")
+        old = all(one.old is not None for one in self._model.muscles if one.kind in FAMILIES)
+        common = MuscleModel(curves=kinds.most_common(1)[0][0], activation="excited" if old else "scaled")
         common.initial_activation = activations.most_common(1)[0][0]
         if len(activations) > 1:
             others = sum(activations.values()) - activations[common.initial_activation]
@@ -258,6 +261,11 @@ def powers(dimension: int, order: int) -> Iterable[tuple[int, ...]]:
 def put_curves(one: records.Muscle, muscle: Muscle) -> None:
     """The strains and the curves' numbers of a muscle."""
     family = FAMILIES[one.kind]
+    if one.old is not None:
+        functions = [getattr(one.old, name) for name in ("active", "passive", "tendon", "velocity")]
+        splines = [None if f is None else Spline([*f.x], [*f.y], f.ends) for f in functions]
+        muscle.curve_shape, muscle.damping = SplineCurves(*splines), one.old.damping  # type: ignore[arg-type]
+        return
     if one.kind in STRAINS:
         muscle.tendon_strain, muscle.passive_strain = (one.numbers[name] for name in STRAINS[one.kind])
     else:
@@ -286,7 +294,7 @@ def settle(common: MuscleModel, muscles: Iterable[Muscle]) -> None:
     for field in COMMON:
         candidates = [getattr(muscle, field) for muscle in every]
         if field == "curve_shape":
-            candidates = [shape for shape in candidates if shape.__struct_config__.tag == common.curves]
+            candidates = [shape for shape in candidates if shape.__struct_config__.tag in (common.curves, "spline")]
         values = Counter(map(repr, candidates)).most_common(1)
         value = next(one for one in candidates if repr(one) == values[0][0])
         setattr(common, field, value)

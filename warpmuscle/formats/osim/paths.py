@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
 from warpmuscle.formats.osim.functions import Function, owned_function, read_function
 from warpmuscle.formats.osim.properties import Properties, last_name
-from warpmuscle.formats.osim.records import Model, Muscle, PathWrap, Point, PolynomialPath, Surface
-from warpmuscle.formats.osim.xml_text import numbers
+from warpmuscle.formats.osim.records import Model, Muscle, OldCurves, PathWrap, Point, PolynomialPath, Surface
 
 # Numbers of each class with OpenSim 4.6's defaults.
 COMMON = {
@@ -58,24 +56,15 @@ NOT_MOVING = ("default_fiber_length", "default_normalized_tendon_force", "maximu
     "min_control", "optimal_force", "tendon_compliance_dynamics_mode", "activation_dynamics_smoothing",
     "min_control")  # fmt: skip
 
-THELEN = "Thelen2003Muscle"
-OF_TIME_SCALE = ("Schutte1993Muscle", "Schutte1993Muscle_Deprecated", "Delp1990Muscle", "Delp1990Muscle_Deprecated")
-RIGID = "RigidTendonMuscle"
-STOOD_FOR = (*OF_TIME_SCALE, RIGID)
-KEPT = ("max_isometric_force", "optimal_fiber_length", "tendon_slack_length", "pennation_angle_at_optimal",
-    "max_contraction_velocity", "default_activation")  # fmt: skip
-OLD_CURVES = ("active_force_length_curve", "passive_force_length_curve", "tendon_force_length_curve",
-    "force_velocity_curve", "fiber_force_velocity_curve")  # fmt: skip
-TIME_SCALE, ACTIVATION, DEACTIVATION, V_MAX = 0.1, 7.667, 1.459854, 10.0  # OpenSim's defaults of the old classes
-TENDON_UP_TO, FIBRE_UP_TO = 0.2, 1.0  # strains, up to which those at f_max are looked for
-TAKEN = (
-    "is taken as a Thelen2003Muscle: its path and numbers are its own, and so are the strains at which {strains} "
-    "with f_max; other curves are Thelen's, so that its forces are not quite OpenSim's"
-)
 
+def read_surfaces(
+    holder: Element, path: str, model: Model, own: Properties, taken: dict[str, int], notes: Notes
+) -> None:  # fmt: skip
+    """The surfaces of a body or frame at a path, but for those that are switched off.
 
-def read_surfaces(holder: Element, path: str, model: Model, own: Properties) -> None:
-    """The surfaces of a body or frame at a path, but for those that are switched off."""
+    Args:
+        taken: lines of all surfaces by name; of two that have one, paths go round the first, as in OpenSim.
+    """
     wraps = holder.child("WrapObjectSet")
     for element in wraps.objects() if wraps is not None else ():
         if element.tag not in SIZES:
@@ -90,14 +79,17 @@ def read_surfaces(holder: Element, path: str, model: Model, own: Properties) -> 
             element.tag, element.name, element.line, path, own.vector(element, "xyz_body_rotation"),
             own.vector(element, "translation"), own.word(element, "quadrant", "all").lower(), tuple(sizes),
         )  # fmt: skip
-        if own.truth(element, "active", True):
-            if element.name in model.surfaces:
-                element.fail(f"there is a surface of this name already, in line {model.surfaces[element.name].line}")
+        active = own.truth(element, "active", True)
+        if element.name in taken:
+            message = f"paths go round the surface of this name in line {taken[element.name]}, as in OpenSim"
+            notes.ignore(element.file, element.line, f"{element.tag} {element.name}", message)
+        elif active:
             model.surfaces[element.name] = surface
+        taken.setdefault(element.name, element.line)
 
 
-def read_muscle(element: Element, frames: Frames, own: Properties) -> Muscle:
-    """A muscle or path actuator of a class in `CLASSES`."""
+def read_muscle(element: Element, frames: Frames, own: Properties, old: OldCurves | None = None) -> Muscle:
+    """A muscle or path actuator of a class in `CLASSES`, with curves through knots if it has such."""
     numbers = {tag: own.number(element, tag, default, True) for tag, default in CLASSES[element.tag].items()}
     truths = {tag: own.truth(element, tag, False) for tag in TRUTHS}
     curves: dict[str, dict[str, float]] = {}
@@ -112,7 +104,9 @@ def read_muscle(element: Element, frames: Frames, own: Properties) -> Muscle:
     function = own.find(element, "FunctionBasedPath")
     if function is not None:
         polynomial = _polynomial(function)
-        return Muscle(element.tag, element.name, element.line, numbers, truths, curves, (), (), polynomial, tension)
+        return Muscle(
+            element.tag, element.name, element.line, numbers, truths, curves, (), (), polynomial, tension, old
+        )
     geometry = own.find(element, "GeometryPath")
     if geometry is None:
         element.fail("has no <GeometryPath>, and paths of another class are not known, but FunctionBasedPath")
@@ -120,7 +114,7 @@ def read_muscle(element: Element, frames: Frames, own: Properties) -> Muscle:
     return Muscle(
         element.tag, element.name, element.line, numbers, truths, curves,
         tuple(_point(one, path, frames, own) for one in (points.objects() if points is not None else ())),
-        tuple(_wrap(one, own) for one in (wraps.objects() if wraps is not None else ())), tension=tension,
+        tuple(_wrap(one, own) for one in (wraps.objects() if wraps is not None else ())), tension=tension, old=old,
     )  # fmt: skip
 
 
@@ -202,52 +196,3 @@ def _polynomial(element: Element) -> PolynomialPath:
     if size != len(names):
         function.fail(f"has {number_of(size, 'dimension')} for {number_of(len(names), 'coordinate')}")
     return PolynomialPath(element.line, names, size, greatest, tuple(numbers.numbers()))
-
-
-def stand_in(element: Element, own: Properties) -> str:
-    """Make a muscle of one of `STOOD_FOR` one of Thelen's, in place; what there is to say of it."""
-    kept = {tag: own.number(element, tag, np.nan) for tag in KEPT}
-    passive, tendon = (_strain(element, tag) for tag in OLD_CURVES[1:3])
-    if element.tag in OF_TIME_SCALE:
-        scale = own.number(element, "time_scale", TIME_SCALE)
-        rise, fall = own.number(element, "activation1", ACTIVATION), own.number(element, "activation2", DEACTIVATION)
-        if not (scale > 0.0 and fall > 0.0 and rise + fall > 0.0):
-            element.fail("its <time_scale>, <activation1> and <activation2> must be greater than 0")
-        kept |= {"activation_time_constant": scale / (rise + fall), "deactivation_time_constant": scale / fall}
-        if not kept["max_contraction_velocity"] > 0.0:
-            kept["max_contraction_velocity"] = 1.0 / scale
-    kept |= {"FmaxMuscleStrain": passive, "FmaxTendonStrain": tendon}
-    rigid = element.tag == RIGID
-    for child in element.children:
-        if child.tag in OLD_CURVES or child.name in OLD_CURVES:
-            for inner in child.all():
-                inner.used = True
-    for tag in ("time_scale", "activation1", "activation2", "damping"):
-        element.child(tag)
-    element.children = [child for child in element.children if child.tag not in kept]
-    for tag, value in kept.items():
-        if np.isfinite(value):
-            element.children.append(_made(element, tag, numbers([value])))
-    if rigid:
-        element.children = [child for child in element.children if child.tag != "ignore_tendon_compliance"]
-        element.children.append(_made(element, "ignore_tendon_compliance", "true"))
-    element.tag = THELEN
-    return TAKEN.format(strains="fibre and tendon pull" if not rigid else "the fibre pulls")
-
-
-def _made(near: Element, tag: str, text: str) -> Element:
-    return Element(tag, near.file, near.line, "", text, [], used=True)
-
-
-def _strain(element: Element, name: str) -> float:
-    """The strain at which a curve over length or strain is 1; NaN if it has none within reach."""
-    start, reach = (0.0, TENDON_UP_TO) if name.startswith("tendon") else (1.0, FIBRE_UP_TO)
-    holder = next((child for child in element.children if name in (child.tag, child.name)), None)
-    inner = list(holder.all()) if holder is not None else []
-    knots = [next((one.numbers() for one in inner if one.tag == tag), []) for tag in ("x", "y")]
-    if not knots[0] or len(knots[0]) != len(knots[1]):
-        return float("nan")
-    x = np.linspace(start, start + reach, 4001)
-    order = np.argsort(knots[0], kind="stable")  # some files have a knot twice
-    beyond = np.flatnonzero(np.interp(x, np.array(knots[0])[order], np.array(knots[1])[order]) >= 1.0)
-    return float(x[beyond[0]] - start) if len(beyond) and beyond[0] > 0 else float("nan")

@@ -14,7 +14,8 @@ from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import FRAMES, Frames
 from warpmuscle.formats.osim.loops.read import TYPES, read_loop
-from warpmuscle.formats.osim.paths import CLASSES, STOOD_FOR, read_muscle, read_surfaces, stand_in
+from warpmuscle.formats.osim.muscles.stand_ins import STOOD_FOR, stand_in
+from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
 from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.skeleton import read_bodies, read_constraint, read_joint
@@ -72,7 +73,7 @@ def read(path: Path, notes: Notes) -> Model:
     found.gravity = own.vector(top, "gravity", found.gravity)
     found.gravity_line = gravity.line if (gravity := own.find(top, "gravity")) is not None else top.line
     frames = Frames(found)
-    _skeleton(top, found, frames, own)
+    _skeleton(top, found, frames, own, notes)
     _forces(top, found, frames, own, notes)
     for element in _members(top, "ContactGeometrySet"):
         if element.tag in ("ContactSphere", "ContactHalfSpace"):
@@ -111,7 +112,7 @@ def _members(top: Element, tag: str) -> list[Element]:
     return found.objects() if found is not None else []
 
 
-def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> None:
+def _skeleton(top: Element, found: Model, frames: Frames, own: Properties, notes: Notes) -> None:
     """Frames before joints, which hang on them, and surfaces, which are fixed to them."""
     bodies, ground = top.child("BodySet"), top.child("Ground")
     read_bodies(bodies, ground, found, frames, own)
@@ -133,8 +134,9 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties) -> No
         frames.add_station(f"/markerset/{marker.name}", marker)
     frames.connect()
     holders = [(f"/bodyset/{body.name}", body) for body in _members(top, "BodySet")]
-    for path, holder in (*holders, *((("/ground", ground),) if ground is not None else ()), *frames.offsets):
-        read_surfaces(holder, path, found, own)
+    taken: dict[str, int] = {}
+    for path, holder in (*((("/ground", ground),) if ground is not None else ()), *holders, *frames.offsets):
+        read_surfaces(holder, path, found, own, taken, notes)
     read_all([*holders, *((("/ground", ground),) if ground is not None else ())], frames, found, own)
     names: dict[str, int] = {}
     for element in joints:
@@ -159,14 +161,16 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         if not own.applied(element):
             _leave_out(notes, element, SWITCHED_OFF)
             continue
+        old = None
         if element.tag in STOOD_FOR:
             text = f"{element.tag} {element.name}"
-            notes.ignore(element.file, element.line, text, stand_in(element, own))
+            note, old = stand_in(element, own)
+            notes.ignore(element.file, element.line, text, note)
         if element.tag in CLASSES:
             if element.name in names or not element.name:
                 element.fail("a muscle needs a name that no other one has")
             names[element.name] = element.line
-            found.muscles.append(read_muscle(element, frames, own))
+            found.muscles.append(read_muscle(element, frames, own, old))
         elif element.tag in NUMBERS:
             found.forces += read_force(element, frames, own)
         elif element.tag in READERS:

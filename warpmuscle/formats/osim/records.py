@@ -172,6 +172,17 @@ class Surface:
 
 
 @dataclass(frozen=True, slots=True)
+class OldCurves:
+    """Curves of a muscle through knots, see `muscles.old_curves`; without one over speed, Schutte's hyperbolas."""
+
+    active: Function
+    passive: Function
+    tendon: Function
+    velocity: Function | None
+    damping: float  # of the fibre, over f_max at v_max
+
+
+@dataclass(frozen=True, slots=True)
 class Muscle:
     """A muscle, or what else pulls along a path, with the numbers that its class knows."""
 
@@ -185,6 +196,7 @@ class Muscle:
     wraps: tuple[PathWrap, ...]
     polynomial: PolynomialPath | None = None
     tension: Function | None = None  # of a ligament, over pcsa_force, of its length over resting_length
+    old: OldCurves | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,10 @@ from warpmuscle.core.pose import normalized
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.osim.build_muscles import FAMILIES, SHAPES, STRAINS, TWICE, powers
 from warpmuscle.formats.osim.cables import cable_xml
+from warpmuscle.formats.osim.muscles.write import old_muscle_xml
 from warpmuscle.formats.osim.placement import WORLD, direction, vector
 from warpmuscle.formats.osim.xml_text import element, function_xml, name_of, numbers, objects
-from warpmuscle.scene import Displacement, Muscle, PolynomialPath, Scene, ViaPoint
+from warpmuscle.scene import Displacement, Muscle, PolynomialPath, Scene, SplineCurves, ViaPoint
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.masses import massless
@@ -55,10 +56,14 @@ def muscle_xml(scene: Scene, name: str, path: Path, lost: list[Ignored]) -> str:
         own = getattr(muscle, field)
         return getattr(model, field) if own is None else own
 
+    def lose(what: str) -> None:
+        lost.append(Ignored(path, 0, key, what))
+
     if is_cable(muscle):
-        inner = _path(scene, name, path, lost)
-        return cable_xml(muscle, inner, name_of(name), lambda what: lost.append(Ignored(path, 0, key, what)))
+        return cable_xml(muscle, _path(scene, name, path, lost), name_of(name), lose)
     shape = muscle.curve_shape or model.curve_shape
+    if isinstance(shape, SplineCurves):
+        return old_muscle_xml(muscle, shape, name_of(name), _path(scene, name, path, lost), value, lose)
     curves = family(shape) if shape is not None else model.curves
     if curves not in USUAL_STRAINS:
         lost.append(Ignored(path, 0, f"{key}.curves", f"{curves} curves are written as Millard's"))

@@ -23,10 +23,7 @@ from warpmuscle.scene.joints import root_type
 
 ANGLE, PLACE = np.radians(2.0), 0.04  # rad or m of joints and turns of the root, and m of its place, that cost 1/2
 TURNING, MOVING = 0.5, 0.3  # rad/s or m/s, and m/s, the same of speeds
-EFFORT, CHANGE = (
-    0.08,
-    0.027,
-)  # of the weight times m, of efforts beside the recorded ones, and of their change by a window
+EFFORT, CHANGE = 0.08, 0.027  # of the weight times m: efforts beside the recorded ones, and change by a window
 GAP = 20.0  # what a gap of one of these costs, in the search along a step
 MOST, SHARES = 25, (1.0, 0.5, 0.25, 0.1, 0.03)  # iterations, and shares of a step that are tried
 SETTLED = 3e-3  # the part of costs and gaps that an iteration gains, in the end

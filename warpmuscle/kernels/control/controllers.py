@@ -2,8 +2,10 @@
 
 from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.control.joint_pd import joint_pd
+from warpmuscle.kernels.control.walking.controller import walking
 
 CONTROLLERS: dict[str, CustomController] = {
     "joint_pd": joint_pd,
+    "walking": walking,
 }
 CONTROLLERS = {name: controller._replace(shipped=True) for name, controller in CONTROLLERS.items()}

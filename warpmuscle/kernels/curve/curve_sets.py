@@ -20,5 +20,6 @@ from typing import Literal, get_args
 CurveSet = Literal["lee", "thelen", "millard", "de_groote", "thelen_explicit", "sarshari", "mujoco", "hyfydy"]
 CURVES: dict[str, int] = {name: number for number, name in enumerate(get_args(CurveSet))}  # as kernels number them
 PATH_ACTUATOR, LIGAMENT, BLANKEVOORT = (len(CURVES) + k for k in range(3))  # in the place of curves, see `cables.py`
+SPLINE = len(CURVES) + 3  # curves through knots, which muscles have only as a shape of their own, see `splines.py`
 LEE, THELEN, MILLARD = CURVES["lee"], CURVES["thelen"], CURVES["millard"]
 DE_GROOTE, THELEN_EXPLICIT, SARSHARI = CURVES["de_groote"], CURVES["thelen_explicit"], CURVES["sarshari"]

@@ -1,8 +1,9 @@
 """Curves of OpenSim's muscles with numbers of each muscle's own, in the place of the curves of a whole scene.
 
-Thelen's and De Groote's are closed forms of the numbers in a `CurveRow`. Millard's are tables, one for each set of
-numbers that a scene has, as `millard_tables` makes them. Functions of `muscle.py` and of the terms are made anew with
-these curves, see `custom_curves`: what they call `model` is then `ShapedCurves`, the curves of one muscle.
+Thelen's and De Groote's are closed forms of the numbers in a `CurveRow`. Millard's, and those through knots, are
+tables, one for each set of numbers that a scene has, as `millard_tables` and `splines` make them. Functions of
+`muscle.py` and of the terms are made anew with these curves, see `custom_curves`: what they call `model` is then
+`ShapedCurves`, the curves of one muscle.
 """
 
 from functools import cache, partial
@@ -10,7 +11,8 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.curve.curve_sets import CURVES
+from warpmuscle.kernels.curve import splines
+from warpmuscle.kernels.curve.curve_sets import CURVES, SPLINE
 from warpmuscle.kernels.curve.curves import MODULES
 from warpmuscle.kernels.curve.shaped_family import ShapedCurves as ShapedCurves
 from warpmuscle.kernels.curve.shaped_family import ShapedFamily
@@ -22,12 +24,13 @@ LARGEST_PASSIVE = 1.0e3  # of f_max: nor have their passive forces
 FAMILIES: dict[int, ShapedFamily] = {  # by the number of their set
     CURVES[name]: module.FAMILY for name, module in MODULES.items() if hasattr(module, "FAMILY")
 }
+FAMILIES[SPLINE] = splines.FAMILY
 
 
 class Shaped(NamedTuple):
     """What is compiled into a step of muscles with curves of their own."""
 
-    families: tuple[int, ...]  # MILLARD, THELEN, DE_GROOTE: those that the muscles of a scene have
+    families: tuple[int, ...]  # MILLARD, THELEN, DE_GROOTE, SPLINE: those that the muscles of a scene have
     cables: bool = False  # whether some are actuators or ligaments, see `cables.py`
 
 

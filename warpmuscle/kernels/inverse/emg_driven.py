@@ -7,8 +7,9 @@ import warp as wp
 
 from warpmuscle.kernels.curve.custom_curves import OwnCurves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
-from warpmuscle.kernels.inverse.muscle_moments import curve_functions
+from warpmuscle.kernels.inverse.muscle_moments import curve_functions, has_cables
 from warpmuscle.kernels.muscle.activation import activation_rate, activation_relaxed
+from warpmuscle.kernels.muscle.cables import is_cable, ligament_force
 from warpmuscle.kernels.muscle.muscle import (
     pennation_cosine,
     rigid_fibre_speed,
@@ -92,7 +93,7 @@ def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     Tendons are rigid, as of static optimisation. curves, own: as of `muscle_stage.MuscleKind`.
     """
     forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
-    shaped = isinstance(own, Shaped)
+    shaped, cables = isinstance(own, Shaped), has_cables(own)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
@@ -103,6 +104,10 @@ def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     ):  # fmt: skip
         c, f, m = wp.tid()
         row = at(model.muscles.row, 0, m)
+        if wp.static(cables):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if is_cable(0, m, model):
+                force[c, f, m] = ligament_force(0, m, known.length[f, m], known.speed[f, m], row, model)
+                return
         of_muscle = curves_of(0, m, model)
         l_opt = row.l_opt * candidates.l_opt[c, m]
         width = row.width * candidates.l_opt[c, m]

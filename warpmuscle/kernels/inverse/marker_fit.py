@@ -215,7 +215,6 @@ def solve(
         if frames.loose[frame, k] == 1 or work.held[row, k] == 1:
             for i in range(k):
                 work.matrix[row, k, i] = 0.0
-            work.slope[row, k] = 0.0
             work.matrix[row, k, k] = 0.0
         else:
             inverse = 1.0 / (pivot + damping * whole_entry)

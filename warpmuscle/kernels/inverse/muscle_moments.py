@@ -8,10 +8,12 @@ import warp as wp
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.body.speed_axes import angular_axis
+from warpmuscle.kernels.curve.curve_sets import PATH_ACTUATOR
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
 from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.muscle.cables import is_cable, ligament_force
 from warpmuscle.kernels.muscle.muscle import (
     LARGEST_SPEED,
     bounded_fibre_length,
@@ -124,6 +126,11 @@ def curve_functions(curves: int, own: OwnCurves | Shaped | None) -> CurveFunctio
     )
 
 
+def has_cables(own: OwnCurves | Shaped | None) -> bool:
+    """Whether some of the muscles are actuators or ligaments, which have no fibres."""
+    return isinstance(own, Shaped) and own.cables
+
+
 @cache
 def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     """The kernel (model, tendon, length, speed, fibre, active, passive) of forces of all muscles in every frame.
@@ -135,10 +142,11 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
         tendon: (2, frames, muscles) length of the tendon, m, and its lengthening speed, m/s; rigid ones where it is
             empty. length, speed: of paths, m and m/s.
         fibre: (2, frames, muscles) length over l_opt and speed over v_max of fibres.
-        active, passive: N, along the tendon, at full activation and at any.
+        active, passive: N, along the tendon, at full activation and at any. Of a ligament its tension, of an actuator
+            none: their fibres are told as of optimal length.
     """
     forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
-    shaped = isinstance(own, Shaped)
+    shaped, cables = isinstance(own, Shaped), has_cables(own)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
@@ -149,6 +157,13 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
     ):  # fmt: skip
         i, m = wp.tid()
         row = at(model.muscles.row, i, m)
+        if wp.static(cables):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if is_cable(i, m, model):
+                fibre[0, i, m] = 1.0
+                fibre[1, i, m] = 0.0
+                active[i, m] = 0.0
+                passive[i, m] = ligament_force(i, m, length[i, m], speed[i, m], row, model)
+                return
         of_muscle = curves_of(i, m, model)
         slack = row.l_slack
         stretching = wp.float32(0.0)
@@ -178,7 +193,7 @@ def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any
         curves, own: what is compiled in, as of `muscle_stage.MuscleKind`.
     """
     strain = with_curves(strain_of, own, curves)
-    shaped = isinstance(own, Shaped)
+    shaped, cables = isinstance(own, Shaped), has_cables(own)
 
     @wp.func
     def of_all(instance: int, m: int, muscles: Muscles) -> int:
@@ -202,6 +217,10 @@ def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any
     ):  # fmt: skip
         i, m = wp.tid()
         row = at(muscles.row, i, m)
+        if wp.static(cables):  # noqa: SIM102, as above
+            if at(muscles.shape, i, m).curves >= PATH_ACTUATOR:
+                length[i, m] = row.l_slack
+                return
         of_muscle = curves_of(i, m, muscles)
         length[i, m] = row.l_slack * (1.0 + strain(of_muscle, force[i, m] / row.f_max))
 

@@ -46,6 +46,18 @@ def is_cable(instance: int, m: int, model: ModelRef) -> bool:
 
 
 @func
+def ligament_force(instance: int, m: int, length: float, speed: float, row: MuscleRow, model: ModelRef) -> float:
+    """Tension, N, of one of the cables at a length, m, and speed, m/s, of its path; an actuator has none by itself."""
+    shape = at(model.muscles.shape, instance, m)
+    if shape.curves == LIGAMENT:
+        return row.f_max * ligament_tension(model.muscles.curve_table, shape.table, length / row.l_slack, speed)
+    if shape.curves == BLANKEVOORT:
+        strain, rate = length / row.l_slack - 1.0, speed / row.l_slack
+        return row.f_max * blankevoort_tension(model.muscles.curve_table, shape.table, strain, rate)
+    return 0.0
+
+
+@func
 def cable_signals(instance: int, m: int, activation: float, excitation: float, model: ModelRef) -> wp.vec2:
     """Activation and excitation: an actuator follows at once, a ligament has none, and muscles keep theirs."""
     curves = at(model.muscles.shape, instance, m).curves
@@ -69,12 +81,8 @@ def with_cables(contraction: Any) -> Any:
         c.length = stretch.fixed + stretch.moving
         c.speed = stretch.speed
         c.force = row.f_max * activation
-        if shape.curves == LIGAMENT:
-            tension = ligament_tension(model.muscles.curve_table, shape.table, c.length / row.l_slack, c.speed)
-            c.force = row.f_max * tension
-        if shape.curves == BLANKEVOORT:
-            strain, rate = c.length / row.l_slack - 1.0, c.speed / row.l_slack
-            c.force = row.f_max * blankevoort_tension(model.muscles.curve_table, shape.table, strain, rate)
+        if shape.curves != PATH_ACTUATOR:
+            c.force = ligament_force(instance, m, c.length, c.speed, row, model)
         return c
 
     return contracted

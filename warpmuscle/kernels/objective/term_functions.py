@@ -172,12 +172,15 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: S
     """Squared angle between a joint and that of the tracked gait, rad^2.
 
     Both are compared at the same phase of the same stance, or, if the gait is given from one contact of the left foot
-    to the next, at the same part of that cycle.
+    to the next, at the same part of that cycle. There, where no controller has a phase either, nothing tells this part
+    before the foot has landed twice, and the first strides do not count.
     """
     if model.reference_bins == 0:
         return 0.0
     part = step_part(instance, LEFT, state)
     if model.reference_by_contact == 1:
+        if state.foot_cycle[instance, LEFT].length <= 0.0 and instance >= state.simbicon.phase.shape[0]:
+            return 0.0
         part = foot_part(instance, LEFT, state)
     row = bin_of(part, 2 * model.reference_bins)
     relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]

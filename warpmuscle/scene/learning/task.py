@@ -69,13 +69,18 @@ class Goal(Part):
 
 
 class Imitation(Part):
-    """A gait that is imitated: that of the scene's own controller, or the angles of a norm.
+    """A gait that is imitated: that of the scene's own controller, the angles of a norm, or a recorded one.
+
+    With `file`, coordinates of joints are those of a recorded motion, whose names have to be the scene's, means over
+    its whole gait cycles by the forces on the left foot; episodes start the clock where the recorded pose is nearest.
 
     A clock, which episodes start as the gait stands in their starts, runs from one contact of the left foot to the
     next; the policy may read it in the observations `clock`. It runs faster the faster the body is to walk, as
     (wanted speed/clock_speed)^cadence_power; people's step rate does so with 0.58 (Kuo 2001, J. Biomech. Eng. 123:264).
     """
 
+    file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
+    replay: int = 0  # which motion of the file
     norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.WALKING`; by default those of the gait
     cycle_time: Annotated[float | None, "s"] = None  # by default that of the gait
     clock_speed: Annotated[float, "m/s"] = 1.25  # at which a cycle takes that time

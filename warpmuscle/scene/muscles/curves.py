@@ -6,7 +6,7 @@ Lengths are over l_opt, forces over f_max, speeds over v_max, positive when leng
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
 from warpmuscle.scene.number import Number
@@ -14,6 +14,7 @@ from warpmuscle.scene.part import Part
 
 STRAINS = {  # of tendon and passive fibre
     "millard": (0.049, 0.7), "thelen": (0.04, 0.6), "de_groote": (0.049, 0.6), "mujoco": (0.04, 0.6),
+    "spline": (0.04, 0.6),
 }  # fmt: skip
 SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # fields of `Muscle` and `MuscleModel` that shape curves
 OWN = ("tendon", "v_max", "damping", "rise_time", "fall_time", "minimum_activation", *SHAPED)  # of `Muscle`
@@ -79,8 +80,37 @@ class MujocoCurves(Part, tag_field="type", tag="mujoco"):
     lengthening_force: Annotated[Number, "1"] = 1.2  # fvmax
 
 
+class Spline(Part):
+    """A function through knots (x, y), as that of a `Displacement`."""
+
+    x: Annotated[list[float], "1"]
+    y: Annotated[list[float], "1"]
+    ends: Literal["simm", "natural", "linear"] = "simm"
+
+
+class SplineCurves(Part, tag_field="type", tag="spline"):
+    """Curves through knots, as those of OpenSim's Schutte1993Muscle_Deprecated and RigidTendonMuscle.
+
+    Without a `velocity`, force over speed is Schutte's (1993): (1 + v)/(1 - v/0.15) shortening, and lengthening
+    (1.4 v + s)/(v + s) with s = 0.13 * 0.15/1.15. They are tables on the device, so that a search cannot change them.
+    Strains of tendon and passive fibre have no effect.
+    """
+
+    active: Spline  # over length
+    passive: Spline  # over length
+    tendon: Spline  # over strain
+    velocity: Spline | None = None  # over speed
+
+
 CurveShape = (
-    MillardCurves | ThelenCurves | DeGrooteCurves | MujocoCurves | PathActuator | Ligament | BlankevoortLigament
+    MillardCurves
+    | ThelenCurves
+    | DeGrooteCurves
+    | MujocoCurves
+    | SplineCurves
+    | PathActuator
+    | Ligament
+    | BlankevoortLigament
 )
 
 

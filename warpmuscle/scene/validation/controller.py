@@ -15,6 +15,7 @@ from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.forces import check_values
 
+MOVED_BY_TORQUE = ("ball", "universal", "hinge", "fixed")  # joints that a controller of legs knows
 PLACES = {"by_joint": "joint", "by_body": "body", "by_muscle": "muscle"}  # what has values of its own in each
 
 
@@ -48,6 +49,8 @@ def check_controller(check: Checks) -> None:
             message = f"no controller is called {controller.type!r}{near(controller.type, types)}; "
             raise SceneError(f"{message}there are {', '.join(types)}, or module:name", key="controller.type")
         check_declared_values(CONTROLLERS[controller.type], controller, scene.character)
+        if CONTROLLERS[controller.type].legs:
+            _check_legs(controller.type, scene.character)
 
 
 def _check_keys(controller: Controller) -> None:
@@ -57,6 +60,30 @@ def _check_keys(controller: Controller) -> None:
         if getattr(controller, field) != getattr(default, field):
             message = f"a controller of type {controller.type!r} takes no {field}, which is of {SIMBICON}"
             raise SceneError(message, key=f"controller.{field}")
+
+
+def _check_legs(kind: str, character: Character) -> None:
+    """A character has two legs that a controller of this type can move: a hinge above each foot's shank, a hip above."""
+    if character.feet is None:
+        raise SceneError(f"a controller of type {kind!r} needs the two feet: name them", key="character.feet")
+    above = {joint.child: (name, joint) for name, joint in character.joints.items()}
+    for foot in character.feet:
+        body = foot
+        for place in ("ankle", "knee", "hip"):
+            if body not in above:
+                message = f"a controller of type {kind!r} needs a {place} between the root and {foot!r}"
+                raise SceneError(message, key="character.feet")
+            name, joint = above[body]
+            if place == "knee" and joint_type(joint).name != "hinge":
+                raise SceneError(f"a controller of type {kind!r} needs a hinge as knee", key=f"character.joints.{name}")
+            body = joint.parent
+        if body != character.root:
+            message = f"a controller of type {kind!r} needs hips of the root, and {name!r} has {body!r} above it"
+            raise SceneError(message, key=f"character.joints.{name}.parent")
+    for name, joint in character.joints.items():
+        if joint_type(joint).name not in MOVED_BY_TORQUE:
+            message = f"a controller of type {kind!r} moves no joint but {', '.join(MOVED_BY_TORQUE)}"
+            raise SceneError(message, key=f"character.joints.{name}.type")
 
 
 def check_declared_values(declared: Any, controller: Controller, character: Character) -> None:

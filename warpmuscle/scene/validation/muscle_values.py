@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
+
+import numpy as np
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
@@ -11,19 +14,25 @@ from warpmuscle.scene import (
     BlankevoortLigament,
     CurveShape,
     DeGrooteCurves,
+    Displacement,
     Ligament,
     MillardCurves,
     MujocoCurves,
     Muscle,
     MuscleModel,
+    Spline,
+    SplineCurves,
     ThelenCurves,
 )
+from warpmuscle.scene.joints.displacement import rates
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.muscles.cables import LIGAMENTS
 from warpmuscle.scene.muscles.curves import OWN, SHAPED, STRAINS, family
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
+
+ROUNDED = 1.0e-6  # of f_max, by which a curve may fall between its knots
 
 
 def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
@@ -35,7 +44,7 @@ def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
     checks.positive(key, model, "rise_time", "fall_time", "v_max")
     checks.fraction(f"{key}.minimum_activation", model.minimum_activation)
     shape = model.curve_shape
-    if shape is not None and family(shape) != model.curves:
+    if shape is not None and family(shape) not in (model.curves, "spline"):
         raise SceneError(f"the curves are {model.curves!r}, this is the shape of others", key=f"{key}.curve_shape.type")
     _damping(checks, key, model, model.tendon == "compliant", _shaped(model, model))
     _shape(checks, key, model, model)
@@ -133,15 +142,22 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
 
 def _ligament(checks: Checks, key: str, ligament: Ligament) -> None:
     """Knots in order, a tension for each."""
-    if len(ligament.x) < 2:
-        raise SceneError(f"a ligament needs at least two knots, got {len(ligament.x)}", key=f"{key}.x")
-    if len(ligament.x) != len(ligament.y):
-        raise SceneError(
-            f"{number_of(len(ligament.y), 'tension')} for {number_of(len(ligament.x), 'length')}", key=f"{key}.y"
-        )
-    check_size("knots", len(ligament.x), lambda message: SceneError(message, key=f"{key}.x"))
-    checks.increasing(f"{key}.x", ligament.x, "lengths")
+    check_knots(checks, key, ligament, "a ligament", "tension", "length")
     checks.not_negative(key, ligament, "dissipation")
+
+
+def check_knots(checks: Checks, key: str, curve: Ligament | Spline, what: str, value: str, place: str) -> None:
+    """Two knots at least, in order, with a value for each place.
+
+    Raises:
+        SceneError: they are not, with the key.
+    """
+    if len(curve.x) < 2:
+        raise SceneError(f"{what} needs at least two knots, got {len(curve.x)}", key=f"{key}.x")
+    if len(curve.x) != len(curve.y):
+        raise SceneError(f"{number_of(len(curve.y), value)} for {number_of(len(curve.x), place)}", key=f"{key}.y")
+    check_size("knots", len(curve.x), lambda message: SceneError(message, key=f"{key}.x"))
+    checks.increasing(f"{key}.x", curve.x, f"{place}s")
 
 
 def _strain(part: Muscle | MuscleModel, model: MuscleModel, field: str, curves: str) -> Any:
@@ -162,6 +178,25 @@ def _curves(checks: Checks, key: str, shape: CurveShape, tendon_strain: float, p
         _thelen(checks, key, shape)
     elif isinstance(shape, MujocoCurves):
         _mujoco(checks, key, shape)
+    elif isinstance(shape, SplineCurves):
+        _splines(checks, key, shape)
+
+
+def _splines(checks: Checks, key: str, shape: SplineCurves) -> None:
+    """Curves go through knots in order; those of tendon and speed rise, or no fibre would be in equilibrium."""
+    for name in ("active", "passive", "tendon", "velocity"):
+        curve = getattr(shape, name)
+        if curve is not None:
+            check_knots(checks, f"{key}.{name}", curve, "the curve", "value", "place")
+    places = np.linspace(0.0, 1.0, 2001)
+    tendon = rates(Displacement((1.0, 0.0, 0.0), x=shape.tendon.x, y=[*shape.tendon.y], ends=shape.tendon.ends), places)
+    if tendon[0].max() < 1.0 or np.any(np.diff(tendon[0]) < -ROUNDED):
+        message = "must rise, and be 1 or more at some strain up to 1, as that of a tendon"
+        raise SceneError(message, key=f"{key}.tendon.y")
+    if shape.velocity is not None and any(
+        after < before for before, after in itertools.pairwise(shape.velocity.y)
+    ):  # fmt: skip
+        raise SceneError("must not fall: a fibre that lengthens faster pulls more", key=f"{key}.velocity.y")
 
 
 def _mujoco(checks: Checks, key: str, shape: MujocoCurves) -> None:

@@ -48,7 +48,7 @@ def check_needs(scene: Scene, term: str, key: str) -> None:
         raise SceneError("there is no gait to track: name one in [tracking]", key=key)
     if term in NORM_TERMS:
         _check_legs(scene, key)
-    if term == "norm_moments" and scene.objective.gait == "run":
+    if term == "norm_moments" and scene.objective.gait == "run" and scene.norms is None:
         raise SceneError("people's moments are known of walking only, and the scene means a run", key=key)
     if term == "step_width" and scene.feet is None:
         raise SceneError("there are no feet whose steps have a width", key=key)

@@ -88,6 +88,7 @@ class _Check(Checks):
         check_objective(self, "objective", scene.objective)
         check_robustness(self, "robustness", scene.robustness)
         self.tracking(scene)
+        self.recorded_norms(scene)
         check_control_rate(self)
         check_stages(self)
         self.opensim(scene)
@@ -137,7 +138,22 @@ class _Check(Checks):
             raise SceneError("give either a scene or a file to track", key="tracking")
         for index, joint in enumerate(tracking.joints):
             known(joint, scene.character.joints, "joint", f"tracking.joints.{index}")
+        for joint, weight in tracking.weights.items():
+            known(joint, scene.character.joints, "joint", f"tracking.weights.{joint}")
+            if weight < 0.0:
+                raise SceneError(f"must not be negative, is {weight:g}", key=f"tracking.weights.{joint}")
         self.not_negative("tracking", tracking, "start", "replay")
+
+    def recorded_norms(self, scene: Scene) -> None:
+        """Recorded gait cycles have a file; counts are counts."""
+        if scene.norms is None:
+            return
+        if not scene.norms.file:
+            raise SceneError("name a result file with motions", key="norms.file")
+        self.not_negative("norms", scene.norms, "start")
+        for index, number in enumerate(scene.norms.replays):
+            if number < 0:
+                raise SceneError(f"must be 0 at least, is {number}", key=f"norms.replays.{index}")
 
     def numbers(self) -> None:
         """Every number is finite and of a size that can be computed with; what a number follows is a free parameter."""
@@ -187,7 +203,12 @@ class _Check(Checks):
             raise SceneError(f"left and right are both {scene.feet[0]!r}", key=key)
 
     def initial_state(self, initial: InitialState, character: Character) -> None:
-        """Orientations are rotations, and joints exist."""
+        """Orientations are rotations, and joints exist; a file has been read by now."""
+        if initial.file:
+            raise SceneError("is read with the scene's own file, or by `--set`", key="initial_state.file")
+        for field in ("time", "replay"):
+            if getattr(initial, field):
+                raise SceneError("counts with initial_state.file only", key=f"initial_state.{field}")
         self.not_zero("initial_state.root_orientation", initial.root_orientation, "quaternion")
         for name, joint in initial.joints.items():
             key = f"initial_state.joints.{name}"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from warpmuscle.core.errors import Error
-from warpmuscle.core.files import shown
+from warpmuscle.core.files import read_file, shown, unreadable
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
@@ -21,6 +22,19 @@ PLACES = {
 }  # fmt: skip
 RADIUS = 0.1  # m, of gyration of a load
 NO_LOAD = 0.001  # kg
+MADE = "# Made by warpmuscle adaptation, which writes it anew each time.\n"
+
+
+def check_own(path: Path) -> None:
+    """Raise Error if there is a file in place of the sweep file that is to be written, and it is somebody's own."""
+    try:
+        own = read_file(path).startswith(MADE.encode())
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise Error(f"{path}: {unreadable(error)}") from None
+    if not own:
+        raise Error(f"{path}: would be replaced by the sweep of these conditions; name another --output, or move it")
 
 
 def sweep_text(
@@ -58,7 +72,7 @@ def sweep_text(
         for body in _bodies(record, scene) if record.load else ():
             lines.append(f'"character.bodies.load_on_{body}.mass" = {record.load * mass!r}')
             lines.append(f'"character.bodies.load_on_{body}.inertia" = {_inertia(record.load * mass)}')
-    return "\n".join(lines) + "\n"
+    return MADE + "\n".join(lines) + "\n"
 
 
 def _bodies(record: Record, scene: Scene) -> tuple[str, ...]:

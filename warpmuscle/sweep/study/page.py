@@ -64,7 +64,8 @@ def run_table(found: StudyResult) -> list[tuple[str, ...]]:
     """A row a run: name, seed, what sets it apart, whether it walked to the end, and all its measures."""
     axes = list(dict.fromkeys(axis for run in found.runs for axis in run.run.axes if axis != "seed"))
     units = {row.measure: row.unit for row in found.rows}
-    head = ("run", "seed", *axes, "walked", *(f"{name} ({unit})" if unit else name for name, unit in units.items()))
+    words = ("condition" if axis == "run" else axis for axis in axes)  # `run` is the name of all
+    head = ("run", "seed", *words, "walked", *(f"{name} ({unit})" if unit else name for name, unit in units.items()))
     rows = [head]
     for run in found.runs:
         values = (run.measures.get(name) for name in units)

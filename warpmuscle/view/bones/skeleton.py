@@ -17,10 +17,8 @@ from warpmuscle.view.hulls import Mesh
 AHEAD = np.array([0.0, 0.0, 1.0])
 ASIDE = np.array([1.0, 0.0, 0.0])
 RIBS = 9  # pairs
-ARM, FOREARM = (
-    0.11,
-    0.66,
-)  # m, shortest of a limb with a form of its own; of a forearm with its hand, the part before it
+ARM = 0.11  # m, shortest of a limb with a form of its own
+FOREARM = 0.66  # of a forearm with its hand, the part before it
 
 
 def _unit(vector: Floats) -> Floats:

@@ -1,0 +1,39 @@
+"""Which joints of a leg are hip, knee and ankle."""
+
+import pytest
+
+from warpmuscle.formats import toml
+from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import leg_joints
+
+HINGES = {"flexion": (-1.0, 0.0, 0.0), "adduction": (0.0, 0.0, 1.0), "rotation": (0.0, 1.0, 0.0)}
+
+
+def legs_of(order: list[str], mass_between: float = 0.0) -> Scene:
+    """A pelvis on two legs whose hips are three hinges, one below the other, with such a mass between them."""
+    lines = ['name = "legs"', "[character]", 'root = "pelvis"', 'feet = ["foot_l", "foot_r"]']
+    lines += ["[character.bodies.pelvis]", "mass = 10.0", "inertia = [0.1, 0.1, 0.1]"]
+    for side, x in (("l", 0.1), ("r", -0.1)):
+        between = [f"{name}_{side}" for name in order[:-1]]
+        chain = ["pelvis", *between, f"thigh_{side}", f"shank_{side}", f"foot_{side}"]
+        joints = [(name, HINGES[name]) for name in order] + [("knee", HINGES["flexion"]), ("ankle", HINGES["flexion"])]
+        for body in chain[1:]:
+            mass = mass_between if body in between else 1.0
+            lines += [f"[character.bodies.{body}]", f"mass = {mass}", f"inertia = [{mass / 9}, {mass / 9}, {mass / 9}]"]
+        for (name, axis), parent, child in zip(joints, chain[:-1], chain[1:], strict=True):
+            place = (x, 0.0, 0.0) if parent == "pelvis" else (0.0, -0.1, 0.0)
+            lines += [f"[character.joints.{name}_{side}]", 'type = "hinge"', f'parent = "{parent}"']
+            lines += [f'child = "{child}"', f"axes = [{list(axis)}]", f"position_in_parent = {list(place)}"]
+            lines += ["position_in_child = [0.0, 0.0, 0.0]"]
+    return toml.loads("\n".join(lines))
+
+
+@pytest.mark.parametrize("order", [["flexion", "adduction", "rotation"], ["rotation", "adduction", "flexion"]])
+def test_a_hip_of_three_hinges_bends_about_the_one_that_points_to_the_side(order):
+    scene = legs_of(order)
+    assert leg_joints(scene, 0) == ["flexion_l", "knee_l", "ankle_l"]
+    assert leg_joints(scene, 1) == ["flexion_r", "knee_r", "ankle_r"]
+
+
+def test_bodies_with_a_mass_between_hinges_make_joints_of_their_own():
+    assert leg_joints(legs_of(["flexion", "adduction", "rotation"], 0.5), 0) == ["rotation_l", "knee_l", "ankle_l"]

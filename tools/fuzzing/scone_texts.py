@@ -1,0 +1,108 @@
+"""A small scenario in SCONE's text, with its model, controller, start and tuned parameters."""
+
+LEG = """
+	body {{
+		name = leg_{s} mass = 8 inertia {{ x = 0.3 y = 0.02 z = 0.3 }}
+		joint {{
+			name = hip_{s} parent = trunk pos_in_parent {{ x = 0 y = -0.3 z = {z} }}
+			pos_in_child {{ x = 0 y = 0.4 z = 0 }}
+			limits {{ x = 0..0 y = 0..0 z = -60..90 }}
+		}}
+	}}
+	body {{
+		name = foot_{s} mass = 1.5 inertia {{ x = 0.004 y = 0.008 z = 0.008 }}
+		joint {{
+			name = ankle_{s} parent = leg_{s} pos_in_parent {{ x = 0 y = -0.45 z = 0 }}
+			pos_in_child {{ x = -0.05 y = 0.04 z = 0 }}
+			limit_stiffness = 200 limit_damping = 2 limits {{ x = 0..0 y = 0..0 z = -40..30 }}
+		}}
+	}}
+	point_path_muscle {{
+		name = calf_{s} max_isometric_force = 3000 optimal_fiber_length = 0.06 tendon_slack_length = 0.3
+		pennation_angle = 0.3
+		path [ {{ body = leg_{s} pos {{ x = -0.02 y = -0.05 z = 0 }} }}
+			{{ body = foot_{s} pos {{ x = -0.1 y = 0 z = 0 }} }} ]
+	}}
+	point_path_muscle {{
+		name = seat_{s} max_isometric_force = 2000 optimal_fiber_length = 0.12 tendon_slack_length = 0.15
+		path [ {{ body = trunk pos {{ x = -0.09 y = -0.2 z = {z} }} }}
+			{{ body = leg_{s} pos {{ x = -0.05 y = 0.22 z = 0 }} }} ]
+	}}
+	geometry {{ name = {s}_heel type = sphere radius = 0.03 body = foot_{s} pos {{ x = -0.08 y = -0.02 z = 0 }} }}
+	geometry {{ name = {s}_toe type = sphere radius = 0.03 body = foot_{s} pos {{ x = 0.08 y = -0.02 z = 0 }} }}
+	dof {{ name = thigh_{s} source = hip_rz_{s} range = -60..90 }}
+	dof {{ name = foot_{s} source = ankle_rz_{s} range = -40..30 }}
+"""
+MODEL = (
+    """model {
+	material { name = floor static_friction = 0.9 dynamic_friction = 0.6 stiffness = 6000 damping = 1 }
+	model_options { joint_stiffness = 1e6 joint_limit_stiffness = 500 }
+	body { name = ground mass = 0 inertia { x = 0 y = 0 z = 0 } }
+	body { name = trunk mass = 40 inertia { x = 2 y = 1 z = 1.5 } mesh { file = trunk.vtp } }
+	geometry { name = floor type = plane body = ground normal { x = -1 y = 0 z = 0 } ori { x = 0 y = 0 z = -90 } }
+	dof { name = tilt source = trunk_rz } dof { name = trunk_x source = trunk_tx }
+	dof { name = trunk_y source = trunk_ty }
+"""
+    + LEG.format(s="r", z=0.1)
+    + LEG.format(s="l", z=-0.1)
+    + "}\n"
+)
+CONTROLLER = """
+# Two kinds of reflexes in stance, two in swing
+GaitStateController {
+	stance_load_threshold = ~0.1<0.001,1>
+	symmetric = 1
+	ConditionalControllers {
+		ConditionalController {
+			states = "EarlyStance LateStance Liftoff"
+			ReflexController {
+				MuscleReflex { target = calf delay = 0.020 KF = ~1.2<-10,10> C0 = 0.05 }
+				Reflexes {
+					DofReflex { target = seat source = tilt delay = 0.005 KP = ~1.9<-10,10> KV = 0.4 P0 = -0.1 }
+				}
+			}
+		}
+		ConditionalController {
+			states = "Swing Landing"
+			ReflexController {
+				MuscleReflex { target = seat source = calf delay = 0.01 KL = ~2<-10,10> L0 = 0.7 KV = 0.1 }
+				ConditionalMuscleReflex { target = calf delay = 0.01 C0 = 0.02 KF = 0.7
+					dof = foot pos_max = ~-0.1<-1,1> }
+			}
+		}
+	}
+}
+"""
+SCENARIO = """
+CmaOptimizer {
+	min_progress = 1e-4
+	SimulationObjective {
+		max_duration = 0.8
+		auto_std_factor = 0.02
+		ModelHyfydy {
+			model_file = data/pair.hfd
+			state_init_file = data/start.zml
+			initial_state_offset = 0~0.01<-0.5,0.5>
+			initial_state_offset_exclude = "*_x;*_y;*_u"
+			fixed_control_step_size = 0.005
+		}
+		<< data/controller.scone >>
+		CompositeMeasure {
+			GaitMeasure { weight = 100 termination_height = 0.5 min_velocity = 1 }
+			EffortMeasure { weight = 0.1 measure_type = Wang2012 use_cost_of_transport = 1 }
+		}
+	}
+}
+"""
+START = """
+values { tilt = -0.05 thigh_r = 0.35 foot_r = 0.05 thigh_l = -0.15 foot_l = 0.02 }
+velocities { tilt = -0.1 trunk_x = 1.1 thigh_r = -1.5 thigh_l = 0.8 }
+"""
+PARAMETERS = """\
+stance_load_threshold 0.2 0.2 0.01
+S00111.calf.KF 1.6 1.5 0.1
+S00111.seat-tilt.KP -0.5 0.0 0.1
+S11000.calf-foot.pos_max -0.3 0.0 0.1
+tilt.offset 0.02 0.0 0.01
+initial_load 0.5 0.5 0.1
+"""

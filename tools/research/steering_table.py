@@ -1,0 +1,164 @@
+"""How well the walking controller does what it is told: speeds, turns, stops, other bodies, ground that it has not seen.
+
+For docs/how-to/steer-a-walk.md.
+
+python tools/research/steering_table.py                tables in Markdown; minutes of two cores
+python tools/research/steering_table.py --runs 5       of fewer walks each
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+import typer
+
+import warpmuscle as wm
+from warpmuscle.scene import Scene, Terrain
+from warpmuscle.scene.sizes.sized import sized
+from warpmuscle.scene.sizes.together import together
+from warpmuscle.scene.terrain.tiles import Rough
+
+SPEEDS = (0.2, 0.5, 0.8, 1.1, 1.4, 1.6, 1.8)
+NOISE = 0.1  # m/s, of each component of the root's velocity at the start
+SECONDS, SETTLED = 12.0, 6.0  # s, and from when on it is measured
+TURN_AT, TURN_IN, QUARTER = 5.0, 3.0, 0.5 * np.pi
+BODIES = ((1.2, 28.0), (1.4, 40.0), (1.6, 60.0), (1.75, 70.4), (1.9, 110.0), (2.0, 90.0))
+
+
+def value(recording: Any, name: str) -> np.ndarray:
+    """One of the controller's recorded values, (frames,)."""
+    return np.asarray(recording.controller_value[:, recording.controller_value_names.index(name)])
+
+
+def ran(scene: Scene, runs: int, duration: float, **commands: Any) -> wm.Rollout:
+    """Disturbed walks, all of them recorded."""
+    rollout = wm.Rollout(msgspec.structs.replace(scene, duration=duration), runs, "cpu", record=range(runs))
+    if commands:
+        rollout.set_commands(commands)
+    rollout.reset(velocity_noise=NOISE, seed=1)
+    rollout.run()
+    return rollout
+
+
+def upright(rollout: wm.Rollout) -> np.ndarray:
+    """Which of them came to the end."""
+    return np.asarray(rollout.status()) == wm.Status.COMPLETED
+
+
+def clearances(recording: Any) -> np.ndarray:
+    """The least clearance of each swing's middle half, m."""
+    phase, clearance, stance = (value(recording, name) for name in ("phase", "clearance", "stance"))
+    steps = np.flatnonzero(np.diff(stance) != 0.0) + 1
+    found = []
+    for first, end in zip(steps[:-1], steps[1:], strict=True):
+        middle = (phase[first:end] > 0.25) & (phase[first:end] < 0.65)
+        if middle.any() and recording.time[first] > SETTLED:
+            found.append(clearance[first:end][middle].min())
+    return np.array(found)
+
+
+def speeds(scene: Scene, runs: int) -> None:
+    """How fast it walks that is to walk at a speed."""
+    print("| asked for, m/s | upright | walks at, m/s | error | steps/s | foot clearance, cm |")
+    print("|---|---|---|---|---|---|")
+    rollout = ran(scene, runs * len(SPEEDS), SECONDS, speed=np.repeat(SPEEDS, runs))
+    well = upright(rollout).reshape(len(SPEEDS), runs)
+    for row, asked in enumerate(SPEEDS):
+        walks = [rollout.recording(row * runs + run) for run in np.flatnonzero(well[row])]
+        if not walks:
+            print(f"| {asked:.1f} | 0 of {runs} | | | | |")
+            continue
+        late = [walk.time > SETTLED for walk in walks]
+        speed = np.mean([walk.com_velocity[part, 2].mean() for walk, part in zip(walks, late, strict=True)])
+        steps = np.mean(
+            [(np.diff(value(walk, "stance")[part]) != 0).sum() for walk, part in zip(walks, late, strict=True)]
+        )
+        least = np.concatenate([clearances(walk) for walk in walks])
+        print(
+            f"| {asked:.1f} | {len(walks)} of {runs} | {speed:.2f} | {speed - asked:+.2f} |"
+            f" {steps / (SECONDS - SETTLED):.2f} | {100 * np.median(least):.1f} |"
+        )
+
+
+def turned(recording: Any) -> np.ndarray:
+    """Heading of the pelvis over time, rad, to the left."""
+    x, y, z, w = np.moveaxis(recording.root_orientation, -1, 0)
+    return np.unwrap(2.0 * np.arctan2(y, w))
+
+
+def turns(scene: Scene, runs: int) -> None:
+    """How it turns by 90 degrees in 3 s."""
+    print("\n| speed, m/s | upright | turning rate, degrees/s | behind in the middle, degrees | error after 2 s, degrees |")
+    print("|---|---|---|---|---|")
+    for asked in (0.5, 0.8, 1.1, 1.4):
+        told = msgspec.convert(msgspec.to_builtins(scene), type(scene))
+        told.commands["heading"].over = [(TURN_AT, 0.0), (TURN_AT + TURN_IN, QUARTER)]
+        rollout = ran(told, runs, TURN_AT + TURN_IN + 3.0, speed=asked)
+        walks = [rollout.recording(run) for run in np.flatnonzero(upright(rollout))]
+        if not walks:
+            print(f"| {asked:.1f} | 0 of {runs} | | | |")
+            continue
+        rates, behind, error = [], [], []
+        for walk in walks:
+            angle, time = turned(walk), walk.time
+            during = (time > TURN_AT + 0.5) & (time < TURN_AT + TURN_IN)
+            rates.append(np.polyfit(time[during], angle[during], 1)[0])
+            middle = np.abs(time - TURN_AT - 0.5 * TURN_IN) < 0.4
+            behind.append(0.5 * QUARTER - angle[middle].mean())
+            error.append(angle[time > TURN_AT + TURN_IN + 2.0].mean() - QUARTER)
+        rate, lag, last = (np.degrees(np.mean(numbers)) for numbers in (rates, behind, np.abs(error)))
+        print(f"| {asked:.1f} | {len(walks)} of {runs} | {rate:.1f} | {lag:.1f} | {last:.1f} |")
+
+
+def bodies(scene: Scene, runs: int) -> None:
+    """Bodies of other sizes on the same numbers."""
+    print("\n| height, m | mass, kg | upright | walks at, m/s |")
+    print("|---|---|---|---|")
+    own = [sized(scene, height, mass) for height, mass in BODIES for _ in range(runs)]
+    count = len(own)
+    rollout = wm.Rollout(msgspec.structs.replace(scene, duration=SECONDS), count, "cpu", record=range(count))
+    rollout.change(together(own))
+    rollout.reset(velocity_noise=NOISE, seed=1)
+    rollout.run()
+    well = upright(rollout).reshape(len(BODIES), runs)
+    for row, (height, mass) in enumerate(BODIES):
+        walks = [rollout.recording(row * runs + run) for run in np.flatnonzero(well[row])]
+        speed = np.mean([walk.com_velocity[walk.time > SETTLED, 2].mean() for walk in walks]) if walks else np.nan
+        print(f"| {height:.2f} | {mass:g} | {len(walks)} of {runs} | {speed:.2f} |")
+
+
+def unseen(scene: Scene, runs: int) -> None:
+    """Ground that nobody has seen, another piece of it for each walk."""
+    print("\n| bumps, cm, 30 cm apart | upright, feet see the ground | upright, feet do not |")
+    print("|---|---|---|")
+    across = np.random.default_rng(0).uniform(0.0, 30.0, runs)
+    for height in (0.02, 0.03, 0.05):
+        found = []
+        for sight in (1.0, 0.0):
+            ground = msgspec.structs.replace(
+                scene.ground, terrain=Terrain([Rough(height=height, spacing=0.3)], z=0.0, clearance=0.3)
+            )
+            over = msgspec.convert(msgspec.to_builtins(msgspec.structs.replace(scene, ground=ground)), type(scene))
+            over.controller.parameters["sight"] = sight
+            rollout = wm.Rollout(msgspec.structs.replace(over, duration=SECONDS), runs, "cpu")
+            numeric = msgspec.structs.replace(over.ground, terrain=msgspec.structs.replace(over.ground.terrain, z=across))
+            rollout.change(msgspec.structs.replace(over, ground=numeric))
+            rollout.reset(velocity_noise=NOISE, seed=1)
+            rollout.run()
+            found.append(int(upright(rollout).sum()))
+        print(f"| {100 * height:.0f} | {found[0]} of {runs} | {found[1]} of {runs} |")
+
+
+def main(runs: Annotated[int, typer.Option(help="walks of each row")] = 20) -> None:
+    """Print the tables of the page."""
+    scene = wm.load("steer")
+    speeds(scene, runs)
+    turns(scene, runs)
+    bodies(scene, runs)
+    unseen(scene, runs)
+
+
+if __name__ == "__main__":
+    typer.run(main)

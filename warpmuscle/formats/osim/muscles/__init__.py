@@ -1,0 +1,5 @@
+"""Classes of muscles that OpenSim no longer recommends, and what stands in for them.
+
+May import: core, scene, formats.osim, formats.lines.
+To add: a class of muscles to `stand_ins.STOOD_FOR`, and its curves' defaults to `old_curves`.
+"""

@@ -1,0 +1,65 @@
+"""Which place near the one that is wanted bears a whole foot, on ground with edges."""
+
+import warp as wp
+
+from warpmuscle.kernels.control.walking.body import ground_height
+from warpmuscle.kernels.control.walking.parameters import FOOTHOLD, HEEL, LEG, PHASE, TOE
+from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.structs import ModelRef
+
+PLACES = wp.constant(8)  # that are tried ahead of the wanted one, and as many behind it
+FARTHEST = wp.constant(0.25)  # L, of these
+SAMPLES = wp.constant(6)  # points along a sole
+UNEVEN = wp.constant(12.0)  # m for each metre by which the ground is from straight below a sole: what it may cost to avoid that
+MARGIN = wp.constant(0.03)  # m, before and behind a sole, by which feet may miss their places
+BACKWARDS = wp.constant(2.0)
+STEADY = wp.constant(0.7)  # m for each metre by which a plan is changed at the end of a step
+STEEPEST = wp.constant(0.35)  # of ground that a sole may lie along
+TOLERATED = wp.constant(0.01)  # m, of these
+
+
+@func
+def foothold_cost(shift: float, unevenness: float, moved: float, phase: float) -> float:
+    """What a place costs, m: how far it is away, how uneven the ground is there, and that plans are changed late.
+
+    What is behind the wanted place costs twice as much, for there a body falls on faster.
+
+    Args:
+        shift: m, how far the place is ahead of the wanted one. moved: m, and of what was planned a moment ago.
+    """
+    away = wp.where(shift < 0.0, -BACKWARDS * shift, shift)
+    return away + UNEVEN * wp.max(unevenness - TOLERATED, 0.0) + STEADY * phase * wp.abs(moved)
+
+
+@func
+def unevenness(instance: int, ankle: wp.vec3, forwards: wp.vec3, model: ModelRef, memory: wp.array[float]) -> float:
+    """How far points of the ground along a sole are from a straight line with at most a slope's incline, m."""
+    heel = ankle + forwards * (memory[HEEL] - MARGIN)
+    toe = ankle + forwards * (memory[TOE] + MARGIN)
+    long = memory[TOE] - memory[HEEL] + 2.0 * MARGIN
+    low = ground_height(instance, heel[0], heel[2], model)
+    rise = wp.clamp(ground_height(instance, toe[0], toe[2], model) - low, -STEEPEST * long, STEEPEST * long)
+    most = wp.float32(0.0)
+    for i in range(SAMPLES + 1):
+        share = float(i) / float(SAMPLES)
+        point = heel + forwards * (long * share)
+        height = ground_height(instance, point[0], point[2], model)
+        most = wp.max(most, wp.abs(height - low - rise * share))
+    return most
+
+
+@func
+def best_shift(instance: int, wanted: wp.vec3, forwards: wp.vec3, model: ModelRef, memory: wp.array[float]) -> float:
+    """How far ahead of the wanted place of an ankle the foot does best to come down, m; of equals the nearest."""
+    best = wp.float32(0.0)
+    least = wp.float32(1.0e30)
+    before = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
+    for i in range(2 * PLACES + 1):
+        shift = FARTHEST * memory[LEG] * float(i - PLACES) / float(PLACES)
+        place = wanted + forwards * shift
+        moved = wp.dot(place - before, forwards)
+        cost = foothold_cost(shift, unevenness(instance, place, forwards, model, memory), moved, memory[PHASE])
+        if cost < least:
+            least = cost
+            best = shift
+    return best

@@ -1,0 +1,355 @@
+"""Which torques make what the walking controller wants: PD, gravity borne beforehand, virtual forces, the pelvis upright."""
+
+import warp as wp
+
+from warpmuscle.kernels.algebra.angles import pd_error
+from warpmuscle.kernels.body.joint import hinge_rotation
+from warpmuscle.kernels.contact.contact import body_weight
+from warpmuscle.kernels.control.joint_values import joint_coordinate, joint_speed
+from warpmuscle.kernels.control.simbicon_equations import stance_share
+from warpmuscle.kernels.control.walking.body import (
+    Leg,
+    add_torque,
+    carried_mass,
+    carried_moment,
+    carry,
+    ground_height,
+    leg_of,
+    torque_on,
+)
+from warpmuscle.kernels.control.walking.leg import knee_angle, thigh_rotation, turned
+from warpmuscle.kernels.control.walking.parameters import (
+    CLEARANCE,
+    FOOTHOLD,
+    HALF_WIDTH,
+    HEEL,
+    KNEE,
+    LEG,
+    LIFTED,
+    LOAD,
+    PHASE,
+    SOLE,
+    SPEED,
+    STANCE,
+    STANDS,
+    TOE,
+    Walking,
+    WalkingJoint,
+)
+from warpmuscle.kernels.control.walking.plan import facing, middle_of_foot, standing_share, step_duration, swing_side
+from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, STRAIGHTENS, lift, progress, way_height
+from warpmuscle.kernels.control.walking.virtual_forces import force_torque, gravity_torque, within_foot
+from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.structs import LEFT, ModelRef, ScratchRef, StateRef, at
+
+
+GRIP = wp.constant(0.15)  # of a foot's length: the lever of the torque that friction bears about the vertical
+
+
+@wp.struct
+class Units:
+    """What relative numbers are multiplied by."""
+
+    stiffness: float  # N m/rad
+    damping: float  # N m s/rad
+    force: float  # N s/m, of forces for a speed
+    weight: float  # N
+
+
+@func
+def units_of(instance: int, model: ModelRef, memory: wp.array[float]) -> Units:
+    """Those of a body."""
+    u = Units()
+    gravity = at(model.gravity, instance, 0)
+    time = wp.sqrt(memory[LEG] / gravity)
+    u.weight = body_weight(instance, model)
+    u.stiffness = u.weight * memory[LEG]
+    u.damping = u.stiffness * time
+    u.force = u.weight / gravity / time
+    return u
+
+
+@func
+def pull_to(body: int, target: wp.quat, relative: wp.vec3, kp: float, kd: float, work: ScratchRef) -> wp.vec3:
+    """PD torque on a body towards an orientation, world, N m: kp error - kd velocity.
+
+    Args:
+        target: world. relative: angular velocity that is damped, rad/s, world.
+    """
+    return work.rotation[body] * pd_error(work.orientation[body], target) * kp - relative * kd
+
+
+@func
+def turn_by(v: wp.vec3) -> wp.quat:
+    """The rotation about a vector by its length, rad."""
+    angle = wp.length(v)
+    if angle < 1.0e-6:
+        return wp.quat(0.0, 0.0, 0.0, 1.0)
+    return hinge_rotation(v / angle, angle)
+
+
+@func
+def hold_joint(
+    body: int, own: WalkingJoint, lean: float, ahead: float, u: Units, model: ModelRef, work: ScratchRef,
+    memory: wp.array[float],
+) -> wp.vec3:  # fmt: skip
+    """Torque on a body that is of no leg, or a toe: PD towards its place.
+
+    Args:
+        ahead: rad, by which the left thigh is ahead of the right one.
+    """
+    parent = model.skeleton.plan[body].parent
+    base = work.orientation[parent]
+    if own.upright > 0.5:
+        base = facing(memory) * hinge_rotation(wp.vec3(1.0, 0.0, 0.0), lean)
+    target = base * turn_by(wp.vec3(own.swing * ahead, 0.0, 0.0)) * turn_by(wp.vec3(own.x, own.y, own.z))
+    relative = work.angular_velocity[body] - work.angular_velocity[parent]
+    return pull_to(body, target, relative, own.kp * u.stiffness, own.kd * u.damping, work)
+
+
+@func
+def hinge_pull(
+    instance: int, body: int, angle: float, own: WalkingJoint, u: Units, model: ModelRef, state: StateRef,
+    work: ScratchRef,
+) -> wp.vec3:  # fmt: skip
+    """PD torque of a hinge towards an angle on the body that it carries, world, N m."""
+    error = angle - joint_coordinate(instance, body, 0, model, state)
+    effort = own.kp * u.stiffness * error - own.kd * u.damping * joint_speed(instance, body, 0, model, state)
+    return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a * effort
+
+
+@func
+def ankle_wanted(
+    instance: int, phase: float, parameters: Walking, model: ModelRef, memory: wp.array[float]
+) -> wp.vec3:
+    """Where the ankle that swings is to be at a phase, world, m."""
+    lifted = wp.vec3(memory[LIFTED], memory[LIFTED + 1], memory[LIFTED + 2])
+    foothold = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
+    place = lifted + (foothold - lifted) * progress(phase, 0.0, ARRIVES)
+    height = way_height(phase, lifted[1], foothold[1]) + parameters.step_height * memory[LEG] * lift(phase)
+    height -= BELOW * memory[LEG] * wp.max(phase - ARRIVES, 0.0)
+    if parameters.sight > 0.0 and phase < ARRIVES:
+        forwards = wp.quat_rotate(facing(memory), wp.vec3(0.0, 0.0, 1.0))
+        highest = ground_height(instance, place[0], place[2], model)
+        toe = place + forwards * (memory[TOE] + 0.1 * memory[LEG] * (1.0 - phase))
+        heel = place + forwards * memory[HEEL]
+        highest = wp.max(highest, ground_height(instance, toe[0], toe[2], model))
+        highest = wp.max(highest, ground_height(instance, heel[0], heel[2], model))
+        over = highest + memory[SOLE] + 0.5 * parameters.step_height * memory[LEG]
+        height = wp.max(height, height + (over - height) * progress(phase, 0.0, 0.25))
+    return wp.vec3(place[0], height, place[2])
+
+
+@func
+def thigh_target(
+    instance: int, leg: Leg, to_ankle: wp.vec3, angle: float, model: ModelRef, memory: wp.array[float]
+) -> wp.quat:
+    """Orientation of a thigh, world, at which its knee, at an angle, puts the ankle there, and bends forwards."""
+    row = at(model.skeleton.row, instance, leg.shank)
+    own_to_ankle = row.anchor + turned(at(model.skeleton.row, instance, leg.foot).anchor, row.axis_a, angle)
+    axis = wp.quat_rotate(facing(memory), row.axis_a)
+    return wp.quat_from_matrix(thigh_rotation(to_ankle, axis, own_to_ankle, row.axis_a))
+
+
+@func
+def lead_of(own: WalkingJoint, u: Units) -> float:
+    """How far ahead of now PD must aim, s, not to lag behind what moves: kd / kp."""
+    return own.kd * u.damping / wp.max(own.kp * u.stiffness, 1.0e-6)
+
+
+@func
+def ankle_from_hip(
+    instance: int, leg: Leg, lead: float, duration: float, parameters: Walking, model: ModelRef, work: ScratchRef,
+    memory: wp.array[float],
+) -> wp.vec3:  # fmt: skip
+    """Where the ankle that swings is to be in a moment, from where its hip is then, world, m."""
+    place = ankle_wanted(instance, memory[PHASE] + lead / duration, parameters, model, memory)
+    return place - work.position[leg.thigh] - work.velocity[leg.thigh] * lead
+
+
+@func
+def swing_leg(
+    instance: int, leg: Leg, parameters: Walking, joints: wp.array[WalkingJoint], u: Units, model: ModelRef,
+    state: StateRef, work: ScratchRef, memory: wp.array[float],
+):  # fmt: skip
+    """Torques of the leg that swings: its ankle is to be where the foot's way has it, its sole level."""
+    gravity = at(model.gravity, instance, 0)
+    duration = step_duration(parameters, memory[SPEED], memory[LEG], gravity)
+    hip = joints[leg.thigh]
+    knee = joints[leg.shank]
+    ankle = joints[leg.foot]
+    bend = ankle_from_hip(instance, leg, lead_of(knee, u), duration, parameters, model, work, memory)
+    knee_row = at(model.skeleton.row, instance, leg.shank)
+    shank = at(model.skeleton.row, instance, leg.foot).anchor
+    sense = wp.where(at(model.skeleton.limits, instance, leg.shank).sine[0] < 0.0, -1.0, 1.0)
+    angle = knee_angle(wp.length(bend), knee_row.anchor, shank, knee_row.axis_a, sense)
+    reach = ankle_from_hip(instance, leg, lead_of(hip, u), duration, parameters, model, work, memory)
+    straight = knee_angle(wp.length(reach), knee_row.anchor, shank, knee_row.axis_a, sense)
+    target = thigh_target(instance, leg, reach, straight, model, memory)
+    spin = work.angular_velocity[leg.thigh]
+    torque = pull_to(leg.thigh, target, spin, hip.kp * u.stiffness, hip.kd * u.damping, work)
+    add_torque(leg.thigh, torque, memory)
+    add_torque(leg.shank, hinge_pull(instance, leg.shank, angle, knee, u, model, state, work), memory)
+    level = facing(memory) * hinge_rotation(wp.vec3(1.0, 0.0, 0.0), -parameters.toe_up * progress(memory[PHASE], 0.3, 1.0))
+    spin = work.angular_velocity[leg.foot]
+    torque = pull_to(leg.foot, level, spin, ankle.kp * u.stiffness, ankle.kd * u.damping, work)
+    add_torque(leg.foot, torque, memory)
+    for n in range(3):
+        body = wp.where(n == 0, leg.thigh, wp.where(n == 1, leg.shank, leg.foot))
+        borne = gravity_torque(carried_mass(body, memory), carried_moment(body, memory), work.position[body], gravity)
+        add_torque(body, borne, memory)
+    sole = work.position[leg.foot] - wp.vec3(0.0, memory[SOLE], 0.0)
+    memory[CLEARANCE] = sole[1] - ground_height(instance, sole[0], sole[2], model)
+
+
+@func
+def balance_force(parameters: Walking, u: Units, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> wp.vec3:
+    """Virtual force on the centre of mass, world, N: it has the wanted speed, or stays between both feet."""
+    frame = facing(memory)
+    velocity = wp.quat_rotate_inv(frame, work.center[1])
+    force = wp.vec3(0.0)
+    if memory[STANCE] == STANDS:
+        middle = 0.5 * (
+            middle_of_foot(model.feet.left, parameters, memory, work) + middle_of_foot(model.feet.right, parameters, memory, work)
+        )
+        off = wp.quat_rotate_inv(frame, work.center[0] - middle)
+        per_metre = 2.0 * u.weight / memory[LEG]
+        force = wp.vec3(0.0, 0.0, -off[2] * per_metre - 2.0 * u.force * velocity[2])
+    else:
+        force = wp.vec3(0.0, 0.0, parameters.speed_gain * u.force * (memory[SPEED] - velocity[2]))
+    return wp.quat_rotate(frame, force)
+
+
+@func
+def stance_leg(
+    instance: int, side: int, share: float, parameters: Walking, joints: wp.array[WalkingJoint], u: Units,
+    model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float],
+):  # fmt: skip
+    """Torques of knee and ankle of a leg that stands: straight, with its share of virtual forces; the hip's come last."""
+    leg = leg_of(side, model)
+    knee = joints[leg.shank]
+    ankle = joints[leg.foot]
+    force = balance_force(parameters, u, model, work, memory) * share
+    along_leg = wp.normalize(work.position[leg.thigh] - work.position[leg.foot])
+    bears = along_leg * (parameters.weight_support * u.weight * share)
+    bent = parameters.stance_knee
+    if memory[STANCE] != STANDS:
+        bent = memory[KNEE] + (bent - memory[KNEE]) * progress(memory[PHASE], 0.0, STRAIGHTENS)
+    torque = hinge_pull(instance, leg.shank, bent, knee, u, model, state, work)
+    torque += force_torque(bears, work.position[leg.thigh], work.position[leg.shank])
+    add_torque(leg.shank, torque, memory)
+    load = memory[LOAD + side]
+    rotation = work.rotation[leg.foot]
+    spin = work.angular_velocity[leg.foot] - work.angular_velocity[leg.shank]
+    torque = force_torque(force, work.center[0], work.position[leg.foot]) - spin * (ankle.kd * u.damping)
+    load *= parameters.sole_use
+    within = within_foot(wp.transpose(rotation) * torque, load, memory[HEEL], memory[TOE], memory[HALF_WIDTH])
+    loaded = wp.clamp(memory[LOAD + side] / (0.2 * u.weight), 0.0, 1.0)
+    level = pull_to(
+        leg.foot, facing(memory), work.angular_velocity[leg.foot], ankle.kp * u.stiffness, ankle.kd * u.damping, work
+    )
+    add_torque(leg.foot, rotation * within * loaded + level * (1.0 - 0.7 * loaded), memory)
+
+
+@func
+def borne_by_hip(instance: int, thigh: int, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> wp.vec3:
+    """Torque on the pelvis that bears all but the leg that stands about the hip of that, N m."""
+    mass = carried_mass(0, memory) - carried_mass(thigh, memory)
+    moment = carried_moment(0, memory) - carried_moment(thigh, memory)
+    return gravity_torque(mass, moment, work.position[thigh], at(model.gravity, instance, 0))
+
+
+@func
+def keep_grip(
+    instance: int, side: int, joints: wp.array[WalkingJoint], u: Units, model: ModelRef, state: StateRef,
+    work: ScratchRef, memory: wp.array[float],
+):  # fmt: skip
+    """Let a leg that stands turn about itself by no more than what its foot's friction bears.
+
+    A foot without load, which would spin, is turned forwards instead.
+    """
+    leg = leg_of(side, model)
+    hip = joints[leg.thigh]
+    to_ankle = work.position[leg.foot] - work.position[leg.thigh]
+    along = wp.normalize(to_ankle)
+    knee = joint_coordinate(instance, leg.shank, 0, model, state)
+    target = thigh_target(instance, leg, to_ankle, knee, model, memory)
+    spin = work.angular_velocity[leg.thigh]
+    forwards = wp.dot(along, pull_to(leg.thigh, target, spin, hip.kp * u.stiffness, hip.kd * u.damping, work))
+    now = wp.dot(along, torque_on(leg.thigh, memory))
+    most = GRIP * (memory[TOE] - memory[HEEL]) * memory[LOAD + side]
+    loaded = wp.clamp(memory[LOAD + side] / (0.5 * u.weight), 0.0, 1.0)
+    add_torque(leg.thigh, along * (wp.clamp(now, -most, most) - now + forwards * (1.0 - loaded)), memory)
+
+
+@func
+def turn_pelvis(
+    instance: int, share: float, parameters: Walking, u: Units, model: ModelRef, state: StateRef, work: ScratchRef,
+    memory: wp.array[float],
+):  # fmt: skip
+    """Give the hips what the pelvis needs to be upright on its heading, by their shares of the load (Yin 2007).
+
+    Args:
+        share: of the leg that stands, or of the left one, 0 to 1; -1: neither is loaded.
+    """
+    if share < 0.0:
+        return
+    side = 1 - swing_side(memory)
+    stance = leg_of(side, model).thigh
+    other = leg_of(1 - side, model).thigh
+    target = facing(memory) * hinge_rotation(wp.vec3(1.0, 0.0, 0.0), parameters.lean)
+    spin = work.angular_velocity[0]
+    on_pelvis = pull_to(0, target, spin, parameters.root_kp * u.stiffness, parameters.root_kd * u.damping, work)
+    turning = pull_to(0, target, spin, parameters.turn_kp * u.stiffness, parameters.turn_kd * u.damping, work)
+    on_pelvis[1] = turning[1]
+    on_pelvis += borne_by_hip(instance, stance, model, work, memory) * share
+    on_pelvis += borne_by_hip(instance, other, model, work, memory) * (1.0 - share)
+    plan = model.skeleton.plan[0]
+    for child in range(plan.first_child, plan.first_child + plan.child_count):
+        on_pelvis += torque_on(child, memory)
+    add_torque(stance, -on_pelvis * share, memory)
+    add_torque(other, -on_pelvis * (1.0 - share), memory)
+
+
+@func
+def thighs_apart(model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> float:
+    """By how much the left thigh is ahead of the right one, rad, about the axis across the heading."""
+    frame = facing(memory)
+    left = wp.quat_rotate_inv(frame, work.position[leg_of(0, model).shank] - work.position[leg_of(0, model).thigh])
+    right = wp.quat_rotate_inv(frame, work.position[leg_of(1, model).shank] - work.position[leg_of(1, model).thigh])
+    return wp.atan2(left[2], -left[1]) - wp.atan2(right[2], -right[1])
+
+
+@func
+def renew_torques(
+    instance: int, parameters: Walking, joints: wp.array[WalkingJoint], model: ModelRef, state: StateRef,
+    work: ScratchRef, memory: wp.array[float],
+):  # fmt: skip
+    """Torques of all joints on the bodies that they carry, into the memory."""
+    u = units_of(instance, model, memory)
+    carry(instance, model, work, memory)
+    left = leg_of(0, model)
+    right = leg_of(1, model)
+    ahead = thighs_apart(model, work, memory)
+    gravity = at(model.gravity, instance, 0)
+    for body in range(1, model.body_count):
+        of_left = body == left.thigh or body == left.shank or body == left.foot
+        if not (of_left or body == right.thigh or body == right.shank or body == right.foot):
+            held = hold_joint(body, joints[body], parameters.lean, ahead, u, model, work, memory)
+            place = work.position[body]
+            borne = gravity_torque(carried_mass(body, memory), carried_moment(body, memory), place, gravity)
+            add_torque(body, held + borne, memory)
+    side = 1 - swing_side(memory)
+    share = stance_share(memory[LOAD + side], memory[LOAD + 1 - side])
+    if memory[STANCE] == STANDS:
+        share = standing_share(instance, parameters, model, work, memory)
+        stance_leg(instance, side, share, parameters, joints, u, model, state, work, memory)
+        stance_leg(instance, 1 - side, 1.0 - share, parameters, joints, u, model, state, work, memory)
+        memory[CLEARANCE] = 0.0
+    else:
+        stance_leg(instance, side, 1.0, parameters, joints, u, model, state, work, memory)
+        swing_leg(instance, leg_of(1 - side, model), parameters, joints, u, model, state, work, memory)
+    turn_pelvis(instance, share, parameters, u, model, state, work, memory)
+    keep_grip(instance, side, joints, u, model, state, work, memory)
+    if memory[STANCE] == STANDS:
+        keep_grip(instance, 1 - side, joints, u, model, state, work, memory)

@@ -1,0 +1,86 @@
+"""How wanted accelerations and their weights become the reserve of a balance of forces, and accelerations again.
+
+With W = L L^T, K = L^-1 M: accelerations that give way by W^-1 M x to a multiplier x of forces need R x = K^T K x.
+"""
+
+import warp as wp
+
+from warpmuscle.kernels.functions import func
+
+LEAST_PIVOT = 1.0e-12  # of a diagonal entry
+
+
+@func
+def place(i: int, j: int) -> int:
+    """Where a lower half keeps the entry of row i and column j <= i."""
+    return (i * (i + 1) >> 1) + j
+
+
+@func
+def factorize(n: int, weight: wp.array[float], factor: wp.array[wp.float64]):
+    """The Cholesky factor of W, its diagonal inverted."""
+    for i in range(n):
+        for j in range(i):
+            s = wp.float64(weight[i * n + j])
+            for q in range(j):
+                s -= factor[place(i, q)] * factor[place(j, q)]
+            factor[place(i, j)] = s * factor[place(j, j)]
+        diagonal = wp.float64(weight[i * n + i])
+        s = diagonal
+        for q in range(i):
+            s -= factor[place(i, q)] * factor[place(i, q)]
+        factor[place(i, i)] = wp.float64(1.0) / wp.sqrt(wp.max(s, diagonal * wp.float64(LEAST_PIVOT)))
+
+
+@func
+def needed_forces(
+    n: int, mass: wp.array[float], bias: wp.array[float], wanted: wp.array[float], needed: wp.array[wp.float64]
+):
+    """Forces of wanted accelerations, M wanted + h."""
+    for i in range(n):
+        total = wp.float64(bias[i])
+        for s in range(n):
+            total += wp.float64(mass[i * n + s]) * wp.float64(wanted[s])
+        needed[i] = total
+
+
+@func
+def reserve_of(
+    n: int, mass: wp.array[float], factor: wp.array[wp.float64], square: wp.array[wp.float64],
+    reserve: wp.array[wp.float64],
+):  # fmt: skip
+    """R = M W^-1 M; `square` has room for L^-1 M."""
+    for s in range(n):
+        for i in range(n):
+            value = wp.float64(mass[i * n + s])
+            for q in range(i):
+                value -= factor[place(i, q)] * square[q * n + s]
+            square[i * n + s] = value * factor[place(i, i)]
+    for i in range(n):
+        for s in range(i + 1):
+            total = wp.float64(0.0)
+            for q in range(n):
+                total += square[q * n + i] * square[q * n + s]
+            reserve[place(i, s)] = total
+
+
+@func
+def accelerations(
+    n: int, mass: wp.array[float], wanted: wp.array[float], factor: wp.array[wp.float64], x: wp.array[wp.float64],
+    work: wp.array[wp.float64], acceleration: wp.array[float],
+):  # fmt: skip
+    """Accelerations wanted - W^-1 M x; `work` has room for n numbers."""
+    for i in range(n):
+        total = wp.float64(0.0)
+        for s in range(n):
+            total += wp.float64(mass[i * n + s]) * x[s]
+        for q in range(i):
+            total -= factor[place(i, q)] * work[q]
+        work[i] = total * factor[place(i, i)]
+    for back in range(n):
+        i = n - 1 - back
+        total = work[i]
+        for q in range(i + 1, n):
+            total -= factor[place(q, i)] * work[q]
+        work[i] = total * factor[place(i, i)]
+        acceleration[i] = wp.float32(wp.float64(wanted[i]) - work[i])

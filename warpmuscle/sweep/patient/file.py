@@ -1,0 +1,189 @@
+"""What a patient's file says.
+
+Example:
+    title = "A stiff brace on the left ankle"
+    scene = "walker.toml"               # that walks in the patient's place: a model of the patient, or one scaled to it
+    seeds = 6
+
+    [[recording]]                       # several strides; more make the patient's spread better known
+    motion = "walk1.h5"                 # of `warpmuscle inverse -o`; or coordinates or markers, and their model
+    events = { left = [0.5, 1.6, 2.7], right = [1.0, 2.1] }     # touch-downs, s; by default from the forces on the feet
+
+    [match]                             # the search for a walk like the patient's, and what it changes in the scene
+    candidates = 300
+    set = { "objective.cost_of_transport" = 1 }
+
+    [adapt]                             # the search that goes on from there with each change, and without one
+    candidates = 150
+    habit = 0.1
+
+    [[change]]
+    name = "brace"
+    "forces.left_brace" = { type = "bilinear_spring", joint = "lAnkle", parameters = { stiffness_below = 200 } }
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from warpmuscle.core.decoding import to_type
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats.toml import Source
+from warpmuscle.results.records import SearchOptions
+from warpmuscle.scene.validation.checks import near
+
+UNCHANGED = "no change"  # name of the walks that are searched for as those with a change are, without one
+LEAST_SPREAD = 2.0  # deg; errors of gait analysis up to 2 degrees count as none (McGinley 2009, Gait Posture 29:360)
+OPTIONS = tuple(option.name for option in fields(SearchOptions) if option.name != "restarts")
+
+
+class Recording(msgspec.Struct, forbid_unknown_fields=True):
+    """Strides of the patient."""
+
+    motion: str
+    model: str = ""  # that coordinates or markers are of
+    loads: str = ""  # forces on its feet
+    filter: float | None = None  # Hz
+    begin: float = 0.0  # s; strides that begin earlier do not count
+    events: dict[str, list[float]] = {}  # touch-downs, s, of `left` and `right`
+
+
+class Match(msgspec.Struct, forbid_unknown_fields=True):
+    """The search for a walk like the patient's."""
+
+    candidates: int = 300
+    population: int | None = None
+    sigma: float | None = 0.03
+    until: float | None = None
+    strategy: str = "cma"
+    duration: float = 6.0  # s, of each simulation
+    speed: float = 10.0  # weight of the error of the speed
+    set: dict[str, Any] = {}
+
+
+class Adapt(msgspec.Struct, forbid_unknown_fields=True):
+    """The search that goes on with a change."""
+
+    candidates: int = 150
+    population: int | None = None
+    sigma: float | None = 0.02
+    until: float | None = None
+    strategy: str = "cma"
+    habit: float = 0.1  # weight of staying like the patient, 1 as in the first search
+    set: dict[str, Any] = {}
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    scene: str
+    recording: list[Recording]
+    change: list[dict[str, Any]]
+    title: str = ""
+    text: str = ""
+    seeds: int = 6
+    speed: float | None = None  # m/s, of the patient
+    scaled: bool = True  # whether the scene's body gets the sizes and the mass of the patient's model
+    least_spread: float = LEAST_SPREAD
+    match: Match = msgspec.field(default_factory=Match)
+    adapt: Adapt = msgspec.field(default_factory=Adapt)
+
+
+@dataclass(frozen=True)
+class PatientFile:
+    """What is asked for, and where it stands."""
+
+    path: Path
+    source: Source
+    asked: _File
+
+    @property
+    def title(self) -> str:
+        return self.asked.title or self.path.stem
+
+    @property
+    def changes(self) -> dict[str, dict[str, Any]]:
+        """What each change sets, by its name."""
+        return {one["name"]: {key: value for key, value in one.items() if key != "name"} for one in self.asked.change}
+
+    def beside(self, name: str) -> Path:
+        """A file that it names, relative to it."""
+        return self.path.parent / name
+
+    def error(self, message: str, key: str) -> SceneError:
+        """An error at the place of a key."""
+        return self.source.placed(SceneError(message, key))
+
+
+def read(path: str | Path, seeds: int | None = None) -> PatientFile:
+    """The file of a patient.
+
+    Args:
+        seeds: so many in place of those of the file.
+
+    Raises:
+        SceneError: it cannot be read or used, with file, line and key.
+    """
+    path = Path(path)
+    source = Source.read(path)
+    try:
+        asked = to_type(source.data, _File)
+        if seeds is not None:
+            asked.seeds = seeds
+        _check(asked)
+    except SceneError as error:
+        raise source.placed(error) from None
+    return PatientFile(path, source, asked)
+
+
+def _check(asked: _File) -> None:
+    """Raise SceneError with the key of what makes no sense."""
+    if not asked.scene:
+        raise SceneError("name the scene that walks", key="scene")
+    for key in ("recording", "change"):
+        if not getattr(asked, key):
+            raise SceneError(f"there is no [[{key}]]; give one at least", key=key)
+    if not 1 <= asked.seeds <= 1000:
+        raise SceneError(f"are 1 to 1000, not {asked.seeds}", key="seeds")
+    for key, value in (("least_spread", asked.least_spread), ("speed", asked.speed)):
+        if value is not None and not 0.0 < value < 100.0:
+            raise SceneError(f"is greater than 0 and less than 100, not {value:g}", key=key)
+    if not 2.0 <= asked.match.duration <= 600.0:
+        raise SceneError(f"is 2 to 600 s, not {asked.match.duration:g}", key="match.duration")
+    for key, weight in (("match.speed", asked.match.speed), ("adapt.habit", asked.adapt.habit)):
+        if not 0.0 <= weight <= 1e6:
+            raise SceneError(f"is a weight from 0 to 1e6, not {weight:g}", key=key)
+    for index, recording in enumerate(asked.recording):
+        _check_recording(recording, f"recording.{index}")
+    names: list[str] = [UNCHANGED]
+    for index, change in enumerate(asked.change):
+        name, key = change.get("name"), f"change.{index}"
+        if not isinstance(name, str) or not name.strip():
+            raise SceneError("a change has a name", key=key)
+        if name in names:
+            raise SceneError(f"{name!r} is the name of another one", key=f"{key}.name")
+        if len(change) < 2:
+            raise SceneError("changes nothing; name keys of the scene and their values", key=key)
+        names.append(name)
+
+
+def _check_recording(recording: Recording, key: str) -> None:
+    """Raise SceneError if a recording is not told completely."""
+    result = Path(recording.motion).suffix.lower() in (".h5", ".hdf5")
+    for field in ("model", "loads", "filter"):
+        if result and getattr(recording, field):
+            raise SceneError("a result file has its own; leave this out", key=f"{key}.{field}")
+    if not result and not recording.model:
+        raise SceneError("coordinates and markers are of a model: name its file", key=f"{key}.model")
+    if not result and not recording.loads and not recording.events:
+        raise SceneError("name the forces on the feet, or give `events`", key=f"{key}.loads")
+    for side, times in recording.events.items():
+        if side not in ("left", "right"):
+            raise SceneError(f"no side is called {side!r}{near(side, ('left', 'right'))}", key=f"{key}.events")
+        if len(times) < 2 or any(b <= a for a, b in pairwise(times)):
+            raise SceneError("are two or more times, in order", key=f"{key}.events.{side}")
+    if recording.events and len(recording.events) < 2:
+        raise SceneError("name touch-downs of both sides", key=f"{key}.events")

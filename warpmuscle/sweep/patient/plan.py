@@ -1,0 +1,214 @@
+"""The two sweeps of a patient's path: walks that match the recording, and walks that go on from them with a change."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.files import replace_file
+from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.pose import about
+from warpmuscle.formats import load, toml
+from warpmuscle.formats.overrides import Override, overridden
+from warpmuscle.formats.toml_layout import inline
+from warpmuscle.gait.cycles import PERCENT
+from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.kernels.objective.objective_terms import TERMS
+from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene.norms import FLEXION
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.sweep.patient.body import changes_to_size
+from warpmuscle.sweep.patient.file import UNCHANGED, Adapt, Match, PatientFile
+from warpmuscle.sweep.patient.gait import ANGLES
+from warpmuscle.sweep.patient.recorded import Patient
+from warpmuscle.sweep.plan import Plan, read
+
+X = np.array([1.0, 0.0, 0.0])
+AXIS = "run"  # of a sweep, that tells its list of runs apart
+SEARCH = ("strategy", "candidates", "population", "sigma", "until")
+
+
+@dataclass(frozen=True)
+class Files:
+    """Where a patient's path keeps what it finds: a folder beside the page."""
+
+    page: Path
+
+    @property
+    def folder(self) -> Path:
+        return self.page.with_suffix(".patient")
+
+    def of(self, name: str) -> Path:
+        return self.folder / name
+
+    @property
+    def table(self) -> Path:
+        return self.page.with_suffix(".csv")
+
+
+def match_plan(asked: PatientFile, patient: Patient, files: Files) -> Plan:
+    """The sweep of searches for walks like the patient's, a run a seed; its files are written.
+
+    Raises:
+        Error: the scene cannot be used, has no legs, or a change of it cannot be made; with the key of the file.
+    """
+    scene = _scene_of(asked)
+    numeric = substitute(scene, start_values(scene))
+    match = asked.asked.match
+    try:
+        gait = _write_gait(files.folder, numeric, patient)
+        sizes = changes_to_size(numeric, patient.scene) if asked.asked.scaled else {}
+    except Error as error:
+        raise asked.error(str(error), "scene") from None
+    changes = sizes | {
+        "duration": match.duration,
+        "tracking": _tracking(gait, numeric, patient),
+        "objective.tracking": 1.0 / match.duration,
+        "objective.target_speed": patient.gait.speed,
+        "objective.speed": match.speed,
+    }
+    changes = {f"objective.{name}": 0.0 for name in _weights(numeric)} | changes
+    lines = [f"scene = {json.dumps(_named(asked))}", f"name = {json.dumps(f'{asked.path.stem}, match')}"]
+    lines += [*_search(match), *_set(changes | match.set)]
+    lines += ["", "[grid]", f"seed = {list(range(1, asked.asked.seeds + 1))}"]
+    plan = _read(asked, files.of("match.toml"), lines, "match", changes)
+    check_changes(asked, plan.runs[0].scene)
+    return plan
+
+
+def check_changes(asked: PatientFile, scene: Scene) -> None:
+    """Raise SceneError, before anything is searched for, if a change cannot be made; with its key."""
+    for index, change in enumerate(asked.changes.values()):
+        try:
+            overridden(scene, [Override(key, value) for key, value in (asked.asked.adapt.set | change).items()])
+        except SceneError as error:
+            if error.key in asked.asked.adapt.set:
+                raise asked.error(error.message, f"adapt.set.{error.key}") from None
+            key = f"change.{index}.{error.key}" if error.key in change else f"change.{index}"
+            raise asked.error(error.message, key) from None
+
+
+def adapt_plan(asked: PatientFile, matched: Mapping[int, Scene], files: Files) -> Plan:
+    """The sweep of searches that go on from matched walks, by seed, with each change and without one.
+
+    Raises:
+        Error: a change cannot be made; with its key in the patient's file.
+    """
+    adapt, duration, scene = asked.asked.adapt, asked.asked.match.duration, _scene_of(asked)
+    own = _weights(substitute(scene, start_values(scene)))
+    changes = {"objective.speed": asked.asked.match.speed} | {f"objective.{name}": own[name] for name in own}
+    changes["objective.tracking"] = adapt.habit / duration
+    lines = [f"name = {json.dumps(f'{asked.path.stem}, changes')}"]
+    lines += _search(adapt) + _set(changes | adapt.set)
+    for seed, scene in matched.items():
+        toml.write(scene, files.of(f"matched_{seed}.toml"))
+        lines += ["", "[[grid]]", f"seed = [{seed}]", f'scene = ["matched_{seed}.toml"]']
+    for name, change in {UNCHANGED: {}, **asked.changes}.items():
+        lines += ["", "[[run]]", f"name = {json.dumps(name)}"]
+        lines += [f"{_key(key)} = {inline(value)}" for key, value in change.items()]
+    plan = _read(asked, files.of("changes.toml"), lines, "adapt", changes)
+    runs = tuple(replace(run, axes={AXIS: run.axes[AXIS], "seed": float(run.seed)}) for run in plan.runs)
+    return replace(plan, runs=runs)
+
+
+def _weights(scene: Scene) -> dict[str, float]:
+    """Weights of the terms that the objective of a numeric scene has."""
+    weights = {name: first_number(getattr(scene.objective, name)) for name in TERMS}
+    return {name: weight for name, weight in weights.items() if weight != 0.0}
+
+
+def _scene_of(asked: PatientFile) -> Scene:
+    """The scene that walks."""
+    try:
+        return load(_named(asked))
+    except SceneError as error:
+        if error.file is not None and error.line:
+            raise
+        raise asked.error(str(error), "scene") from None
+
+
+def _named(asked: PatientFile) -> str:
+    """The scene's name, or its file's whole path."""
+    name = asked.asked.scene
+    return str(asked.beside(name).absolute()) if Path(name).suffix else name
+
+
+def _read(asked: PatientFile, file: Path, lines: list[str], table: str, own: Mapping[str, Any]) -> Plan:
+    """Write a sweep's file and read it; what is wrong in it is told by the patient's file where it stands there."""
+    replace_file(file, "\n".join(lines) + "\n")
+    try:
+        return read(file)
+    except SceneError as error:
+        raise _told(asked, error, table, own) from None
+
+
+def _told(asked: PatientFile, error: SceneError, table: str, own: Mapping[str, Any]) -> SceneError:
+    """An error of a sweep's file at the place of the patient's file that it comes from."""
+    if error.key.startswith("search"):
+        return asked.error(error.message, f"{table}{error.key.removeprefix('search')}")
+    for index, change in enumerate(asked.asked.change):
+        if error.key in change:
+            return asked.error(error.message, f"change.{index}.{error.key}")
+    named = error.key.removeprefix("set.")
+    if named in getattr(asked.asked, table).set:
+        return asked.error(error.message, f"{table}.set.{named}")
+    return asked.error(f"{named}: {error.message}" if named in own else str(error), "scene")
+
+
+def _search(options: Match | Adapt) -> list[str]:
+    """The options of the searches."""
+    given = {name: value for name, value in msgspec.structs.asdict(options).items() if name in SEARCH}
+    return ["", "[search]", *(f"{name} = {inline(value)}" for name, value in given.items() if value is not None)]
+
+
+def _set(changes: Mapping[str, Any]) -> list[str]:
+    return ["", "[set]", *(f"{_key(key)} = {inline(value)}" for key, value in changes.items())]
+
+
+def _key(key: str) -> str:
+    return json.dumps(key)
+
+
+def _tracking(file: Path, scene: Scene, patient: Patient) -> dict[str, Any]:
+    """The patient's mean stride as the gait that the objective tracks, in the patient's own spread.
+
+    Squared angles count by the mean variance of their joint, so that the term is the mean square over joints of the
+    distance in standard deviations.
+    """
+    weights = {}
+    for number, side in enumerate(SIDES):
+        for name, joint in zip(ANGLES, leg_joints(scene, number), strict=True):
+            spread = np.radians(patient.spread[name][side].mean())
+            weights[joint] = round(float(1.0 / (2 * len(ANGLES) * spread**2)), 6)
+    return {"file": str(file.absolute()), "start": 0.0, "joints": list(weights), "weights": weights}
+
+
+def _write_gait(folder: Path, scene: Scene, patient: Patient) -> Path:
+    """The file of the patient's mean stride, as orientations of the scene's joints over the cycle of the left foot.
+
+    Its name tells what is in it, so that searches for another stride are other searches.
+    """
+    arrays: dict[str, Floats] = {"cycle": PERCENT[:-1] / 100.0}
+    for number, side in enumerate(SIDES):
+        joints = leg_joints(scene, number)
+        if len(joints) < len(ANGLES):
+            raise Error(f"{scene.name} has no hip, knee and ankle on its {side} side")
+        for name, sign, joint in zip(ANGLES, FLEXION, joints, strict=True):
+            arrays[joint] = about(X, np.radians(sign * patient.together[name][side][:-1])).round(6)
+    digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays.values())).hexdigest()
+    content = io.BytesIO()
+    np.savez(content, **arrays)  # type: ignore[arg-type]
+    file = folder / f"gait-{digest[:8]}.npz"
+    replace_file(file, content.getvalue())
+    return file
