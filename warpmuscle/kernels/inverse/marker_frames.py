@@ -37,8 +37,10 @@ def mean_squares(error: wp.array2d[wp.vec3], weight: wp.array2d[float], found: w
     total, mass = wp.float64(0.0), wp.float64(0.0)
     for k in range(weight.shape[1]):
         own = wp.float64(weight[row, k])
-        off = wp.vec3d(error[row, k])
-        total += own * wp.dot(off, off)
+        off = error[row, k]
+        for axis in range(3):
+            along = wp.float64(off[axis])
+            total += own * along * along
         mass += own
     found[row] = total / wp.max(mass, wp.float64(1.0e-12))
 
