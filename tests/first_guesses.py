@@ -9,7 +9,7 @@ import warpmuscle as wm
 
 
 def first_guesses(folder: Path) -> list[str]:
-    """Twenty-seven guesses; what each gave, as text."""
+    """Some thirty-five guesses; what each gave, as text."""
     said: list[str] = []
 
     def say(value: object) -> None:
@@ -29,6 +29,13 @@ def first_guesses(folder: Path) -> list[str]:
     say(wm.read(folder / "run.h5"))  # 10
     say(wm.show(folder / "run.h5"))  # 11
     say(wm.show(run))  # 12
+    say(wm.show([run, folder / "run.h5"], over=True))
+    say(run.plot("Joints"))
+    say(run.plot("knee"))
+    say(wm.plot(run, "joints"))
+    say(len(wm.scenes().to_dataframe()))
+    run.save(folder / "run.mot")
+    run.save(folder / "run.csv")
     scene = wm.load("fwalk", set={"duration": 0.5})  # 13
     say(scene._repr_html_()[:4])  # 14
     say(wm.show(scene))  # 15

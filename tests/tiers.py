@@ -56,10 +56,20 @@ def imports(path: Path) -> list[tuple[str, tuple[str, ...]]]:
 
 
 def _imports(tree: ast.AST) -> Iterator[tuple[str, tuple[str, ...]]]:
-    for node in ast.walk(tree):
+    for node in _statements(tree):
         if isinstance(node, ast.Import):
             yield from ((alias.name, ()) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             names = tuple(alias.name for alias in node.names)
             yield node.module, names
             yield from ((f"{node.module}.{name}", names) for name in names)
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """All statements of a file, however deep; expressions, which are most of it, hold no imports."""
+    left = [tree]
+    while left:
+        node = left.pop()
+        yield node
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            left.extend(getattr(node, part, ()))

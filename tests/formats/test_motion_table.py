@@ -51,6 +51,7 @@ def test_an_export_comes_back_with_its_angles_and_its_steps(walk, name, tmp_path
     assert set(motion.stance) == {0, 1}
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_coordinates_of_an_opensim_model_turn_its_balls_as_they_were(tmp_path):
     scene = plain("gait2392_walk")
     scene.duration = 3.5

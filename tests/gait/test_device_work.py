@@ -42,7 +42,7 @@ def replace_recorded(motion, power):
 
 
 @pytest.fixture(scope="module")
-def walk() -> tuple[Scene, object]:
+def walk(unoptimized_kernels: None) -> tuple[Scene, object]:
     """A walk by torques with a motor on each ankle, one of which does nothing."""
     scene = load("fwalk", set={"duration": 5.0})
     idle = replace(motor("rAnkle"), parameters=dict.fromkeys(motor("rAnkle").parameters, 0.0))

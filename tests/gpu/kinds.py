@@ -302,6 +302,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "user functions": of_users,
     "user controller": user_controlled,
     "controller by joint": lambda _: by_joint(),
+    "walking as told": lambda _: walk("steer"),
     "user forces": worn,
 }
 SMALL = ("torques", "motion", "user functions")  # those that a CPU tries besides

@@ -1,13 +1,16 @@
 """Figures of results: every kind is drawn, with units on its axes; what a result does not hold is said in one line."""
 
 import dataclasses
+import functools
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import warpmuscle as wm
@@ -32,6 +35,12 @@ def result() -> Result:
 
 
 @pytest.fixture(scope="module")
+def drawn(result) -> Callable[[str], Figure]:
+    """The figure of each kind for that search, drawn once."""
+    return functools.cache(lambda kind: draw(Subject(result), kind))
+
+
+@pytest.fixture(scope="module")
 def armed() -> Result:
     """The motion of an arm, which does not walk."""
     return Result(toml.dumps(arm()), "cpu", "", 0, no_parameters(), replays=(arm_motion(),))
@@ -43,8 +52,8 @@ def words(figure: object) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_is_drawn_for_a_walk_with_units_on_its_axes(kind: str, result):
-    figure = draw(Subject(result), kind)
+def test_every_kind_is_drawn_for_a_walk_with_units_on_its_axes(kind: str, drawn):
+    figure = drawn(kind)
     shown = words(figure)
     labels = [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
     labels += [text for text in (figure.get_supxlabel(), figure.get_supylabel()) if text]
@@ -54,8 +63,8 @@ def test_every_kind_is_drawn_for_a_walk_with_units_on_its_axes(kind: str, result
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_names_beside_the_panels_do_not_overlap(kind: str, result):
-    figure = draw(Subject(result), kind)
+def test_names_beside_the_panels_do_not_overlap(kind: str, drawn):
+    figure = drawn(kind)
     figure.draw_without_rendering()
     for axes in figure.axes:
         boxes = [Text.get_window_extent(text) for text in [*axes.texts, *axes.get_yticklabels()] if text.get_text()]

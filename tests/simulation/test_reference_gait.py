@@ -121,9 +121,31 @@ def test_means_over_the_phase_are_those_of_the_frames_in_each_bin():
     np.testing.assert_allclose(table[reference_gait.BINS + 20, body], mean / np.linalg.norm(mean), atol=1e-6)
 
 
+def test_squared_angles_count_by_the_weights_of_their_joints():
+    knees = ["lKnee", "rKnee"]
+    both, left, right, weighted = (
+        error_of(tracked("fwalk", Tracking(scene="bwalk", joints=joints, weights=weights), 1.0))
+        for joints, weights in (
+            (knees, {}), (knees, {"rKnee": 0.0}), (knees, {"lKnee": 0.0}), (knees, {"lKnee": 3.0, "rKnee": 0.5}),
+        )
+    )  # fmt: skip
+    assert left + right == pytest.approx(both, rel=1e-5)
+    assert weighted == pytest.approx(3.0 * left + 0.5 * right, rel=1e-5)
+
+
+def test_a_gait_over_the_cycle_does_not_count_before_the_cycle_is_known(tmp_path, unoptimized_test):
+    np.savez(tmp_path / "bent.npz", cycle=np.linspace(0.0, 1.0, 50), lKnee=np.ones(50))
+    scene = tracked("fwalk", Tracking(file=str(tmp_path / "bent.npz"), start=0.0), 0.1)
+    assert error_of(scene) > 0.05  # by the phase of the controller
+    assert error_of(msgspec.structs.replace(scene, controller=None)) == 0.0
+
+
 @pytest.mark.parametrize(
     ("source", "message"),
     [
+        (Tracking(scene="fwalk", weights={"lKne": 1.0}), "tracking.weights.lKne.*lKnee"),
+        (Tracking(scene="fwalk", weights={"lKnee": -1.0}), "must not be negative, is -1"),
+        (Tracking(scene="fwalk", weights={"lKnee": float("nan")}), "not a finite number"),
         (Tracking(), "either a scene or a file"),
         (Tracking(scene="fwalk", file="a.h5"), "either a scene or a file"),
         (Tracking(scene="fwalk", joints=["lKne"]), "lKnee"),

@@ -1,4 +1,4 @@
-"""The command as a user meets it: in a process of its own."""
+"""The command as a user meets it."""
 
 import subprocess
 import sys
@@ -8,18 +8,12 @@ import numpy as np
 import pytest
 from synthetic_emg import raw_emg, write_csv
 
+import command_line
+
 
 def run(*arguments, folder):
-    """Run `warpmuscle synergies` with these arguments in a folder."""
-    command = [
-        sys.executable,
-        "-c",
-        "from warpmuscle.cli.program import main; main()",
-        "synergies",
-        "extract",
-        *map(str, arguments),
-    ]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+    """Run `warpmuscle synergies extract` with these arguments in a folder."""
+    return command_line.run("synergies", "extract", *arguments, folder=folder)
 
 
 @pytest.fixture(scope="module")
@@ -65,31 +59,24 @@ def test_options_reach_the_chain_and_synergies_follow_another_file(folder):
 def test_modules_of_several_files_are_sorted_by_likeness(folder):
     for name, seed in (("a", 0), ("b", 1)):
         assert run(f"{name}.csv", "-n", 3, "-o", f"p{seed}.h5", "--restarts", 2, folder=folder).returncode == 0
-    command = [
-        sys.executable,
-        "-c",
-        "from warpmuscle.cli.program import main; main()",
-        "synergies",
-        "cluster",
-        "p0.h5",
-        "p1.h5",
-    ]
-    done = subprocess.run([*command, "-o", "modules.csv", "--plot", "modules.png"], cwd=folder, capture_output=True,
-                          text=True, timeout=300)  # fmt: skip
+    command = ["synergies", "cluster", "p0.h5", "p1.h5"]
+    done = command_line.run(*command, "-o", "modules.csv", "--plot", "modules.png", folder=folder)
     assert done.returncode == 0, done.stderr
     assert "6 modules of 2 people in 3 clusters" in done.stdout
     lines = (folder / "modules.csv").read_text().splitlines()
     assert lines[0] == "file,synergy,cluster,cosine,DA,DP,BIC,TRI,FCR,ECU,PEC"
     assert sorted(line.split(",")[2] for line in lines[1:]) == list("112233")
     assert (folder / "modules.png").stat().st_size > 10_000
-    wrong = subprocess.run([*command, "a.csv"], cwd=folder, capture_output=True, text=True, timeout=300)
+    wrong = command_line.run(*command, "a.csv", folder=folder)
     assert wrong.returncode == 2
     assert len(wrong.stderr.strip().splitlines()) == 1
 
 
-def test_same_seed_gives_the_same_file(folder):
-    for name in ("one", "two"):
-        assert run("a.csv", "-n", 2, "-o", f"{name}.h5", "--restarts", 2, folder=folder).returncode == 0
+def test_same_seed_gives_the_same_file_also_in_a_process_of_its_own(folder):
+    words = ["a.csv", "-n", "2", "--restarts", "2", "-o"]
+    assert run(*words, "one.h5", folder=folder).returncode == 0
+    command = [sys.executable, "-m", "warpmuscle", "synergies", "extract", *words, "two.h5"]
+    assert subprocess.run(command, cwd=folder, capture_output=True, timeout=300).returncode == 0
     with h5py.File(folder / "one.h5") as one, h5py.File(folder / "two.h5") as two:
         assert np.array_equal(one["C"][()], two["C"][()])
 

@@ -124,6 +124,10 @@ def missing_frames(trial: Trial, rng: Random) -> None:
     trial.keep_markers([k for k in range(n) if not 0.35 * n < k < 0.7 * n])
 
 
+def no_frames(trial: Trial, rng: Random) -> None:
+    trial.keep_markers([])
+
+
 def one_frame(trial: Trial, rng: Random) -> None:
     trial.keep_markers([0])
 
@@ -181,6 +185,7 @@ TRC: list[Damage] = [
     Damage("time is no number", time_is_none, r"times must be numbers that increase"),
     Damage("milliseconds", milliseconds, r"apart|reach from"),
     Damage("missing frames", missing_frames, r"no frames? between"),
+    Damage("no frames", no_frames, r"has no frames"),
     Damage("one frame", one_frame, r"there must be two frames"),
     Damage("infinitely far", infinite, r"infinitely far"),
     Damage("far beyond the Earth", enormous, r"away|large"),

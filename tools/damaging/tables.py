@@ -152,6 +152,11 @@ def _shuffled_rows(columns: Columns, rng: Random) -> None:
     columns.values = columns.values[order]
 
 
+def _one_side_in_radians(columns: Columns, rng: Random) -> None:
+    side = rng.choice(["_r", "_l"])
+    columns.values[:, [name == f"knee_angle{side}" for name in columns.names]] *= np.pi / 180.0
+
+
 def _lacking(columns: Columns, rng: Random) -> None:
     keep = [k for k, name in enumerate(columns.names) if not name.startswith("pelvis")]
     columns.names, columns.values = [columns.names[k] for k in keep], columns.values[:, keep]
@@ -175,6 +180,7 @@ COORDINATES: list[Damage] = [
     _moved("coordinates", "other sign", _other_sign, r"leaves its range"),
     _moved("coordinates", "spike", _spike, r"jump of"),
     _moved("coordinates", "rows shuffled", _shuffled_rows, r"to and fro"),
+    _moved("coordinates", "one knee in radians", _one_side_in_radians, r"of the other side"),
     _moved("coordinates", "no pelvis", _lacking, r"lacks|the motion has"),
     _moved("coordinates", "other names", _renamed, r"no column has the name"),
     _moved("coordinates", "upside down", _upside_down, r"far from|below"),
@@ -214,6 +220,26 @@ def _one_plate(trial: Trial, rng: Random) -> None:
     trial.plates = trial.plates[:1]
 
 
+def _swapped_forces(trial: Trial, rng: Random) -> None:
+    """Forces of one plate at the points of the other one."""
+    values = trial.loads.values
+    mine, other = ([trial.loads.names.index(f"{plate[1]}{axis}") for axis in "xyz"] for plate in trial.plates[:2])
+    values[:, mine], values[:, other] = values[:, other].copy(), values[:, mine].copy()
+
+
+def _ahead(columns: Columns, rng: Random) -> None:
+    columns.values[:, [name.endswith("force_px") for name in columns.names]] += 0.25
+
+
+def _offset(columns: Columns, rng: Random) -> None:
+    columns.values[:, [name.endswith("force_vy") for name in columns.names]] += rng.uniform(50.0, 100.0)
+
+
+def _same_name(trial: Trial, rng: Random) -> None:
+    names = [f'name="on_{plate[0]}"'.encode() for plate in trial.plates]
+    trial.edit("described", lambda data: data.replace(names[1], names[0]))
+
+
 def _described(name: str, old: bytes, new: bytes, told: str) -> Damage:
     return Damage(name, lambda trial, rng: trial.edit("described", lambda data: data.replace(old, new, 1)), told)
 
@@ -236,6 +262,12 @@ LOADS: list[Damage] = [
     _moved("loads", "no torque about x", _without_torques, r"no column"),
     _moved("loads", "nRows", _said("nRows", "1e9"), None),
     _moved("loads", "nRows", _said("nRows", "123456789"), r"promises"),
+    _moved("loads", "moments in N mm", _scaled(1000.0, "torque"), r"at an arm of"),
+    _moved("loads", "forwards of the other sign", _forces(lambda x: x * (-1.0, 1.0, 1.0), "force_v"), r"push forwards"),
+    _moved("loads", "points a foot ahead", _ahead, r"far from"),
+    _moved("loads", "an offset", _offset, r"swings|weight"),
+    Damage("forces swapped", _swapped_forces, r"swings"),
+    Damage("two forces of one name", _same_name, r"two forces are called"),
     Damage("feet swapped", _swapped_feet, r"nearer to"),
     Damage("one plate of two", _one_plate, CARRY),
     _described("another body", b">calcn", b">hoof", r"does not have"),
@@ -261,6 +293,10 @@ def _dead(columns: Columns, rng: Random) -> None:
     columns.values[:, rng.randrange(len(columns.names))] = 0.0
 
 
+def _saturated(columns: Columns, rng: Random) -> None:
+    columns.values[:, rng.randrange(len(columns.names))] = 1.0
+
+
 def _faster(columns: Columns, rng: Random) -> None:
     at = np.linspace(columns.times[0], columns.times[-1], 10 * len(columns.times) - 7)
     columns.values = np.stack([np.interp(at, columns.times, one) for one in columns.values.T], axis=1)
@@ -278,6 +314,8 @@ EMG: list[Damage] = [
     _moved("emg", "samples for seconds", _timed(200.0, 0.0), r"reaches from"),
     _moved("emg", "missing frames", _without(0.3, 0.8), r"no frames? between"),
     _moved("emg", "dead channel", _dead, r"zero throughout"),
+    _moved("emg", "saturated channel", _saturated, r"never changes"),
+    _moved("emg", "two samples", lambda columns, rng: columns.keep([0, -1]), r"apart"),
     _moved("emg", "other names", _renamed, r"no column has the name"),
     _moved("emg", "half of other names", _half_unknown, r"no muscle"),
 ]

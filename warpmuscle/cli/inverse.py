@@ -109,16 +109,14 @@ def inverse(
     tracking = _tracking(options, window, not no_reserves, not no_residuals, ground)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
-        fitted = [_fitted(path, body, setup, device) for path in motions]
-        trials = [_motion(path, body, own) for path, own in zip(motions, fitted, strict=True)]
+        fitted, trials = _motions(motions, body, setup, device)
         forces = _predicted(body, trials, loads, filter) if no_plates else _loads(loads or [], len(motions))
         signals = _emg(emg or [], len(motions), body)
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
-            options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None,
-            fitted=fitted,
+            options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None, fitted=fitted,
         )  # fmt: skip
     about = _about(model, wanted, options, filter)
     _give(found, output, sto, about, body)
@@ -209,6 +207,14 @@ class _notes(warnings.catch_warnings):
         warnings.simplefilter("always", UserWarning)
         warnings.simplefilter("ignore", SceneWarning)  # of free runs, which nothing here is
         warnings.showwarning = show  # type: ignore[assignment]
+
+
+def _motions(
+    paths: list[Path], body: BodyModel, setup: Path | None, device: str | None
+) -> tuple[list[Kinematics | None], list[Coordinates]]:
+    """What fits the markers of files, and the coordinates of all."""
+    fitted = [_fitted(path, body, setup, device) for path in paths]
+    return fitted, [_motion(path, body, own) for path, own in zip(paths, fitted, strict=True)]
 
 
 def _fitted(path: Path, body: BodyModel, setup: Path | None, device: str | None) -> Kinematics | None:

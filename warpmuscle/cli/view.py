@@ -29,6 +29,7 @@ from warpmuscle.core.interruption import INTERRUPTED
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
+    from warpmuscle.view.page import Page
     from warpmuscle.view.server import PageServer
     from warpmuscle.view.sources import Sight
     from warpmuscle.view.viewer import Viewer
@@ -81,15 +82,9 @@ def view(
     files = [is_result(source) for source in sources]
     if any(files) and not all(files):
         raise Error("view takes either result files or one scene, not both")
+    of_files: dict[str, object] = {"--candidates": candidates, "--replay": replay, "--run": run, "--over": over or None}
     if live:
-        of_replays: dict[str, object] = {
-            "--over": over or None,
-            "--export": export,
-            "--candidates": candidates,
-            "--replay": replay,
-            "--run": run,
-        }
-        _refuse(of_replays | {"--duration": duration, "--meshes": meshes}, "--live")
+        _refuse(of_files | {"--export": export, "--duration": duration, "--meshes": meshes}, "--live")
         if any(files):
             raise Error(f"--live takes a scene; `warpmuscle apply {sources[0]} -o best.toml` makes one of a result")
         scene = load_scene(sources, settings=settings)
@@ -101,7 +96,7 @@ def view(
         _refuse({"--duration": duration, "--set": settings or None}, "a result file")
         sights = _sights_in(sources, candidates, replay, run, device)
     else:
-        _refuse({"--candidates": candidates, "--replay": replay, "--run": run, "--over": over or None}, "a scene")
+        _refuse(of_files, "a scene")
         scene = changed(load_scene(sources, settings=settings), duration, None, None)
         if export is None:
             with _at_once(scene, host, port, no_open) as server:
@@ -113,17 +108,19 @@ def view(
     with doubts_printed():
         page = page_of_sights(sights, meshes=meshes, beside=_folder_of(sources), over=over)
     if export is not None:
-        page.save(export)
-        size = len(page.text.encode()) / 1e6
-        out.print(
-            f"wrote {export}" + (f" ({size:.1f} MB: fewer motions or seconds make it smaller)" if size > 1.0 else "")
-        )
+        _save(page, export)
         return
     from warpmuscle.view.viewer import replay_viewer
 
     viewer = replay_viewer(page.text, host, port)
     _open(viewer.server, no_open)
     _serve(viewer)
+
+
+def _save(page: Page, path: Path) -> None:
+    page.save(path)
+    size = len(page.text.encode()) / 1e6
+    out.print(f"wrote {path}" + (f" ({size:.1f} MB: fewer motions or seconds make it smaller)" if size > 1.0 else ""))
 
 
 def _refuse(given: dict[str, object], option: str) -> None:

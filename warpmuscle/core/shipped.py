@@ -18,7 +18,7 @@ MOST_BASES = 8  # that are looked through for a description
 STUDIES = {
     "gaits": "walks, jogs and runs on 56 muscles, and where to begin a search for one",
     "torques": "gaits that torques drive: fast, for trying out and for searches on muscles to start from",
-    "steering": "walks at the speed and heading that they are told, and over a course (Coros 2010)",
+    "steering": "walks at the speed and heading that they are told (Coros 2010)",
     "creatures": "animals of short descriptions, whose muscles were found with their gaits (Geijtenbeek 2013)",
     "reflexes": "walks by muscle reflexes (Geyer and Herr 2010)",
     "bergmann2017": "experiments of Bergmann 2017: muscles of arms, and walks on some muscles or of that program",
@@ -26,6 +26,7 @@ STUDIES = {
     "terrain": "walks on bumps, stairs and slopes",
     "worlds": "walks among objects, on treadmills and in water",
     "opensim": "models of OpenSim, as converted, and their gaits",
+    "programs": "standing and reaching by a quadratic programme of many muscles (after Lee 2014)",
     "throws": "arms that throw, for `warpmuscle throw` (Cruz Ruiz 2015)",
     "superseded": "walks that later ones replace; kept because published comparisons and pages rest on them",
 }

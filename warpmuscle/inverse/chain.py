@@ -6,6 +6,7 @@ do not move, coupled ones follow; neither is free. Axes are those of scenes, x t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -60,6 +61,14 @@ class Chain:
     bodies: dict[str, Place] = field(default_factory=dict)  # their origins
     markers: dict[str, Place] = field(default_factory=dict)
     opensim: OpenSim = field(default_factory=OpenSim)
+    _resting: dict[str, Floats] = field(default_factory=dict)
+
+    def resting(self, names: Sequence[str]) -> Floats:
+        """Where markers are (K, 3), m, in the pose that the model starts in."""
+        if not self._resting:  # found once: recordings of a thousand strides ask for it
+            found = self.places(self.poses(np.array([self.neutral])), list(self.markers.values()))[0]
+            self._resting = dict(zip(self.markers, found, strict=True))
+        return np.stack([self._resting[name] for name in names])
 
     def poses(self, values: Floats) -> tuple[Floats, Floats]:
         """Orientations (F, N, 4) and origins (F, N, 3) of all elements at coordinates (F, C)."""

@@ -21,17 +21,18 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
-from warpmuscle.inverse.loads import on_feet, placed_forces
-from warpmuscle.inverse.plausibility.ground_forces import place_notes, weight_notes
-from warpmuscle.inverse.plausibility.motions import range_notes, time_notes, value_notes
+from warpmuscle.inverse.loads import Places, on_feet, placed_forces, places_of
+from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
+from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
+from warpmuscle.scene.joints import root_type
+from warpmuscle.scene.masses import body_mass
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
 MOST = 20.0  # rad, that no angle comes to
 FREE = 3  # coordinates of a root at least, with which a body may fall
-LOOKED_AT = 40  # frames of a trial at most, whose loads are held against the motion
 
 
 @dataclass(frozen=True)
@@ -152,16 +153,19 @@ def prepare(
             parts.append(loads_at(body, load, moving[k][0], states, part))
         except ArgumentError as error:
             raise ArgumentError(f"trial {k + 1}: {error}" if len(given) > 1 else str(error)) from None
-    _warn(body, motions, given, states, starts, parts)
+    _warn(body, motions, given, states, starts, parts, [at for at, _ in moving])
     return Prepared([at for at, _ in moving], states, joined(parts), rates[0])
 
 
 def _warn(
     body: BodyModel, motions: Sequence[Coordinates], given: Sequence[Loads | None], states: States,
-    starts: Sequence[int], parts: Sequence[BodyLoads],
+    starts: Sequence[int], parts: Sequence[BodyLoads], times: Sequence[Floats],
 ) -> None:  # fmt: skip
-    """Warn of what cannot well be in trials."""
+    """Warn of what cannot well be in trials, whose frames have these times."""
     limits = _ranges(body)
+    loaded = [k for k, loads in enumerate(given) if loads is not None and loads.plates]
+    places = dict(zip(loaded, places_of(body, states, [starts[k] for k in loaded], [times[k] for k in loaded]),
+                      strict=True))  # fmt: skip
     units = dict(zip(body.map.names, body.map.units, strict=True))
     for k, (motion, loads) in enumerate(zip(motions, given, strict=True)):
         known = [name for name in motion.names if name in units]
@@ -169,9 +173,10 @@ def _warn(
         notes = time_notes("the motion", motion.times)
         notes += value_notes(known, [units[name] for name in known], motion.times, values)
         notes += range_notes(known, values, limits)
+        notes += side_notes(known, values)
         if loads is not None and loads.plates:
             notes += time_notes("the loads", loads.times)
-            notes += _load_notes(body, loads, states, slice(starts[k], starts[k + 1]), parts[k])
+            notes += _load_notes(body, loads, states.speeds[starts[k] : starts[k + 1]], times[k], parts[k], places[k])
         for note in notes:
             warnings.warn(f"trial {k + 1}: {note}" if len(motions) > 1 else note, TrialWarning, stacklevel=4)
 
@@ -186,14 +191,19 @@ def _ranges(body: BodyModel) -> dict[str, tuple[float, float]]:
     return {name: span for name, span in found.items() if units.get(name) == "rad"}
 
 
-def _load_notes(body: BodyModel, loads: Loads, states: States, part: slice, own: BodyLoads) -> list[str]:
-    """Notes on loads, for which some of a trial's frames are looked at."""
+def _load_notes(
+    body: BodyModel, loads: Loads, speeds: Floats, times: Floats, own: BodyLoads, places: Places
+) -> list[str]:
+    """Notes on loads of a trial with these speeds (n, S) at times (n,), some of whose frames are looked at."""
     notes = []
+    mass = body_mass(body.scene.character)
     if body.map.roots >= FREE:
-        masses = [float(one.mass) for one in body.scene.character.bodies.values()]  # type: ignore[arg-type]
-        notes += weight_notes(own.force.sum(axis=1), sum(masses))
-    rows = np.unique(np.linspace(0, part.stop - part.start - 1, LOOKED_AT).astype(int))
-    return notes + place_notes(placed_forces(body, [plate.name for plate in loads.plates], own, states, part, rows))
+        moving, force = root_type(body.scene.character).moving, own.force.sum(axis=1)
+        notes += weight_notes(force, mass)
+        notes += push_notes(times, force, {"xyz"[axis]: speeds[:, k] for k, axis in enumerate(moving)}, mass)
+    forces = placed_forces(body, [plate.name for plate in loads.plates], own, places)
+    placed = place_notes(forces)
+    return notes + (placed or swing_notes(forces, mass))
 
 
 def wanted_times(motion: Coordinates, times: Floats | None) -> Floats:

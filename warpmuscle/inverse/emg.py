@@ -103,6 +103,11 @@ def _notes(left: Sequence[str], known: Sequence[str], values: Floats) -> list[st
     if left:
         some = ", ".join(map(repr, left[:LISTED])) + (f" and {len(left) - LISTED} more" if len(left) > LISTED else "")
         notes.append(f"no muscle of the model is called {some}: what stands there does not count")
+    still = [name for name, column in zip(known, values[:, 1:].T, strict=True)
+             if len(column) > 1 and column[0] > 0.0 and not np.ptp(column)]  # fmt: skip
+    if still:
+        notes.append(f"{', '.join(still[:LISTED])} never changes, as of a saturated channel: its muscle is held there; "
+                     "remove the column if it was not measured")  # fmt: skip
     dead = [name for name, column in zip(known, values[:, 1:].T, strict=True) if not column.any()]
     if dead:
         notes.append(f"{', '.join(dead[:LISTED])} is zero throughout, as of a dead channel: its muscle is held back; "

@@ -43,7 +43,9 @@ class Plan:
         self.coarse = [_spaced(first + np.flatnonzero(_good(seen[first:end])), first, end)
                        for first, end in self._spans]  # fmt: skip
         self.first: Integers = np.concatenate(self.coarse)
-        self.rest: Integers = np.setdiff1d(np.arange(self._count), self.first, assume_unique=True)
+        later = np.ones(self._count, dtype=bool)
+        later[self.first] = False
+        self.rest: Integers = np.flatnonzero(later)
 
     def between(self, values: Floats) -> Floats:
         """Values (F, C) between those of the frames that were fitted first (n, C)."""

@@ -152,11 +152,16 @@ class _Trial:
             own = None if weights is None else dict(weights)
             self.weights = chosen_markers(list(chain.markers), self.markers, own)
             columns = [self.markers.names.index(name) for name in self.weights]
-            self.positions = self.markers.positions[:, columns] @ TO_OPENSIM  # world axes of scenes
+            self.positions = _turned(self.markers.positions[:, columns], TO_OPENSIM)  # world axes of scenes
             check_size(chain, list(self.weights), self.positions)
         except SignalError as error:
             raise SignalError(error.message, file=None if isinstance(given, Markers) else Path(given)) from None
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
+
+
+def _turned(vectors: Floats, turn: Floats) -> Floats:
+    """Vectors (F, K, 3) in other axes; as one product, since one a frame takes ten times as long."""
+    return (vectors.reshape(-1, 3) @ turn).reshape(vectors.shape)
 
 
 def _within(markers: Markers, times: tuple[float, float] | None) -> Markers:
@@ -248,6 +253,6 @@ def _kinematics(scene: Scene, chain: Chain, trial: _Trial, fit: Fit) -> Kinemati
     names, values = chain.all_values(fit.values)
     notes = notes_on(list(trial.weights), chain, trial.positions, fit)
     return Kinematics(
-        Coordinates(names, trial.markers.times, values), tuple(trial.weights), trial.positions @ TO_OPENSIM.T,
-        fit.errors @ TO_OPENSIM.T, fit.iterations, tuple(notes), scene,
+        Coordinates(names, trial.markers.times, values), tuple(trial.weights), _turned(trial.positions, TO_OPENSIM.T),
+        _turned(fit.errors, TO_OPENSIM.T), fit.iterations, tuple(notes), scene,
     )  # fmt: skip

@@ -28,6 +28,7 @@ AXES = "xyz"
 TOUCHING = 20.0  # N, from which on a foot is said to stand on a plate
 FEET = ("calcn", "foot", "talus")  # what names of feet begin with, or have in them, in this order of preference
 ENDINGS = (("v", "p"), ("force_v", "force_p"), ("_f", "_p"), ("_v", "_p"), ("f", "p"))  # of a plate's columns
+LOOKED_AT = 40  # frames of a trial at most, whose loads are held against the motion
 GROUND = ("ground", "/ground", "")
 
 
@@ -60,6 +61,9 @@ def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
     if top is None:
         root.fail("there is no <ExternalLoads> in it")
     described = [found for member in top.objects() if (found := _described(member)) is not None]
+    names = [one.name for one in described]
+    if twice := next((name for name in names if names.count(name) > 1), ""):
+        top.fail(f"two forces are called {twice!r}; rename one")
     if not described:
         top.fail("it describes no force that is applied")
     if data is None:
@@ -208,16 +212,47 @@ def on_feet(
     return found
 
 
-def placed_forces(
-    body: BodyModel, plates: Sequence[str], loads: BodyLoads, states: States, part: slice, rows: Integers
-) -> list[Applied]:
-    """Loads and the bodies they act on in some rows of frames `part`, to be held against each other."""
-    bodies = body.topology.bodies
-    places = _places(body, states, part, rows)
-    where = {bodies[number]: places[:, number] for number in dict.fromkeys(loads.body)}
+class Places(NamedTuple):
+    """Where bodies are, and how fast, in some frames of a trial."""
+
+    rows: Integers  # (n,) numbers of the frames
+    at: Floats  # (n, B, 3) m, centres of mass, world axes
+    speeds: Floats  # (n, B) m/s
+
+
+def places_of(body: BodyModel, states: States, starts: Sequence[int], times: Sequence[Floats]) -> list[Places]:
+    """Places of bodies in some frames of trials, evenly over each, all found at once.
+
+    Args:
+        starts: first frames of the trials. times: (F,) s, of their frames.
+    """
+    chosen = [np.unique(np.linspace(0, len(own) - 1, LOOKED_AT).astype(int)) for own in times]
+    around = [
+        np.concatenate([np.maximum(rows - 1, 0), rows, np.minimum(rows + 1, len(own) - 1)])
+        for rows, own in zip(chosen, times, strict=True)
+    ]
+    if not chosen:
+        return []
+    every = np.concatenate([first + rows for first, rows in zip(starts, around, strict=True)])
+    at, found, done = _places(body, states, slice(0, len(states.coordinates)), every), [], 0
+    for rows, near, own in zip(chosen, around, times, strict=True):
+        before, here, after = at[done : done + len(near)].reshape(3, len(rows), *at.shape[1:])
+        early, _, late = own[near].reshape(3, -1)
+        speeds = np.linalg.norm(after - before, axis=2) / np.maximum(late - early, 1e-9)[:, None]
+        found.append(Places(rows, here, speeds))
+        done += len(near)
+    return found
+
+
+def placed_forces(body: BodyModel, plates: Sequence[str], loads: BodyLoads, places: Places) -> list[Applied]:
+    """Loads and the bodies they act on in some frames, to be held against each other."""
+    bodies, rows = body.topology.bodies, places.rows
+    acted_on = dict.fromkeys(loads.body)
+    where = {bodies[number]: places.at[:, number] for number in acted_on}
+    fast = {bodies[number]: places.speeds[:, number] for number in acted_on}
     names = plates if len(plates) == len(loads.body) else [bodies[number] for number in loads.body]
     return [
-        Applied(name, bodies[number], loads.force[rows, k], loads.point[rows, k], where)
+        Applied(name, bodies[number], loads.force[rows, k], loads.point[rows, k], loads.moment[rows, k], where, fast)
         for k, (name, number) in enumerate(zip(names, loads.body, strict=True))
     ]
 

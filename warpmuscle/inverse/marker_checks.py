@@ -55,11 +55,11 @@ def check_size(chain: Chain, names: Sequence[str], positions: Floats) -> None:
     Args:
         names: (K,) of the markers. positions: (F, K, 3), NaN where one is missing.
     """
-    for frame, marker, _ in np.argwhere(np.abs(positions) > BEYOND)[:1].tolist():
+    far_away = max(-np.fmin.reduce(positions, axis=None), np.fmax.reduce(positions, axis=None)) > BEYOND
+    for frame, marker, _ in np.argwhere(np.abs(positions) > BEYOND)[:1].tolist() if far_away else ():
         far = f"{np.nanmax(np.abs(positions[frame, marker])):.3g} m"
         raise SignalError(f"marker {names[marker]!r} is {far} away in frame {frame + 1}: cut it out, or give the unit")
-    places = [chain.markers[name] for name in names]
-    body = chain.places(chain.poses(np.array([chain.neutral])), places)[0]
+    body = chain.resting(names)
     full = seen_in(positions)
     frame = int(full.sum(axis=1).argmax())
     there, own = positions[frame, full[frame]], body[full[frame]]
@@ -103,7 +103,7 @@ def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> lis
 
 def _upside_down(names: list[str], chain: Chain, positions: Floats) -> list[str]:
     """A note where markers that are high up in the model are low in the recording."""
-    model = chain.places(chain.poses(np.array([chain.neutral])), [chain.markers[name] for name in names])[0, :, 1]
+    model = chain.resting(names)[:, 1]
     seen = seen_in(positions)
     recorded = np.where(seen, positions[..., 1], 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
     if np.ptp(model) == 0.0 or np.ptp(recorded) == 0.0 or np.corrcoef(model, recorded)[0, 1] > UPRIGHT:

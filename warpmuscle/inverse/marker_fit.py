@@ -5,7 +5,7 @@ Which frames are fitted first, and from where the others start, is told by `fit_
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,10 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.inverse.chain import Chain, Place
-from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in, squared_lengths
+from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in
 from warpmuscle.kernels import marker_fit_structs as structs
 from warpmuscle.kernels.body_structs import CubicPiece
+from warpmuscle.kernels.inverse import marker_frames
 from warpmuscle.kernels.inverse.marker_fit import fit_markers
 from warpmuscle.scene.opensim_root import root_values
 
@@ -36,11 +37,47 @@ class Fit:
     iterations: Integers  # (F,), negative if they were not enough
     loose: NDArray[np.bool_]  # (F, C), whether markers do not tell a coordinate
 
-    def spread(self, frames: Integers, others: Fit) -> Fit:
-        """The same among other frames, whose errors are not those of this fit."""
-        errors = np.zeros_like(others.errors)
-        errors[frames] = self.errors
-        return Fit(others.values, errors, others.iterations, others.loose)
+
+class _Recorded:
+    """The markers of a problem on a device, and the errors that are found there.
+
+    Attributes:
+        squares: (F,) weighted mean squares of the errors of frames that have been fitted, m^2.
+    """
+
+    def __init__(self, problem: Problem, order: Integers, device: Any) -> None:
+        self._device, self.squares = device, np.zeros(len(problem.positions))
+        self._positions = _doubles(problem.positions, device)
+        self._order = to_device(order, int, device)
+        self._weights = to_device(np.asarray(problem.weights)[order], float, device)
+        self._errors = wp.full(problem.positions.shape[:2], wp.vec3(0.0), dtype=wp.vec3, device=device)
+
+    def take(self, frames: Integers, base: Floats, data: Any) -> wp.array:
+        """Put the markers of some frames into the data of a fit, from places (n, 3) on; the frames on the device."""
+        number, shape = to_device(frames, int, self._device), (len(frames), len(self._order))
+        data.measured = wp.empty(shape, dtype=wp.vec3, device=self._device)
+        data.weight = wp.empty(shape, dtype=float, device=self._device)
+        data.error = wp.zeros(shape, dtype=wp.vec3, device=self._device)
+        inputs = [self._positions, self._weights, self._order, number, _doubles(base, self._device)]
+        wp.launch(marker_frames.take_frames, shape, inputs, [data.measured, data.weight], device=self._device)
+        return number
+
+    def put(self, frames: Integers, number: wp.array, data: Any, better: bool) -> NDArray[np.bool_]:
+        """Keep the errors of these frames, or of those that fit better than before; which are kept, (n,)."""
+        found = wp.empty(len(frames), dtype=wp.float64, device=self._device)
+        wp.launch(marker_frames.mean_squares, len(frames), [data.error, data.weight], [found], device=self._device)
+        squares = found.numpy()
+        kept = squares < self.squares[frames] if better else np.ones(len(frames), bool)
+        self.squares[frames[kept]] = squares[kept]
+        rows = to_device(np.flatnonzero(kept), int, self._device)
+        shape = (len(rows), len(self._order))
+        inputs = [data.error, self._positions, self._order, number, rows]
+        wp.launch(marker_frames.put_errors, shape, inputs, [self._errors], device=self._device)
+        return kept
+
+    def errors(self) -> Floats:
+        """Errors (F, K, 3) of all frames, m, NaN where a marker is missing."""
+        return np.asarray(self._errors.numpy().astype(np.float64))
 
 
 class MarkerFitter:
@@ -69,27 +106,20 @@ class MarkerFitter:
         """
         count, coordinates = len(problem.positions), len(self.chain.coordinates)
         found = Fit(
-            np.zeros((count, coordinates)), np.zeros(problem.positions.shape), np.zeros(count, np.int32),
+            np.zeros((count, coordinates)), np.zeros((0, 0, 3)), np.zeros(count, np.int32),
             np.zeros((count, coordinates), bool),
         )  # fmt: skip
-        plan = Plan(problem)
-        self._solve(problem, plan.first, self._cold_starts(problem, plan.coarse), found)
-        again, starts = plan.doubtful(found.values[plan.first], self._squares(problem, found, plan.first))
-        self._solve(problem, again, starts, found, better=True)
+        plan, recorded = Plan(problem), _Recorded(problem, self._order, self.device)
+        self._solve(problem, recorded, plan.first, self._cold_starts(problem, plan.coarse), found)
+        again, starts = plan.doubtful(found.values[plan.first], recorded.squares[plan.first])
+        self._solve(problem, recorded, again, starts, found, better=True)
         between = plan.between(found.values[plan.first])
-        self._solve(problem, plan.rest, between[plan.rest], found)
-        again = plan.outliers(self._squares(problem, found, np.arange(count)))
+        self._solve(problem, recorded, plan.rest, between[plan.rest], found)
+        again = plan.outliers(recorded.squares)
         if len(again):
-            self._solve(problem, again, self._cold_starts(problem, list(again[:, None])), found, better=True)
-        found.errors[np.isnan(problem.positions)] = np.nan
-        return found
-
-    def _squares(self, problem: Problem, found: Fit, frames: Integers) -> Floats:
-        """Weighted mean squares of the errors of some frames (n,), m^2."""
-        seen = seen_in(problem.positions[frames])
-        w = np.where(seen, problem.weights, 0.0)
-        squares = np.where(seen, squared_lengths(found.errors[frames]), 0.0)
-        return np.asarray(np.sum(w * squares, axis=1) / np.maximum(w.sum(axis=1), 1e-12))
+            starts = self._cold_starts(problem, list(again[:, None]))
+            self._solve(problem, recorded, again, starts, found, better=True)
+        return replace(found, errors=recorded.errors())
 
     def _cold_starts(self, problem: Problem, parts: list[Integers]) -> Floats:
         """The model's pose at the start, its root where the markers are: (n, C).
@@ -115,8 +145,8 @@ class MarkerFitter:
         return values
 
     def _solve(
-        self, problem: Problem, frames: Integers, starts: Floats, found: Fit, better: bool = False
-    ) -> None:  # fmt: skip
+        self, problem: Problem, recorded: _Recorded, frames: Integers, starts: Floats, found: Fit, better: bool = False
+    ) -> None:
         """Fit some frames from some values on, and put what comes of it into what was found; or only what is better."""
         if not len(frames):
             return
@@ -126,32 +156,22 @@ class MarkerFitter:
         if root is not None:
             shifts = range(len(root.rotations), len(self.chain.opensim.root_coordinates))
             base[:, shifts] = starts[:, shifts]
-        at = self._base_places(base)
-        measured = problem.positions[frames][:, self._order] - at[:, None]
-        seen = seen_in(measured)
-        weights = np.where(seen, problem.weights[self._order], 0.0)
         targets = problem.targets if len(problem.targets) == 1 else problem.targets[frames]
         if np.any(problem.task_weights[shifts] > 0.0):
             targets = targets - base
         device = self.device
         data = structs.FitFrames()
-        data.measured = to_device(np.where(seen[..., None], measured, 0.0), wp.vec3, device)
-        data.weight = to_device(weights, float, device)
+        number = recorded.take(frames, self._base_places(base), data)
         data.target = to_device(targets, float, device)
         data.value = to_device(starts - base, float, device)
-        data.error = wp.zeros(weights.shape, dtype=wp.vec3, device=device)
         data.iterations = wp.zeros(len(frames), dtype=int, device=device)
         data.loose = wp.zeros(starts.shape, dtype=int, device=device)
         self._launch(data, problem.task_weights, len(frames))
-        errors = np.empty((len(frames), len(self._order), 3))
-        errors[:, self._order] = data.error.numpy()
-        values = data.value.numpy().astype(np.float64) + base
-        fit = Fit(values, errors, data.iterations.numpy(), data.loose.numpy() > 0)
-        chosen = np.ones(len(frames), bool)
-        if better:
-            chosen = self._squares(problem, fit.spread(frames, found), frames) < self._squares(problem, found, frames)
-        for name in ("values", "errors", "iterations", "loose"):
-            getattr(found, name)[frames[chosen]] = getattr(fit, name)[chosen]
+        chosen = recorded.put(frames, number, data, better)
+        kept = frames[chosen]
+        found.values[kept] = (data.value.numpy().astype(np.float64) + base)[chosen]
+        found.iterations[kept] = data.iterations.numpy()[chosen]
+        found.loose[kept] = data.loose.numpy()[chosen] > 0
 
     def _base_places(self, base: Floats) -> Floats:
         """How far the root is moved by its shifts alone, (n, 3) m."""
@@ -177,6 +197,11 @@ class MarkerFitter:
         scratch = _scratch(rows, len(chain.elements), len(chain.coordinates), device)
         for first in range(0, count, rows):
             wp.launch(fit_markers, min(rows, count - first), [first, given, data, scratch], device=device)
+
+
+def _doubles(places: Floats, device: Any) -> wp.array:
+    """Places (..., 3) in double precision: a room is large beside what a marker misses by."""
+    return wp.array(np.ascontiguousarray(places, np.float64), dtype=wp.vec3d, device=device)
 
 
 def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Floats]:

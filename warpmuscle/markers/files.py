@@ -114,7 +114,7 @@ def _trc(path: Path) -> Read:
     _check_promised(path, values, "NumFrames", len(rows))
     table = np.array(rows, dtype=np.float64).reshape(-1, 1 + 3 * len(names))
     time = _even(table[:, 0], written, values.get("DataRate", ""))
-    return time, names, table[:, 1:].reshape(len(table), -1, 3), unit
+    return time, names, _positions(table[:, 1:], path), unit
 
 
 def _check_promised(path: Path, head: Mapping[str, str], key: str, count: int) -> None:
@@ -164,7 +164,14 @@ def _table(path: Path) -> Read:
     if len(units) > 1:
         raise SignalError("some headings of coordinates name another unit than others, or none", file=path)
     values = table.columns([time, *(places[name][axis] for name in names for axis in "xyz")], gaps=True)
-    return TIMES[plain[time]] * values[:, 0], names, values[:, 1:].reshape(len(values), -1, 3), units.pop() or "m"
+    return TIMES[plain[time]] * values[:, 0], names, _positions(values[:, 1:], path), units.pop() or "m"
+
+
+def _positions(columns: Floats, path: Path) -> Floats:
+    """Columns (F, 3 K) as positions (F, K, 3); SignalError if there are no frames, or no markers."""
+    if not columns.size:
+        raise SignalError("has no frames" if columns.shape[1] else "has no markers", file=path)
+    return columns.reshape(len(columns), -1, 3)
 
 
 def _vicon(path: Path) -> Read:
@@ -183,7 +190,7 @@ def _vicon(path: Path) -> Read:
                           file=path)  # fmt: skip
     values = block.values[:, [places[owners[k], axis] for k in whole for axis in "XYZ"]]
     names = tuple(short[k] if short.count(short[k]) == 1 else owners[k] for k in whole)
-    return np.arange(len(values)) / block.rate, names, values.reshape(len(values), -1, 3), unit
+    return np.arange(len(values)) / block.rate, names, _positions(values, path), unit
 
 
 def _json(path: Path) -> Read:

@@ -47,8 +47,8 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
 def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: Any) -> None:
     """Let that argument have the parameters of a scene of numbers, see `scene.parameters.substitute`."""
     custom = structure.controller.custom
-    own = extensions.first
-    _put(own, custom.parameters, [parameters_of(scene)], device)
+    own, defaults = extensions.first, dict(custom.defaults)
+    _put(own, custom.parameters, [parameters_of(scene, defaults)], device)
     whose = {
         "by_joint": ("", *structure.names.joints), "by_body": structure.names.bodies,
         "by_muscle": structure.actuation.muscles or ("",),
@@ -56,7 +56,7 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
     for place, names in whose.items():
         struct = getattr(custom, place)
         if struct is not None:
-            _put(own, struct, list(own_parameters(scene, place, names, struct)), device, place)
+            _put(own, struct, list(own_parameters(scene, place, names, struct, defaults)), device, place)
     part = extensions.rest
     starts = expression_tables(scene).starts
     for entries in structure.forces:

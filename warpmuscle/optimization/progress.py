@@ -47,12 +47,14 @@ class Tracker:
     Attributes:
         meanwhile: called before the kernel is compiled, and again and again while batches run, if there is anything to
             do besides.
+        stopped: why the optimisation is to end before its next batch; empty to go on.
     """
 
     def __init__(self, candidates: int, until: float | None, tell: Callable[[Progress], None] | None) -> None:
         """Begin at nothing; candidates and until (s of wall time) are what the optimisation ends at."""
         self.done, self.best = 0, np.inf
         self.meanwhile: Callable[[], None] | None = None
+        self.stopped = ""
         self._candidates, self._until, self._tell = candidates, until, tell
         self._begin, self._begun = time.monotonic(), False
         self._quiet_until = 0.0

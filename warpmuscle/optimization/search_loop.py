@@ -137,6 +137,8 @@ class SearchLoop:
             return "all candidates have been evaluated"
         if options.until is not None and tracker.elapsed >= options.until:
             return "the time is up"
+        if tracker.stopped:
+            return tracker.stopped
         if all(search.finished() for search in self._searches):
             reasons = dict.fromkeys(search.finished() for search in self._searches)
             return f"every search has finished: {', '.join(reasons)}"

@@ -28,7 +28,7 @@ class Controller(Simbicon):
     `parameters` of the whole, and of each joint, body or muscle what stands under its name, or else under `others`.
     """
 
-    type: str = SIMBICON  # simbicon, joint_pd, or `module:name`
+    type: str = SIMBICON  # simbicon, joint_pd, quadratic_program, walking, or `module:name`
     parameters: Annotated[dict[str, Number], "1"] = {}  # of the whole, by name; not of simbicon
     by_joint: Annotated[dict[str, dict[str, Number]], "1"] = {}  # of each joint that moves, or of `others`
     by_body: Annotated[dict[str, dict[str, Number]], "1"] = {}  # of each body, or of `others`

@@ -18,6 +18,7 @@ from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.recording.record import NOTHING
 from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
+from warpmuscle.model.controllers.program import has_program
 from warpmuscle.model.parts import check_custom, recorded_functions
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
@@ -45,6 +46,7 @@ from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import check_memory, struct_bytes
 from warpmuscle.simulation.perturbations import Perturbations, with_masses
+from warpmuscle.simulation.program.step_program import StepProgram
 from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
@@ -152,6 +154,10 @@ class Rollout(RolloutResults):
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
+        self._program = None
+        if has_program(scene):
+            kind = config.kind.muscles
+            self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device)
         self.reset()
 
     def _record(self, scene: Scene) -> Recording:
@@ -331,6 +337,8 @@ class Rollout(RolloutResults):
         while step > batch.steps_done and self.running:
             end = batch.next_end
             target = min(step, end)
+            if self._program is not None:
+                target = self._decide(target)
             if target > batch.steps_done:
                 count = target - batch.steps_done
                 suiting = self._launcher.kernel_for(len(batch.running)) if kernel is None else kernel
@@ -340,6 +348,14 @@ class Rollout(RolloutResults):
                 batch.came_to(target)
             if end < step:
                 batch.complete()
+
+    def _decide(self, step: int) -> int:
+        """Let instances decide whose programme is due now; the step until which none is again, up to this one."""
+        assert self._program is not None
+        done, begun = self._batch.steps_done, self._batch.begun[self._batch.running]
+        if step > done and self._program.is_due(done, begun):
+            self._program.decide(self.model, self._batch.state, self._extensions.struct.first)
+        return min(step, self._program.until(done, begun))
 
     def complete(self) -> None:
         """Those that have come to the end of the simulation have completed it."""
@@ -365,6 +381,10 @@ class Rollout(RolloutResults):
             fields: of the model, which the kernel has in the place of the rollout's.
             model: in the place of the rollout's.
         """
+        if self._program is not None:
+            raise RolloutError(
+                "a controller by quadratic programmes decides between steps, which nobody here waits for"
+            )
         kernel = self._launcher.kernel(change(self._launcher.config))
         model = with_fields(self.model if model is None else model, fields)
         return Stepper(kernel, model, self.state, self._recorder.record, self._extensions.struct)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from warpmuscle.core.errors import Error, OccupiedError
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, OccupiedError, ResultError
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress
@@ -15,9 +17,12 @@ from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import journal_path
 from warpmuscle.results.records import Result
+from warpmuscle.results.result import glance
 from warpmuscle.sweep.folder import has_ended
-from warpmuscle.sweep.lockstep import Finished, run_together
+from warpmuscle.sweep.lockstep import Finished, Pruning, run_together
 from warpmuscle.sweep.one_batch import run_in_one_batch
+from warpmuscle.sweep.pruning.referee import PRUNED
+from warpmuscle.sweep.pruning.rule import Rule
 from warpmuscle.sweep.rounds import known_of
 from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.union import groups
@@ -30,7 +35,7 @@ Tell = Callable[[str, Progress], None]  # name of the run, empty for a batch of 
 
 def run_here(
     tasks: Sequence[Task], folder: Path, device: str | None, threads: int | None, tell: Tell | None = None,
-    finished: Finished | None = None,
+    finished: Finished | None = None, rule: Rule | None = None,
 ) -> dict[str, str]:  # fmt: skip
     """Run optimisations, group by group, the runs of a group side by side; those that have ended stay as they are.
 
@@ -39,6 +44,7 @@ def run_here(
         device, threads: see `make_rollout`.
         tell: called several times a second of work.
         finished: gets what runs have come to that have ended, except of those that went on from files of their own.
+        rule: by which runs that are behind are stopped; by default none is.
 
     Returns:
         Why those that failed did, by name; what they had evaluated is on the disk.
@@ -52,7 +58,21 @@ def run_here(
     names = {task.name for task in begun}
     fresh = [task for task in left if task.name not in names]
     known = known_of(folder, [task.name for task in fresh])
-    return failed | run_together(fresh, folder, known, device, threads, tell, finished)
+    pruning = None if rule is None else Pruning(rule, _ended_rivals(tasks, fresh, folder))
+    return failed | run_together(fresh, folder, known, device, threads, tell, finished, pruning)
+
+
+def _ended_rivals(tasks: Sequence[Task], fresh: Sequence[Task], folder: Path) -> dict[str, list[Floats]]:
+    """Costs of runs that ended earlier and were not pruned, by what they have in common with those that are left."""
+    left, names = {task.rivals for task in fresh}, {task.name for task in fresh}
+    found: dict[str, list[Floats]] = {}
+    for task in tasks:
+        if task.rivals in left and task.name not in names:
+            with contextlib.suppress(ResultError):
+                ended, cost, *_ = glance(folder / f"{task.name}.h5")
+                if not ended.startswith(PRUNED):
+                    found.setdefault(task.rivals, []).append(cost)
+    return found
 
 
 def _has_files(path: Path) -> bool:

@@ -7,7 +7,7 @@ batch, too, and each run gets its file. What scenes have in common is found once
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -33,6 +33,8 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.finished import FinishedJournal
 from warpmuscle.sweep.folder import RunState
 from warpmuscle.sweep.one_batch import SharedBatches
+from warpmuscle.sweep.pruning.referee import Referee
+from warpmuscle.sweep.pruning.rule import Rule
 from warpmuscle.sweep.rounds import Known, Rounds
 from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.union import MergedScene, groups
@@ -42,6 +44,14 @@ SHARE_OF_BATCH = 16  # candidates of a run in a batch, about, for the window to 
 REPLAY_BYTES = 2**27  # of the recorded motion of a batch of best candidates
 Tell = Callable[[str, Progress], None]
 Finished = Callable[[RunState], None]
+
+
+@dataclass(frozen=True)
+class Pruning:
+    """Who competes with whom, and costs of rivals that have ended earlier, by what they have in common."""
+
+    rule: Rule
+    ended: Mapping[str, Sequence[Floats]]
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,7 @@ class _Prepared:
 
 def run_together(
     tasks: Sequence[Task], folder: Path, known: dict[str, Known], device: str | None, threads: int | None,
-    tell: Tell | None, finished: Finished | None = None,
+    tell: Tell | None, finished: Finished | None = None, pruning: Pruning | None = None,
 ) -> dict[str, str]:  # fmt: skip
     """Run optimisations without stages that have no files yet, those of one kind side by side.
 
@@ -63,6 +73,7 @@ def run_together(
         folder: for their files. known: what earlier processes have evaluated, by name of the run.
         device, threads: see `make_rollout`. tell: called several times a second of work.
         finished: gets what each run has come to, once it has its file.
+        pruning: who competes with whom; by default nobody does.
 
     Returns:
         Why those that failed did, by name.
@@ -90,7 +101,7 @@ def run_together(
             except Error as error:  # such as of a gait to track that cannot be read
                 failed |= {task.name: str(error) for task in mine}
                 continue
-            failed |= engine.run(mine, [index[id(task.scene)] for task in mine], known)
+            failed |= engine.run(mine, [index[id(task.scene)] for task in mine], known, pruning)
     return failed
 
 
@@ -115,22 +126,24 @@ class _Group:
         self._replays = _Replays(self._batches.union, device, threads)
         self._window = min(max(self._batches.largest // SHARE_OF_BATCH, LEAST_WINDOW), MOST_WINDOW)
 
-    def run(self, tasks: Sequence[Task], scenes: Sequence[int], known: dict[str, Known]) -> dict[str, str]:
+    def run(
+        self, tasks: Sequence[Task], scenes: Sequence[int], known: dict[str, Known], pruning: Pruning | None = None
+    ) -> dict[str, str]:
         """Run all tasks, window by window; `scenes` are the numbers of their scenes. Why some failed, by name."""
         failed: dict[str, str] = {}
-        for begin in range(0, len(tasks), self._window):
-            part = slice(begin, begin + self._window)
+        for part in windows([task.rivals for task in tasks], self._window):
+            chosen = [(tasks[number], scenes[number]) for number in part]
             runs = [
-                _Run(task, self._prepared[index], index, known.get(task.name), self._tell)
-                for task, index in zip(tasks[part], scenes[part], strict=True)
+                _Run(task, self._prepared[index], index, known.get(task.name), self._tell) for task, index in chosen
             ]
-            failed |= self._side_by_side(runs)
+            failed |= self._side_by_side(runs, pruning)
         return failed
 
-    def _side_by_side(self, runs: Sequence[_Run]) -> dict[str, str]:
+    def _side_by_side(self, runs: Sequence[_Run], pruning: Pruning | None) -> dict[str, str]:
         """Run these from their first candidate to their files."""
         self._rounds.names = [run.task.name for run in runs]
-        errors = self._batches.run([(run.index, run.search) for run in runs])
+        judge = None if pruning is None else Referee(pruning.rule, runs, pruning.ended).judge
+        errors = self._batches.run([(run.index, run.search) for run in runs], judge)
         failed = {run.task.name: str(error) for run, error in zip(runs, errors, strict=True) if error is not None}
         ended = []
         for run in runs:
@@ -161,6 +174,19 @@ class _Group:
         return failed
 
 
+def windows(rivals: Sequence[str], size: int) -> list[list[int]]:
+    """Numbers of runs that go side by side, about so many at once; those that compete always do."""
+    groups: dict[str, list[int]] = {}
+    for number, key in enumerate(rivals):
+        groups.setdefault(key or f"#{number}", []).append(number)
+    found: list[list[int]] = []
+    for members in groups.values():
+        if not found or len(found[-1]) + len(members) > size:
+            found.append([])
+        found[-1] += members
+    return found
+
+
 class _Run:
     """One optimisation."""
 
@@ -168,6 +194,21 @@ class _Run:
         self.task, self.index, self.ended = task, index, ""
         self._prepared, self._known, self._tell = prepared, known, tell
         self._loop: SearchLoop | None = None
+        self.rivals, self.candidates = task.rivals, task.options.candidates
+
+    @property
+    def done(self) -> int:
+        """Candidates so far."""
+        return 0 if self._loop is None else self._loop.tracker.done
+
+    def costs(self) -> Floats:
+        """Costs of its candidates so far, in order."""
+        return np.zeros(0) if self._loop is None else self._loop.evaluations().cost
+
+    def stop(self, reason: str) -> None:
+        """Let it end before its next candidates."""
+        assert self._loop is not None
+        self._loop.tracker.stopped = reason
 
     def search(self, batches: MakeBatches) -> None:
         """Search from the first candidate to the end; KeyboardInterrupt if that has ended it."""

@@ -19,6 +19,7 @@ from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values
+from warpmuscle.sweep.pruning.referee import Verdict
 from warpmuscle.sweep.union import MergedScene
 
 Job = Callable[[MakeBatches], None]
@@ -174,17 +175,29 @@ class SharedBatches:
         self._names = [tuple(parameter.name for parameter in free_parameters(scene)) for scene in scenes]
         self._starts = [start_values(scene) for scene in scenes]
 
-    def run(self, jobs: Sequence[tuple[int, Job]]) -> list[Error | None]:
+    def run(
+        self, jobs: Sequence[tuple[int, Job]], judge: Callable[[Sequence[int]], Verdict] | None = None
+    ) -> list[Error | None]:
         """Run optimisations side by side; see `run_in_one_batch`.
 
         Args:
             jobs: each with the number of its scene.
+            judge: told the numbers of jobs that ask for candidates, says who gets them and who is to end; all get them
+                without it.
         """
         workers = [_Worker(job, number, index, self) for number, (index, job) in enumerate(jobs)]
         try:
             for worker in workers:
                 worker.advance()
             while waiting := [worker for worker in workers if worker.request is not None]:
+                if judge is not None:
+                    if any(isinstance(worker.error, KeyboardInterrupt) for worker in workers):
+                        raise KeyboardInterrupt  # whose candidates are missing, when its rivals are compared with it
+                    by_number = {worker.request.job: worker for worker in waiting if worker.request is not None}
+                    verdict = judge(list(by_number))
+                    for number in verdict.stop:
+                        by_number[number].advance()  # with nothing evaluated, it ends
+                    waiting = [by_number[number] for number in by_number if number in verdict.go]
                 error: Error | None = None
                 try:
                     self.evaluate([worker.request for worker in waiting if worker.request is not None])

@@ -64,6 +64,7 @@ from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
+from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
 from warpmuscle.sweep.samples import Sample, sampled
 from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
@@ -97,6 +98,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     run: list[dict[str, Any]] = []
     sample: Sample | None = None
     study: StudyTable | None = None
+    prune: PruneTable | None = None
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ class Plan:
     text: str  # of the file
     runs: tuple[SweepRun, ...]
     study: Study | None = None  # that the runs are to show something in
+    prune: Rule | None = None  # by which runs that are behind are stopped
 
     @property
     def trains(self) -> bool:
@@ -200,7 +203,9 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     if file.study is not None and file.training is not None:
         raise SceneError("a study measures the best motions of searches; trainings have none", key="study")
     study = None if file.study is None else study_of(file.study, name, [run.axes for run in runs])
-    return Plan(path, name, source.text, tuple(runs), study)
+    staged = any(run.scene.stages for run in runs)
+    rule = rule_of(file.prune, [(run.axes, run.candidates) for run in runs], file.training, file.study, staged)
+    return Plan(path, name, source.text, tuple(runs), study, rule)
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

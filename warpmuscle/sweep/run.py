@@ -98,7 +98,11 @@ def sweep(
         if cluster is not None:
             raise Error("trainings run on one machine, one after the other; leave the cluster out")
         return _train(plan, folder, target, device, threads, command, progress)
-    tasks = [Task(run.name, run.scene, run.seed, run.options, command) for run in plan.runs]
+    if plan.prune is not None and (part is not None or cluster is not None):
+        raise Error("runs that compete go side by side on one machine; leave the parts, the cluster or [prune] out")
+    rivals = ["" if plan.prune is None else plan.prune.rivals(run.axes, run.candidates) for run in plan.runs]
+    tasks = [Task(run.name, run.scene, run.seed, run.options, command, key)
+             for run, key in zip(plan.runs, rivals, strict=True)]  # fmt: skip
     if cluster is not None:
         from warpmuscle.sweep.cluster import Cluster
 
@@ -113,8 +117,9 @@ def sweep(
             manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
             board = Board(folder, manifest, progress)
             failed = run_here(
-                board.left(tasks), folder.path, devices_name(device), threads, board.report, board.finished
-            )
+                board.left(tasks) if plan.prune is None else tasks, folder.path, devices_name(device), threads,
+                board.report, board.finished, plan.prune,
+            )  # fmt: skip
             gathered = _finish(folder, manifest, board, target, command)
     return SweepResult(manifest, folder, gathered, failed)
 

@@ -17,3 +17,4 @@ class Task:
     seed: int
     options: SearchOptions
     command: str  # put into its result as what made it
+    rivals: str = ""  # what runs have in common that it competes with, see `pruning`; empty if with none

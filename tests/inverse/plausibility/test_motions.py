@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from warpmuscle.inverse.plausibility.motions import range_notes, time_notes, unit_notes, value_notes
+from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, unit_notes, value_notes
 
 TIMES = np.arange(60) / 100.0
 SMOOTH = np.column_stack([0.5 * np.sin(5.0 * TIMES), 1.0 + 0.9 * np.cos(9.0 * TIMES)])
@@ -56,3 +56,13 @@ def test_degrees_that_are_as_small_as_radians_are_told():
     assert "inDegrees=no" in unit_notes(values)[0]
     assert unit_notes(np.degrees(values)) == []
     assert unit_notes(0.0 * values) == []  # a pose that stands still
+
+
+def test_one_side_in_another_unit_is_told():
+    wave = np.sin(np.linspace(0.0, 6.0, 60))
+    names, values = ("knee_angle_r", "knee_angle_l", "pelvis_tilt"), np.stack([wave, -wave, 0.1 * wave], axis=1)
+    assert side_notes(names, values) == []
+    (note,) = side_notes(names, values * (np.pi / 180.0, 1.0, 1.0))
+    assert note == "knee_angle_r moves by 2 degrees where that of the other side moves by 1.1e+02: are its numbers rad?"
+    assert side_notes(names, values * (0.0, 1.0, 1.0)) == []  # a stiff knee
+    assert side_notes((), np.zeros((0, 0))) == []

@@ -16,12 +16,13 @@ MOVING = {"rad": 0.1, "m": 0.05}  # range of a coordinate, below which its chang
 TO_AND_FRO = 1.25  # median of second differences by that of first ones; of white noise 1.73
 BEYOND = 0.1  # rad, out of a range
 LEAST_ANGLE = 3.2  # degrees, which angles in rad stay below
+UNIT = (20.0, 200.0)  # times that one side moves more than the other, about the 57.3 degrees of 1 rad
 LISTED = 4
 
 
 def time_notes(what: str, times: Floats) -> list[str]:
     """Holes between frames (F,), and frames that are far apart."""
-    if len(times) < 3:
+    if len(times) < 2:
         return []
     steps = np.diff(times)
     usual = float(np.median(steps))
@@ -70,6 +71,22 @@ def range_notes(names: Sequence[str], values: Floats, ranges: Mapping[str, tuple
         if beyond > BEYOND:
             span = f"{np.degrees(low):.0f} to {np.degrees(high):.0f} degrees, by {np.degrees(beyond):.0f}"
             notes.append(f"{name} leaves its range, {span}: is its name, sign or unit another?")
+    return notes[:LISTED]
+
+
+def side_notes(names: Sequence[str], values: Floats) -> list[str]:
+    """Coordinates (F, K) of one side that move as those of the other one would in the other unit of angles."""
+    spans = dict(zip(names, np.ptp(values, axis=0).tolist(), strict=True)) if len(values) else {}
+    notes = []
+    for name, span in spans.items():
+        for end, other in (("_r", "_l"), ("_l", "_r")):
+            whole = spans.get(name.removesuffix(end) + other, 0.0) if name.endswith(end) else 0.0
+            small = bool(np.abs(values[:, names.index(name)]).max() < np.radians(LEAST_ANGLE))
+            if small and whole > MOVING["rad"] and UNIT[0] < whole / max(span, 1e-9) < UNIT[1]:
+                notes.append(
+                    f"{name} moves by {np.degrees(span):.2g} degrees where that of the other side moves by "
+                    f"{np.degrees(whole):.2g}: are its numbers rad?"
+                )
     return notes[:LISTED]
 
 

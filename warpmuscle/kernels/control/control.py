@@ -66,8 +66,9 @@ class CustomController(NamedTuple):
     by_muscle: Any = None  # of each muscle; for `excitation`
     state_a_body: int = 0  # further floats of its state, body by body, behind the others; the root's first
     recorded: tuple[tuple[str, str], ...] = ()  # names and units of the first floats of its state that frames hold
+    defaults: tuple[tuple[str, float], ...] = ()  # parameters that a scene need not give, of all structures
     description: str = ""
-    legs: bool = False  # whether it moves two legs: feet, hinged knees, hips of the root, no joints of other coordinates
+    legs: bool = False  # whether it moves two legs: feet, hinged knees, hips of the root, joints of usual types
 
     def own(self, function: Any) -> tuple[str, Any]:
         """Which of `by_joint`, `by_body` and `by_muscle` a function takes, and the structure; ("", None) if none."""

@@ -84,3 +84,22 @@ def accelerations(
             total -= factor[place(q, i)] * work[q]
         work[i] = total * factor[place(i, i)]
         acceleration[i] = wp.float32(wp.float64(wanted[i]) - work[i])
+
+
+@func
+def solve_weights(
+    n: int, pull: wp.array[float], factor: wp.array[wp.float64], work: wp.array[wp.float64], wanted: wp.array[float]
+):
+    """Wanted accelerations W^-1 pull; `work` has room for n numbers."""
+    for i in range(n):
+        total = wp.float64(pull[i])
+        for q in range(i):
+            total -= factor[place(i, q)] * work[q]
+        work[i] = total * factor[place(i, i)]
+    for back in range(n):
+        i = n - 1 - back
+        total = work[i]
+        for q in range(i + 1, n):
+            total -= factor[place(q, i)] * work[q]
+        work[i] = total * factor[place(i, i)]
+        wanted[i] = wp.float32(work[i])

@@ -35,3 +35,43 @@ class ProgramWork:
     hessian: wp.array2d[wp.float64]  # (programs, n (n + 1)/2)
     vector: wp.array3d[wp.float64]  # (programs, 4, n) needed, h, sizes, d
     by_control: wp.array3d[wp.float64]  # (programs, 2, m) B^T x and B^T d
+
+
+@wp.struct
+class Frames:
+    """Bodies of all instances, world axes; (instances, bodies) unless said otherwise."""
+
+    position: wp.array2d[wp.vec3]  # m, of joints
+    orientation: wp.array2d[wp.quat]
+    velocity: wp.array2d[wp.vec3]  # m/s, of joints
+    angular_velocity: wp.array2d[wp.vec3]  # rad/s
+    drift: wp.array2d[wp.vec3]  # m/s^2, of joints, where speeds do not change
+    turning_drift: wp.array2d[wp.vec3]  # rad/s^2
+    com: wp.array2d[wp.vec3]  # m, from the joint
+    mass: wp.array2d[float]  # kg
+    angular: wp.array2d[wp.vec3]  # (instances, speeds) what a unit of a speed gives the body relative to its parent
+    linear: wp.array2d[wp.vec3]  # (instances, speeds)
+    center: wp.array2d[wp.vec3]  # (instances, 2) m and m/s, of the whole
+
+
+@wp.struct
+class TaskSums:
+    """What tasks of an instance add up to."""
+
+    weight: wp.array[float]  # (n n) W
+    pull: wp.array[float]  # (n) W times wanted accelerations
+    row: wp.array[float]  # (n) room for how speeds move something
+
+
+@wp.struct
+class Layout:
+    """Where things stand in the memory of the controller, and which controls belong to what."""
+
+    every: int  # steps between decisions
+    coordinates: int  # first of the coordinates at the start
+    bodies: int  # first of the bodies at the start, `controller.BODY_FLOATS` each
+    center: int  # first of the centre of mass at the start
+    margin: float  # m, above the ground where a point counts as touching it
+    lever: wp.array[int]  # (entries of muscles,) number in moment arms
+    torque: wp.array2d[int]  # (torques, 2) speed, and the body whose joint has it
+    point: wp.array2d[int]  # (points, 2) number among all points of contact, and its body

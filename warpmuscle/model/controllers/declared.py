@@ -12,6 +12,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.control.control import PLACES, CustomController
 from warpmuscle.kernels.control.controllers import CONTROLLERS
 from warpmuscle.kernels.structs import Model, Scratch, State
+from warpmuscle.model.controllers.program import has_program, with_room
 from warpmuscle.model.extensions import BODY, check_count, check_declaration, check_parameters
 from warpmuscle.model.user_functions import Table, declared
 from warpmuscle.scene import Scene
@@ -50,7 +51,7 @@ def declared_controller(scene: Scene) -> CustomController:
     entry, key = declared_name(scene)
     if ":" not in entry and key == "controller.type":
         shipped: CustomController = CONTROLLERS[entry]
-        return shipped
+        return with_room(shipped, scene) if has_program(scene) else shipped
     found = declared(entry, key, CustomController)
     controller = found if isinstance(found, CustomController) else CustomController(effort=found)
     _check(controller, entry, key)
@@ -103,16 +104,20 @@ def _check_alone(controller: CustomController, entry: str) -> None:
             raise SceneError(message, key="custom_controller")
 
 
-def parameters_of(scene: Scene) -> Mapping[str, Number]:
-    """The parameters of the whole that a scene gives its declared controller."""
+def parameters_of(scene: Scene, defaults: Mapping[str, float]) -> Mapping[str, Number]:
+    """The parameters of the whole that a scene gives its declared controller, and else their defaults."""
     if scene.custom_controller or scene.controller is None:
-        return scene.custom_controller_parameters
-    return scene.controller.parameters
+        return {**defaults, **scene.custom_controller_parameters}
+    return {**defaults, **scene.controller.parameters}
 
 
-def own_parameters(scene: Scene, place: str, names: Sequence[str], struct: Any) -> Iterator[dict[str, Number]]:
-    """What each of these joints, bodies or muscles has of a structure's parameters; zeros where a scene has none."""
+def own_parameters(
+    scene: Scene, place: str, names: Sequence[str], struct: Any, defaults: Mapping[str, float]
+) -> Iterator[dict[str, Number]]:
+    """What each of these joints, bodies or muscles has of a structure's parameters, or their defaults, or zeros."""
     table = {} if scene.controller is None else getattr(scene.controller, place)
     for name in names:
         values = {parameter: own_value(table, name, parameter) for parameter in struct.vars}
-        yield {parameter: 0.0 if value is None else value for parameter, value in values.items()}
+        yield {
+            parameter: defaults.get(parameter, 0.0) if value is None else value for parameter, value in values.items()
+        }

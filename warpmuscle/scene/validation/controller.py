@@ -63,7 +63,7 @@ def _check_keys(controller: Controller) -> None:
 
 
 def _check_legs(kind: str, character: Character) -> None:
-    """A character has two legs that a controller of this type can move: a hinge above each foot's shank, a hip above."""
+    """A character has two legs that a controller of this type can move: ankles, hinges as knees, hips of the root."""
     if character.feet is None:
         raise SceneError(f"a controller of type {kind!r} needs the two feet: name them", key="character.feet")
     above = {joint.child: (name, joint) for name, joint in character.joints.items()}
@@ -92,7 +92,8 @@ def check_declared_values(declared: Any, controller: Controller, character: Char
     Args:
         declared: `kernels.control.control.CustomController`.
     """
-    check_values(declared.parameters, controller.parameters, "controller.parameters")
+    defaults = dict(declared.defaults)
+    check_values(declared.parameters, controller.parameters, "controller.parameters", given_else=defaults)
     for place, what in PLACES.items():
         struct, table = getattr(declared, place), getattr(controller, place)
         parameters = [] if struct is None else list(struct.vars)
@@ -101,7 +102,7 @@ def check_declared_values(declared: Any, controller: Controller, character: Char
         for name, given in table.items():
             _check_known(parameters, given, f"controller.{place}.{name}")
         for name in _names(place, character):
-            missing = [p for p in parameters if own_value(table, name, p) is None]
+            missing = [p for p in parameters if own_value(table, name, p) is None and p not in defaults]
             if missing:
                 said = f"there is no value of {', '.join(map(repr, missing))}"
                 hint = f"; one under {EVERY_OTHER!r} is of every other {what}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from functools import partial
 from typing import Any
 
@@ -112,17 +112,19 @@ def check_leg(scene: Scene, joint: str, key: str) -> None:
         raise SceneError(f"must be a joint of one leg, whose gait cycle it is to follow; {why} on {joint!r}", key=key)
 
 
-def check_values(struct: Any, given: Mapping[str, Number], key: str, others: tuple[str, ...] = ()) -> None:
+def check_values(
+    struct: Any, given: Mapping[str, Number], key: str, others: tuple[str, ...] = (), given_else: Container[str] = ()
+) -> None:
     """SceneError unless a scene gives all the parameters of a structure of Warp, and no others.
 
     Args:
-        others: parameters that the scene does not give.
+        others: parameters that the scene does not give. given_else: those that it need not give.
     """
     names = [] if struct is None else [name for name in struct.vars if name not in others]
     for name in given:
         if name not in names:
             takes = f"takes {', '.join(names)}" if names else "takes none"
             raise SceneError(f"no parameter is called {name!r}{near(name, names)}; it {takes}", key=f"{key}.{name}")
-    missing = [name for name in names if name not in given]
+    missing = [name for name in names if name not in given and name not in given_else]
     if missing:
         raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=key)

@@ -23,15 +23,22 @@ class ProgramBatch:
     """
 
     def __init__(
-        self, programs: int, coordinates: int, rows: Sequence[Sequence[int]], device: Any, bounds: int = 1
+        self,
+        programs: int,
+        coordinates: int,
+        rows: Sequence[Sequence[int]],
+        device: Any,
+        bounds: int = 1,
+        apart: bool = True,
     ) -> None:
         """Make room.
 
         Args:
             rows: of each control the coordinates on which it acts, which increase.
             bounds: rows of gains and bounds: 1 where all programmes share them, or as many as there are programmes.
+            apart: whether a GPU keeps the same number of neighbouring programmes side by side.
         """
-        self.device, self._apart = device, not device.is_cpu
+        self.device, self._apart = device, apart and not device.is_cpu
         self.programs, self.coordinates, self.controls = programs, coordinates, len(rows)
         self.rows = [list(one) for one in rows]
         n, m, half = coordinates, max(len(rows), 1), coordinates * (coordinates + 1) // 2

@@ -23,7 +23,7 @@ from warpmuscle.sweep.patient.gait import ANGLES, MOMENTS, UNITS, unit_of
 from warpmuscle.sweep.patient.path import PathResult
 
 DECIMALS = {"deg": 1, "N m/kg": 2, "W/kg": 2, "body weights": 2, "m/s": 2, "s": 2, "m": 2, "J/(kg m)": 2, "SD": 1}
-CLEAR = "clear"  # of a change whose interval leaves out 0
+ENOUGH = 6  # pairs of walks, from which on a change has an interval
 
 
 @dataclass(frozen=True)
@@ -87,10 +87,16 @@ def signed(unit: str, value: float) -> str:
     return text if text.startswith("-") or not text else f"+{text}"
 
 
-def is_clear(cell: Cell) -> bool:
-    """Whether the interval of the change is on one side of 0."""
+def ends(cell: Cell) -> tuple[float, float]:
+    """The interval of a change; of fewer pairs than one takes, the least and the greatest, about."""
     low, high = cell.interval
-    return bool(np.isfinite(low) and low * high > 0.0)
+    return (low, high) if np.isfinite(low) else (cell.change.low, cell.change.high)
+
+
+def is_clear(cell: Cell) -> bool:
+    """Whether the interval of the change is on one side of 0; of fewer pairs than one takes, whether all are."""
+    low, high = ends(cell)
+    return bool(cell.change.count > 1 and low * high > 0.0)
 
 
 def table(found: PathResult) -> list[tuple[str, ...]]:
@@ -127,10 +133,10 @@ def page(found: PathResult, command: str) -> str:
     rendered = template("patient.html")
     with style():
         figures = {
-            "angles": _uri(_match_panels(found, ANGLES), 3, f"the patient's strides, mean ± {BAND:g} SD"),
-            "judged": _uri(_match_panels(found, (*MOMENTS, FORCE)), 4, "the patient's strides, mean ± 2 SD"),
-            "change_angles": _uri(_change_panels(found, ANGLES), 3, f"the patient's strides, mean ± {BAND:g} SD"),
-            "change_moments": _uri(_change_panels(found, (*MOMENTS, FORCE)), 4, "the patient's strides, mean ± 2 SD"),
+            "angles": _uri(_match_panels(found, ANGLES), 3, f"the patient's strides, ± {BAND:g} SD"),
+            "judged": _uri(_match_panels(found, (*MOMENTS, FORCE)), 4, "the patient's strides, ± 2 SD"),
+            "change_angles": _uri(_change_panels(found, ANGLES), 3, f"the patient's strides, ± {BAND:g} SD"),
+            "change_moments": _uri(_change_panels(found, (*MOMENTS, FORCE)), 4, "the patient's strides, ± 2 SD"),
         }
     versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
     return str(
@@ -142,7 +148,7 @@ def page(found: PathResult, command: str) -> str:
             numbers=[_number_row(one, found) for one in found.numbers],
             fallen=[(w.seed, w.condition or "match", w.why) for w in (*found.matched, *found.adapted) if not w.walked],
             least=found.patient.least_spread, floor=_floor(found), band=BAND, habit=found.asked.asked.adapt.habit,
-            seeds=len(found.matched), file=found.asked.source.text, made=f"{command}; {versions}",
+            enough=len(found.distances) >= ENOUGH, file=found.asked.source.text, made=f"{command}; {versions}",
         )
     )  # fmt: skip
 
@@ -206,8 +212,9 @@ def _match_panels(found: PathResult, names: Sequence[str]) -> list[Panel]:
 
 def _change_panels(found: PathResult, names: Sequence[str]) -> list[Panel]:
     """Panels of the walks that adapted, a group a condition."""
+    words = {UNCHANGED: "the model without it"}
     groups = [
-        (condition, [walk for walk in found.adapted if walk.condition == condition], False)
+        (words.get(condition, condition), [walk for walk in found.adapted if walk.condition == condition], False)
         for condition in found.conditions
     ]
     return [_panel(found, name, side, groups) for side in SIDES for name in names]
@@ -267,8 +274,8 @@ def _number_row(one: Changed, found: PathResult) -> dict[str, Any]:
 def _change_cell(unit: str, cell: Cell | None) -> dict[str, Any]:
     if cell is None or not cell.spread.count:
         return {"value": "", "change": "", "interval": "", "clear": False}
-    low, high = cell.interval
-    interval = f"{signed(unit, low)} to {signed(unit, high)}" if np.isfinite(low) else ""
+    low, high = ends(cell)
+    interval = f"{signed(unit, low)} to {signed(unit, high)}" if cell.change.count > 1 else ""
     change = signed(unit, cell.change.median) if cell.change.count else ""
     return {"value": number(unit, cell.spread.median), "change": change, "interval": interval, "clear": is_clear(cell)}
 
@@ -284,7 +291,7 @@ def _main_changes(found: PathResult) -> list[dict[str, Any]]:
             if cell is None or none is None or not cell.change.count or not is_clear(cell):
                 continue
             scale = max(none.spread.high - none.spread.low, 0.02 * abs(none.spread.median), 1e-9)
-            low, high = cell.interval
+            low, high = ends(cell)
             way = "rises" if cell.change.median > 0 else "falls"
             text = (
                 f"{one.name} {way} by {number(one.unit, abs(cell.change.median))} "

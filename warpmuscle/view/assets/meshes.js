@@ -1,7 +1,7 @@
 // Unit meshes. A vertex is a corner, which of two ends it belongs to (-0.5, 0 or 0.5), and a normal: eight numbers.
 // A limb of length l and radii r at its ends has the corner times r, moved along y by end times l.
 
-const CELL = 0.025; // m, of which coarse meshes have one corner
+const CELL = 0.03; // m, of which coarse meshes have one corner
 
 // Two half spheres and the cone between them.
 function limbMesh(rings, sectors) {

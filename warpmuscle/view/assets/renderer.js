@@ -20,6 +20,7 @@ class Renderer {
     this.finest = Math.min(window.devicePixelRatio || 1, slow ? 1 : 2); // pixels drawn a pixel of the page
     this.still = slow ? 2 : this.finest; // where nothing moves
     this.detail = this.finest;
+    this.spared = 0; // 1: shadows, 2: skin, too, while it moves
     const lightings = [[BY_PIXEL, PIXEL_FRAGMENT], [BY_CORNER, CORNER_FRAGMENT]];
     const [solids, muscles] = [solidVertex, muscleVertex].map((vertex) =>
       lightings.map(([lighting, fragment]) => makeProgram(gl, vertex(lighting), fragment)));
@@ -41,7 +42,7 @@ class Renderer {
   // Meshes for a picture of what stands still, and for one of many a second that a processor draws.
   makeMeshes() {
     const { gl, fine } = this, solid = (...meshes) => new Batch(gl, meshes, 2, 4);
-    const limbs = fine ? [limbMesh(5, 18), limbMesh(3, 10)] : [limbMesh(2, 5), flatLimbMesh()];
+    const limbs = fine ? [limbMesh(5, 18), limbMesh(2, 8)] : [limbMesh(2, 5), flatLimbMesh()];
     const bones = fine ? [limbMesh(3, 10), limbMesh(1, 6)] : [limbMesh(1, 4), bandMesh(0.8)];
     const tubes = (above) => (fine ? [36, 20] : [10, 5]).map((sectors) => tubeMesh(sectors, above));
     this.layers = {};
@@ -49,7 +50,7 @@ class Renderer {
       this.layers[name] = { limb: solid(...(name === "bone" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
     this.marks = { tube: solid(tubeMesh(fine ? 18 : 5), bandMesh()), cone: solid(...tubes(0)), limb: solid(...limbs) };
     this.path = solid(tubeMesh(fine ? 5 : 3), bandMesh());
-    const along = fine ? [[18, 10], [8, 5], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 5] : [2, 2];
+    const along = fine ? [[18, 6], [8, 4], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 4] : [2, 2];
     const rings = (counts) => counts.map((count, level) => stretchMesh(count, around[level]));
     this.stretches = along.map((counts) => new Batch(gl, rings(counts), 1, 1)); // of muscles of few or many stretches
   }
@@ -110,13 +111,17 @@ class Renderer {
     return { ...Object.fromEntries(layers), muscles: total(this.stretches), marks: total(this.marks), path: this.path.count };
   }
 
-  // Draw fewer pixels while pictures take too long, and more again where there is time; interval in ms.
+  // Draw fewer pixels while pictures take too long, then no shadows, then no skin that muscles are seen through; and more
+  // again where there is time. What stands still has all of it. Interval in ms.
   adapt(interval) {
     this.mean = this.mean === undefined ? interval : 0.9 * this.mean + 0.1 * Math.min(interval, 100);
     this.age = (this.age || 0) + 1;
     if (this.age < 12) return;
     const factor = this.mean > 1000 / 31 ? 0.88 : this.mean < 1000 / 50 ? 1.06 : 1;
-    this.detail = Math.min(Math.max(factor * this.detail, MIN_DETAIL * this.finest), this.finest);
+    const least = MIN_DETAIL * this.finest;
+    if (factor < 1 && this.detail <= least) this.spared = Math.min(this.spared + Number(this.slow), 2);
+    else if (factor > 1 && this.spared) this.spared--;
+    else this.detail = Math.min(Math.max(factor * this.detail, least), this.finest);
     if (factor !== 1) this.age = 0;
   }
 
@@ -168,7 +173,8 @@ class Renderer {
     gl.enable(gl.CULL_FACE); // all else is closed, or faces the eye
     const { programs } = this, lighting = Number(this.level > 0);
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
-    if (this.ground.visible && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
+    const spared = this.level ? this.spared : 0;
+    if (this.ground.visible && !spared && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
     this.drawSolids([object, device, this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
@@ -177,7 +183,7 @@ class Renderer {
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
-    if (shown.flesh && !opaque) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
+    if (shown.flesh && !opaque && spared < 2) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
     if (this.fine) this.drawThrough({ tube: this.marks.tube, cone: this.marks.cone });
     if (shown.desired) {
       gl.uniform1i(this.solid.place.shift, this.shift);

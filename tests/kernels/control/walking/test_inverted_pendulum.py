@@ -42,8 +42,8 @@ def test_retreat_and_margin_make_a_walk_of_the_linear_pendulum_that_repeats_itse
     along, across, foot, side = np.array([0.0, wanted]), np.array([0.0, 0.0]), np.zeros(2), 1.0
     feet, speeds = [], []
     for _ in range(60):
-        along = np.array(falls(along[0] - foot[1], along[1], rate, duration)) + [foot[1], 0.0]
-        across = np.array(falls(across[0] - foot[0], across[1], rate, duration)) + [foot[0], 0.0]
+        along = falls(along[0] - foot[1], along[1], rate, duration) + np.array([foot[1], 0.0])
+        across = falls(across[0] - foot[0], across[1], rate, duration) + np.array([foot[0], 0.0])
         foot = np.array([across[0] + across[1] / rate + side * margin, along[0] + along[1] / rate - retreat])
         side = -side
         feet.append(foot)

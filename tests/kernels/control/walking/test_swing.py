@@ -1,4 +1,4 @@
-"""The way of the foot: where it is at rest, how high it is lifted, and that it goes up before and down after its way."""
+"""The way of the foot: where it is at rest, how high it is lifted, that it goes up early and down late."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,8 @@ def test_the_foot_is_lifted_once_and_down_in_time():
     found = evaluate(lift, phase)
     np.testing.assert_allclose(found, (4.0 * s * (1.0 - s)) ** 2, atol=1e-6)
     assert found.max() == pytest.approx(1.0, abs=1e-3)
-    assert found[0] == 0.0 and np.all(found[phase >= float(LOWERED)] == 0.0)
+    assert found[0] == 0.0
+    assert np.all(found[phase >= float(LOWERED)] == 0.0)
 
 
 @pytest.mark.parametrize("rise", [0.17, -0.17])
@@ -28,4 +29,4 @@ def test_a_foot_goes_up_early_and_down_late(rise: float):
     height = evaluate(way_height, phase, 0.3, 0.3 + rise)
     assert (height[0], height[-1]) == (pytest.approx(0.3), pytest.approx(0.3 + rise))
     straight = 0.3 + rise * phase
-    assert np.all(height >= straight - 1e-6) or np.mean(height - straight) > 0.05
+    assert np.mean(height - straight) > 0.03  # in both cases the foot is above the straight way for most of it

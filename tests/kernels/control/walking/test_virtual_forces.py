@@ -20,7 +20,7 @@ def test_a_torque_bears_the_weight_of_a_chain_of_bodies():
 
 
 def test_torques_of_a_leg_do_the_work_of_the_virtual_force():
-    """With the foot held, a turn of each joint moves the centre of mass, and torques do the work that the force does."""
+    """With the foot held, a turn of each joint moves the centre of mass: torques do the work that the force does."""
     place, joints, force = vectors(1, 3)[0], vectors(3, 4), vectors(1, 5, 100.0)[0]
     turns = vectors(3, 6, 1e-3)  # of what is inwards of each joint relative to what is outwards
     moved = sum(np.cross(turn, place - joint) for turn, joint in zip(turns, joints, strict=True))
@@ -34,7 +34,8 @@ def test_the_centre_of_pressure_stays_within_the_sole():
     torque = vectors(40, 7, 60.0)
     found = evaluate(within_foot, torque, load, heel, toe, half)
     ahead, aside = found[:, 0] / load, -found[:, 2] / load
-    assert ahead.min() >= heel - 1e-6 and ahead.max() <= toe + 1e-6
+    assert ahead.min() >= heel - 1e-6
+    assert ahead.max() <= toe + 1e-6
     assert np.abs(aside).max() <= half + 1e-6
     inside = (torque[:, 0] > load * heel) & (torque[:, 0] < load * toe)
     np.testing.assert_allclose(found[inside, 0], torque[inside, 0], rtol=1e-6)

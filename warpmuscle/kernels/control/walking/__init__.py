@@ -1,4 +1,4 @@
-"""Generalised walking of Coros, Beaudoin, van de Panne 2010: feet are placed by an inverted pendulum, forces are virtual.
+"""Generalised walking of Coros, Beaudoin, van de Panne 2010: feet placed by an inverted pendulum, virtual forces.
 
 May import: kernels.
 To add: an equation on plain values in the file of its topic, its number to `parameters.py`, and the call in `plan.py`

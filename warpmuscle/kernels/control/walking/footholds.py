@@ -10,7 +10,9 @@ from warpmuscle.kernels.structs import ModelRef
 PLACES = wp.constant(8)  # that are tried ahead of the wanted one, and as many behind it
 FARTHEST = wp.constant(0.25)  # L, of these
 SAMPLES = wp.constant(6)  # points along a sole
-UNEVEN = wp.constant(12.0)  # m for each metre by which the ground is from straight below a sole: what it may cost to avoid that
+UNEVEN = wp.constant(
+    12.0
+)  # m for each metre by which the ground is from straight below a sole: what it may cost to avoid that
 MARGIN = wp.constant(0.03)  # m, before and behind a sole, by which feet may miss their places
 BACKWARDS = wp.constant(2.0)
 STEADY = wp.constant(0.7)  # m for each metre by which a plan is changed at the end of a step

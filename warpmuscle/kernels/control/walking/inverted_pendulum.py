@@ -1,4 +1,4 @@
-"""Where a foot is put: an inverted pendulum that comes to rest over it, and what it takes to go on (Coros 2010, 4.2)."""
+"""Where a foot is put: a pendulum comes to rest upright over it, and what it takes to go on (Coros 2010, Hof 2008)."""
 
 import warp as wp
 

@@ -30,7 +30,7 @@ def axes_along(first: wp.vec3, second: wp.vec3) -> wp.mat33:
 
 @func
 def thigh_rotation(to_ankle: wp.vec3, knee_axis: wp.vec3, own_to_ankle: wp.vec3, own_axis: wp.vec3) -> wp.mat33:
-    """Rotation of a thigh from its own axes to the world that points the leg to a place, its knee's axis as near as can.
+    """Rotation of a thigh from its own axes to the world that points the leg to a place, its knee along an axis.
 
     Args:
         to_ankle, knee_axis: wanted, world. own_to_ankle, own_axis: the same in the thigh, at the knee's angle.

@@ -1,4 +1,4 @@
-"""What the walking controller wants of the next moment: which leg stands, and where the other one's foot is to come down."""
+"""What the walking controller wants next: which leg stands, and where the foot of the other one is to come down."""
 
 import warp as wp
 
@@ -179,17 +179,26 @@ def tune_speed(parameters: Walking, time_step: float, work: ScratchRef, memory: 
 
 
 @func
-def may_stop(parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
-    """Whether a body that shall not go on stands safely on both feet: slow, with its feet beside each other."""
+def may_stop(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
+    """Whether a body that shall not go on may stand: its feet, side by side, bear its extrapolated centre of mass."""
     frame = facing(memory)
     velocity = wp.quat_rotate_inv(frame, work.center[1])
     apart = wp.quat_rotate_inv(frame, work.position[model.feet.left] - work.position[model.feet.right])
-    slow = wp.abs(velocity[2]) < 0.15 and wp.abs(memory[SPEED]) < STILL and parameters.speed < STILL
-    return slow and wp.abs(apart[2]) < 0.12 * memory[LEG]
+    between = 0.5 * (
+        middle_of_foot(model.feet.left, parameters, memory, work)
+        + middle_of_foot(model.feet.right, parameters, memory, work)
+    )
+    place = wp.quat_rotate_inv(frame, work.center[0] - between)
+    rate = falling_rate(wp.max(place[1], 0.5 * memory[LEG]), at(model.gravity, instance, 0))
+    borne = wp.abs(place[2] + velocity[2] / rate) < 0.5 * parameters.sole_use * (memory[TOE] - memory[HEEL])
+    slow = wp.abs(memory[SPEED]) < STILL and parameters.speed < STILL
+    return slow and borne and wp.abs(apart[2]) < 0.12 * memory[LEG]
 
 
 @func
-def extrapolated(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> float:
+def extrapolated(
+    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
     """How far to the left of the middle between both feet the extrapolated centre of mass is, m (Hof 2008)."""
     left = middle_of_foot(model.feet.left, parameters, memory, work)
     right = middle_of_foot(model.feet.right, parameters, memory, work)
@@ -207,7 +216,9 @@ def feet_apart(model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> fl
 
 
 @func
-def standing_share(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> float:
+def standing_share(
+    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
     """Share of the weight that the left foot of a body that stands is to bear, 0 to 1.
 
     The centre of pressure is to be beyond the extrapolated centre of mass as seen from where that is to go: the
@@ -251,14 +262,13 @@ def renew_plan(
     gravity = at(model.gravity, instance, 0)
     memory[PHASE] = memory[PHASE] + model.time_step / step_duration(parameters, memory[SPEED], memory[LEG], gravity)
     side = swing_side(memory)
-    load = state.foot_force[instance, side][1]
-    landed = memory[PHASE] > FROM_PHASE and load > LANDED * body_weight(instance, model)
+    force = state.foot_force[instance, side]
+    bears = force[1] > LANDED * body_weight(instance, model) and force[1] > wp.length(wp.vec2(force[0], force[2]))
+    landed = memory[PHASE] > FROM_PHASE and bears  # a foot that stubs does not
     if landed or memory[PHASE] > LONGEST:
         swing(instance, 1 - side, model, state, work, memory)
     tune_speed(parameters, model.time_step, work, memory)
-    if memory[PHASE] == 0.0:
-        if may_stop(parameters, model, work, memory):
-            memory[STANCE] = STANDS
-            memory[PHASE] = 0.0
-            return
+    if memory[PHASE] == 0.0 and may_stop(instance, parameters, model, work, memory):
+        memory[STANCE] = STANDS
+        return
     place_foot(instance, parameters, model, work, memory)

@@ -19,7 +19,7 @@ def progress(phase: float, start: float, end: float) -> float:
 
 @func
 def lift(phase: float) -> float:
-    """Height of a foot over its way, 0 to 1, at rest on the ground at both ends: (4 s (1 - s))^2, s the share of the time till it is down."""
+    """Height of a foot over its way, 0 to 1: (4 s (1 - s))^2, s the share of the time till it is down."""
     s = wp.clamp(phase / LOWERED, 0.0, 1.0)
     p = 4.0 * s * (1.0 - s)
     return p * p

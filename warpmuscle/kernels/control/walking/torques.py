@@ -1,4 +1,4 @@
-"""Which torques make what the walking controller wants: PD, gravity borne beforehand, virtual forces, the pelvis upright."""
+"""Torques that make what the walking controller wants: PD, gravity borne, virtual forces, the pelvis upright."""
 
 import warp as wp
 
@@ -40,8 +40,7 @@ from warpmuscle.kernels.control.walking.plan import facing, middle_of_foot, stan
 from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, STRAIGHTENS, lift, progress, way_height
 from warpmuscle.kernels.control.walking.virtual_forces import force_torque, gravity_torque, within_foot
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import LEFT, ModelRef, ScratchRef, StateRef, at
-
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 GRIP = wp.constant(0.15)  # of a foot's length: the lever of the torque that friction bears about the vertical
 
@@ -119,9 +118,7 @@ def hinge_pull(
 
 
 @func
-def ankle_wanted(
-    instance: int, phase: float, parameters: Walking, model: ModelRef, memory: wp.array[float]
-) -> wp.vec3:
+def ankle_wanted(instance: int, phase: float, parameters: Walking, model: ModelRef, memory: wp.array[float]) -> wp.vec3:
     """Where the ankle that swings is to be at a phase, world, m."""
     lifted = wp.vec3(memory[LIFTED], memory[LIFTED + 1], memory[LIFTED + 2])
     foothold = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
@@ -190,7 +187,9 @@ def swing_leg(
     torque = pull_to(leg.thigh, target, spin, hip.kp * u.stiffness, hip.kd * u.damping, work)
     add_torque(leg.thigh, torque, memory)
     add_torque(leg.shank, hinge_pull(instance, leg.shank, angle, knee, u, model, state, work), memory)
-    level = facing(memory) * hinge_rotation(wp.vec3(1.0, 0.0, 0.0), -parameters.toe_up * progress(memory[PHASE], 0.3, 1.0))
+    level = facing(memory) * hinge_rotation(
+        wp.vec3(1.0, 0.0, 0.0), -parameters.toe_up * progress(memory[PHASE], 0.3, 1.0)
+    )
     spin = work.angular_velocity[leg.foot]
     torque = pull_to(leg.foot, level, spin, ankle.kp * u.stiffness, ankle.kd * u.damping, work)
     add_torque(leg.foot, torque, memory)
@@ -210,7 +209,8 @@ def balance_force(parameters: Walking, u: Units, model: ModelRef, work: ScratchR
     force = wp.vec3(0.0)
     if memory[STANCE] == STANDS:
         middle = 0.5 * (
-            middle_of_foot(model.feet.left, parameters, memory, work) + middle_of_foot(model.feet.right, parameters, memory, work)
+            middle_of_foot(model.feet.left, parameters, memory, work)
+            + middle_of_foot(model.feet.right, parameters, memory, work)
         )
         off = wp.quat_rotate_inv(frame, work.center[0] - middle)
         per_metre = 2.0 * u.weight / memory[LEG]
@@ -225,7 +225,7 @@ def stance_leg(
     instance: int, side: int, share: float, parameters: Walking, joints: wp.array[WalkingJoint], u: Units,
     model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float],
 ):  # fmt: skip
-    """Torques of knee and ankle of a leg that stands: straight, with its share of virtual forces; the hip's come last."""
+    """Torques of knee and ankle of a leg that stands, straight, with its share of virtual forces; hips come last."""
     leg = leg_of(side, model)
     knee = joints[leg.shank]
     ankle = joints[leg.foot]

@@ -1,0 +1,59 @@
+"""Recorded frames for `marker_fit` out of all that are recorded, and what was found in them back among all."""
+
+import warp as wp
+
+
+@wp.func
+def is_seen(place: wp.vec3d) -> bool:
+    """Whether a marker has a place: a missing one is not a number."""
+    return wp.isfinite(place[0]) and wp.isfinite(place[1]) and wp.isfinite(place[2])
+
+
+@wp.kernel
+def take_frames(
+    positions: wp.array2d[wp.vec3d], weights: wp.array[float], order: wp.array[int], frame: wp.array[int],
+    base: wp.array[wp.vec3d], measured: wp.array2d[wp.vec3], weight: wp.array2d[float],
+):  # fmt: skip
+    """Places of markers from the frame's base, (rows, markers) in the order of the fit; 0 where one is missing.
+
+    Args:
+        positions: (frames, markers) m, as recorded. weights: (markers,) in the order of the fit, as `order` is.
+        frame: (rows,) the number of each row's frame. base: (rows,) m.
+    """
+    row, k = wp.tid()
+    place = positions[frame[row], order[k]]
+    if is_seen(place):
+        measured[row, k] = wp.vec3(place - base[row])
+        weight[row, k] = weights[k]
+    else:
+        measured[row, k] = wp.vec3(0.0, 0.0, 0.0)
+        weight[row, k] = 0.0
+
+
+@wp.kernel
+def mean_squares(error: wp.array2d[wp.vec3], weight: wp.array2d[float], found: wp.array[wp.float64]):
+    """Weighted mean square of the errors of each row, m^2; 0 of one without markers."""
+    row = wp.tid()
+    total, mass = wp.float64(0.0), wp.float64(0.0)
+    for k in range(weight.shape[1]):
+        own = wp.float64(weight[row, k])
+        off = error[row, k]
+        for axis in range(3):
+            along = wp.float64(off[axis])
+            total += own * along * along
+        mass += own
+    found[row] = total / wp.max(mass, wp.float64(1.0e-12))
+
+
+@wp.kernel
+def put_errors(
+    error: wp.array2d[wp.vec3], positions: wp.array2d[wp.vec3d], order: wp.array[int], frame: wp.array[int],
+    chosen: wp.array[int], errors: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Errors of chosen rows among those of all frames, in the order of the recording; NaN where a marker is missing."""
+    n, k = wp.tid()
+    row = chosen[n]
+    off = error[row, k]
+    if not is_seen(positions[frame[row], order[k]]):
+        off = wp.vec3(wp.nan, wp.nan, wp.nan)
+    errors[frame[row], order[k]] = off

@@ -1,0 +1,209 @@
+"""What a decision of the controller is made from: who is due, the tasks, and what can be done for them."""
+
+import warp as wp
+
+from warpmuscle.kernels.muscle.activation import activation_rate
+from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED, BodyTask, JointTask, ProgramParameters
+from warpmuscle.kernels.program.reduction import factorize, solve_weights
+from warpmuscle.kernels.program.structs import Columns, Frames, Layout, Programs, ProgramWork, TaskSums
+from warpmuscle.kernels.program.tasks import (
+    LEAST_WEIGHT,
+    body_task,
+    center_task,
+    contact_point,
+    contact_task,
+    joint_task,
+    point_row,
+)
+from warpmuscle.kernels.structs import BALL, RUNNING, Model, ModelRef, MuscleRow, State, at
+
+wp.set_module_options({"enable_backward": False, "max_unroll": 1})
+
+
+@wp.kernel
+def find_due(
+    # in
+    state: State, layout: Layout,
+    # out
+    due: wp.array[int],
+):  # fmt: skip
+    """Which instances run, and decide in this step."""
+    i = wp.tid()
+    decides = state.status[i] == RUNNING and state.step[i] % layout.every == 0
+    due[i] = wp.where(decides, 1, 0)
+
+
+@wp.func
+def remember_start(instance: int, layout: Layout, state: State, frames: Frames, memory: wp.array[float]):
+    """Keep where an instance is at its start."""
+    for k in range(state.coordinates.shape[1]):
+        memory[layout.coordinates + k] = state.coordinates[instance, k]
+    for body in range(frames.mass.shape[1]):
+        own = layout.bodies + body * BODY_FLOATS
+        memory[own] = 1.0
+        for k in range(3):
+            memory[own + 1 + k] = frames.position[instance, body][k]
+        for k in range(4):
+            memory[own + 4 + k] = frames.orientation[instance, body][k]
+    for k in range(3):
+        memory[layout.center + k] = frames.center[instance, 0][k]
+
+
+@wp.kernel
+def gather_tasks(
+    # in
+    model: Model, state: State, frames: Frames, layout: Layout, due: wp.array[int],
+    parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], by_body: wp.array2d[BodyTask],
+    # in and out
+    memory: wp.array3d[float], programs: Programs, work: ProgramWork, pull: wp.array2d[float], row: wp.array3d[float],
+    # out
+    touching: wp.array2d[int],
+):  # fmt: skip
+    """Weights and wanted accelerations of all instances that are due, and which of their points touch the ground."""
+    i = wp.tid()
+    if due[i] == 0:
+        return
+    own = memory[i, 0]
+    if own[layout.bodies] == 0.0:
+        remember_start(i, layout, state, frames, own)
+    p = at(parameters, i, 0)
+    sums = TaskSums()
+    sums.weight = programs.weight[i]
+    sums.pull = pull[i]
+    sums.row = row[i, 0]
+    n = sums.row.shape[0]
+    for s in range(n):
+        sums.pull[s] = 0.0
+        for q in range(n):
+            sums.weight[s * n + q] = 0.0
+        sums.weight[s * n + s] = LEAST_WEIGHT
+    for body in range(model.body_count):
+        if body > 0:
+            task = at(by_joint, i, body)
+            if task.weight > 0.0:
+                joint_task(i, body, task, own[layout.coordinates : layout.bodies], model, state, sums)
+        first = layout.bodies + body * BODY_FLOATS
+        start = own[first : first + BODY_FLOATS]
+        body_task(i, body, at(by_body, i, body), start, model.skeleton.plan, frames, sums)
+    if p.com_weight > 0.0:
+        c = layout.center
+        center_task(i, p, wp.vec3(own[c], own[c + 1], own[c + 2]), model.skeleton.plan, frames, row[i, 1], sums)
+    for k in range(layout.point.shape[0]):
+        touching[i, k] = contact_task(i, layout.point[k, 1], layout.point[k, 0], p, layout.margin, model, frames, sums)
+    factorize(n, sums.weight, work.factor[i])
+    solve_weights(n, sums.pull, work.factor[i], work.vector[i, 0], programs.wanted[i])
+
+
+@wp.func
+def rest_of(activation: float, excitation: float, time: float, row: MuscleRow, scaled: int) -> float:
+    """What part of its way to an excitation an activation has left after a time, s."""
+    if scaled == 1:
+        return wp.exp(-time * activation_rate(activation, excitation, row.rise_time, row.fall_time))
+    return wp.exp(-time / wp.where(excitation > activation, row.rise_time, row.fall_time))
+
+
+@wp.func
+def spring_force(instance: int, body: int, k: int, model: ModelRef, state: State) -> float:
+    """What the spring-damper of a joint of one coordinate asks for, N m; none of others."""
+    plan = model.skeleton.plan[body]
+    if plan.joint_type == BALL or plan.speed_end - plan.speed_start != 1:
+        return 0.0
+    q = state.coordinates[instance, plan.coordinate_start]
+    speed = state.speeds[instance, plan.speed_start]
+    return at(model.actuation.stiffness, instance, body) * q + at(model.actuation.damping, instance, body) * speed
+
+
+@wp.kernel
+def gather_forces(
+    # in
+    model: Model, state: State, frames: Frames, layout: Layout, due: wp.array[int],
+    parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], columns: Columns,
+    moment_arm: wp.array2d[float], active: wp.array2d[float], passive: wp.array2d[float], needed: wp.array2d[float],
+    touching: wp.array2d[int], row: wp.array3d[float],
+    # out
+    programs: Programs,
+):  # fmt: skip
+    """What muscles, torques and contacts can do for instances that are due, and what acts whatever they do."""
+    i = wp.tid()
+    if due[i] == 0:
+        return
+    p = at(parameters, i, 0)
+    time = float(layout.every) * model.time_step
+    for s in range(programs.bias.shape[1]):
+        programs.bias[i, s] = needed[i, s]
+    for body in range(1, model.body_count):
+        first = model.skeleton.plan[body].speed_start
+        programs.bias[i, first] = programs.bias[i, first] + spring_force(i, body, 0, model, state)
+    muscles = model.muscles.count
+    for m in range(muscles):
+        for e in range(columns.first[m], columns.first[m + 1]):
+            arm = moment_arm[i, layout.lever[e]]
+            programs.entry[i, e] = arm * active[i, m]
+            s = columns.row[e]
+            programs.bias[i, s] = programs.bias[i, s] - arm * passive[i, m]
+        muscle = at(model.muscles.row, i, m)
+        a = state.muscles.activation[i, m]
+        scaled = model.muscles.scaled_rates
+        programs.gain[i, m] = 1.0 / p.effort
+        programs.low[i, m] = a * rest_of(a, 0.0, time, muscle, scaled)
+        programs.high[i, m] = 1.0 - (1.0 - a) * rest_of(a, 1.0, time, muscle, scaled)
+    j = int(muscles)
+    for k in range(layout.torque.shape[0]):
+        bound = at(by_joint, i, layout.torque[k, 1]).torque
+        programs.entry[i, columns.first[j]] = 1.0
+        programs.gain[i, j] = wp.max(bound * bound, 1.0e-6) / p.torque_effort
+        programs.low[i, j] = -bound
+        programs.high[i, j] = bound
+        j += 1
+    weight = at(model.skeleton.total_mass, i, 0) * at(model.gravity, i, 0)
+    up = at(model.contacts.normal, i, 0)
+    side = wp.normalize(wp.cross(up, wp.vec3(0.0, 0.0, 1.0)))
+    front = wp.cross(side, up)
+    for k in range(layout.point.shape[0]):
+        body = layout.point[k, 1]
+        point = frames.position[i, body] + contact_point(i, body, layout.point[k, 0], model, frames)
+        for e in range(4):
+            across = wp.where(e < 2, side, front) * wp.where(e % 2 == 0, p.friction, -p.friction)
+            point_row(i, body, point, up + across, 0.0, model.skeleton.plan, frames, row[i, 0])
+            for entry in range(columns.first[j], columns.first[j + 1]):
+                programs.entry[i, entry] = row[i, 0, columns.row[entry]]
+            programs.gain[i, j] = weight * weight / p.contact_effort
+            programs.low[i, j] = 0.0
+            programs.high[i, j] = wp.where(touching[i, k] == 1, wp.inf, 0.0)
+            j += 1
+
+
+@wp.kernel
+def tell_muscles(
+    # in
+    model: Model, state: State, layout: Layout, due: wp.array[int], programs: Programs, control: wp.array2d[float],
+    acceleration: wp.array2d[float], iterations: wp.array[int],
+    # out
+    memory: wp.array3d[float],
+):  # fmt: skip
+    """Excitations and efforts with which instances that are due come to the controls that were found."""
+    i = wp.tid()
+    if due[i] == 0:
+        return
+    time = float(layout.every) * model.time_step
+    muscles = model.muscles.count
+    for m in range(muscles):
+        muscle = at(model.muscles.row, i, m)
+        a = state.muscles.activation[i, m]
+        aim = control[i, m]
+        rest = rest_of(a, wp.where(aim > a, 1.0, 0.0), time, muscle, model.muscles.scaled_rates)
+        memory[i, 0, REPORTED + m] = wp.clamp((aim - a * rest) / (1.0 - rest), 0.0, 1.0)
+    for k in range(layout.torque.shape[0]):
+        memory[i, 0, REPORTED + muscles + layout.torque[k, 0]] = control[i, muscles + k]
+    n = acceleration.shape[1]
+    unmet = wp.float32(0.0)
+    for s in range(n):
+        for q in range(n):
+            away = programs.wanted[i, q] - acceleration[i, q]
+            unmet += (programs.wanted[i, s] - acceleration[i, s]) * programs.weight[i, s * n + q] * away
+    load = wp.float32(0.0)
+    for j in range(muscles + layout.torque.shape[0], control.shape[1]):
+        load += control[i, j]
+    memory[i, 0, 0] = wp.sqrt(wp.max(unmet, 0.0))
+    memory[i, 0, 1] = float(iterations[i])
+    memory[i, 0, 2] = load
