@@ -156,7 +156,8 @@ def _read(asked: PatientFile, file: Path, lines: list[str], table: str, own: Map
 def _told(asked: PatientFile, error: SceneError, table: str, own: Mapping[str, Any]) -> SceneError:
     """An error of a sweep's file at the place of the patient's file that it comes from."""
     if error.key.startswith("search"):
-        return asked.error(error.message, f"{table}{error.key.removeprefix('search')}")
+        option = next((f".{name}" for name in SEARCH if name in error.message.split()), "")
+        return asked.error(error.message, f"{table}{error.key.removeprefix('search') or option}")
     for index, change in enumerate(asked.asked.change):
         if error.key in change:
             return asked.error(error.message, f"change.{index}.{error.key}")
