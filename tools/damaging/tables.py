@@ -221,7 +221,9 @@ def _one_plate(trial: Trial, rng: Random) -> None:
 
 
 def _swapped_forces(trial: Trial, rng: Random) -> None:
-    """Forces of one plate at the points of the other one."""
+    """Forces of one plate at the points of the other one, where there are two."""
+    if len(trial.plates) < 2:
+        return
     values = trial.loads.values
     mine, other = ([trial.loads.names.index(f"{plate[1]}{axis}") for axis in "xyz"] for plate in trial.plates[:2])
     values[:, mine], values[:, other] = values[:, other].copy(), values[:, mine].copy()
@@ -237,7 +239,7 @@ def _offset(columns: Columns, rng: Random) -> None:
 
 def _same_name(trial: Trial, rng: Random) -> None:
     names = [f'name="on_{plate[0]}"'.encode() for plate in trial.plates]
-    trial.edit("described", lambda data: data.replace(names[1], names[0]))
+    trial.edit("described", lambda data: data.replace(names[-1], names[0]))
 
 
 def _described(name: str, old: bytes, new: bytes, told: str) -> Damage:
