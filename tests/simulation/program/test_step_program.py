@@ -107,7 +107,7 @@ def test_a_point_comes_as_near_as_it_can(unoptimized_kernels):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"parameters": {"rate": 5000.0}}, "from 1 to 1000 times a second"),
+        ({"parameters": {"rate": 5000.0}}, "at 1 Hz to 1000 Hz"),
         ({"parameters": {"rate": Free(100.0, min=50.0, max=200.0)}}, "no free parameter"),
         ({"parameters": {"speed": 1.0}}, "no parameter is called 'speed'"),
         ({"joint": {"stiffness": 1.0}}, "no parameter is called 'stiffness'"),

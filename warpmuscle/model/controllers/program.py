@@ -61,6 +61,6 @@ def decision_steps(scene: Scene, controller: CustomController) -> int:
     if not isinstance(rate, (int, float)):
         raise SceneError("how often the controller decides is no free parameter", key="controller.parameters.rate")
     if not 1.0 <= rate <= most * (1.0 + 1e-6):
-        message = f"the controller decides from 1 to {most:g} times a second, which is every step, not {rate:g}"
+        message = f"the controller decides at 1 Hz to {most:g} Hz, which is every step, not at {rate:g} Hz"
         raise SceneError(message, key="controller.parameters.rate")
     return max(round(most / rate), 1)
