@@ -55,7 +55,7 @@ COMMANDS = {
     "Load and describe scenes": ("scenes", "info", "convert", "example", "schema", "fit-muscles", "fit-paths", "scale"),
     "Creatures": ("creature build", "creature judge"),
     "Run simulations": ("simulate", "compile"),
-    "Search for parameters": ("optimize", "sweep", "join", "study", "adaptation", "apply"),
+    "Search for parameters": ("optimize", "sweep", "join", "study", "patient", "adaptation", "apply"),
     "Learn policies": ("learn",),
     "Look at motions": ("view", "plot", "video", "report", "gait", "judge", "robustness"),
     "Read, write and export": ("export",),
