@@ -212,7 +212,7 @@ def extrapolated(
 def feet_apart(model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> float:
     """Distance of the feet across the heading, m."""
     between = wp.quat_rotate_inv(facing(memory), work.position[model.feet.left] - work.position[model.feet.right])
-    return wp.max(between[0], 0.05 * memory[LEG])
+    return wp.max(float(between[0]), 0.05 * memory[LEG])
 
 
 @func
@@ -238,6 +238,25 @@ def may_start(instance: int, parameters: Walking, model: ModelRef, work: Scratch
 
 
 @func
+def starts(
+    instance: int, parameters: Walking, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
+) -> bool:
+    """Whether a body that has stood until now walks from now on, its right leg first."""
+    memory[SPEED] = 0.0
+    memory[TUNED] = 0.0
+    memory[WAY] = 0.0
+    memory[SINCE] = 0.0
+    if wp.abs(parameters.speed) <= STILL:
+        memory[PHASE] = 0.0
+        return False
+    memory[PHASE] = memory[PHASE] + model.time_step
+    if may_start(instance, parameters, model, work, memory):
+        swing(instance, 1, model, state, work, memory)
+        return True
+    return False
+
+
+@func
 def renew_plan(
     instance: int, parameters: Walking, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
 ):
@@ -247,17 +266,7 @@ def renew_plan(
         begin(instance, model, work, memory)
     follow_commands(parameters, model.time_step, memory)
     if memory[STANCE] == STANDS:
-        memory[SPEED] = 0.0
-        memory[TUNED] = 0.0
-        memory[WAY] = 0.0
-        memory[SINCE] = 0.0
-        if wp.abs(parameters.speed) > STILL:
-            memory[PHASE] = memory[PHASE] + model.time_step
-            if not may_start(instance, parameters, model, work, memory):
-                return
-            swing(instance, 1, model, state, work, memory)
-        else:
-            memory[PHASE] = 0.0
+        if not starts(instance, parameters, model, state, work, memory):
             return
     gravity = at(model.gravity, instance, 0)
     memory[PHASE] = memory[PHASE] + model.time_step / step_duration(parameters, memory[SPEED], memory[LEG], gravity)
