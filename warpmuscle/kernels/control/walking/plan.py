@@ -265,7 +265,7 @@ def renew_plan(
     if memory[BEGUN] == 0.0:
         begin(instance, model, work, memory)
     follow_commands(parameters, model.time_step, memory)
-    if memory[STANCE] == STANDS:
+    if memory[STANCE] == STANDS:  # noqa: SIM102 - Warp evaluates both sides of `and`
         if not starts(instance, parameters, model, state, work, memory):
             return
     gravity = at(model.gravity, instance, 0)
