@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -46,13 +46,15 @@ from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import check_memory, struct_bytes
 from warpmuscle.simulation.perturbations import Perturbations, with_masses
-from warpmuscle.simulation.program.step_program import StepProgram
 from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
 from warpmuscle.simulation.rollout_results import RolloutResults
 from warpmuscle.simulation.stepper import Stepper
 from warpmuscle.simulation.terrain_starts import TerrainStarts
+
+if TYPE_CHECKING:
+    from warpmuscle.simulation.program.step_program import StepProgram
 
 FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
@@ -154,8 +156,10 @@ class Rollout(RolloutResults):
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
         self._ground_turned = False  # about where instances stood
         self.change(self._substituted(self._values))
-        self._program = None
+        self._program: StepProgram | None = None
         if has_program(scene):
+            from warpmuscle.simulation.program.step_program import StepProgram
+
             kind = config.kind.muscles
             self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device)
         self.reset()

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+wp.set_module_options({"enable_backward": False, "max_unroll": 1})
+
 
 @wp.func
 def is_seen(place: wp.vec3d) -> bool:
