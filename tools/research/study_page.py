@@ -1,6 +1,8 @@
 """The page of a study from its table of runs, without their motions: where what is expected has changed since they ran.
 
-For docs/how-to/run-a-study.md. Measures that the table lacks are not in the page either.
+For docs/how-to/run-a-study.md.
+
+Measures that the table lacks are not in the page either.
 
     .venv/bin/python tools/research/study_page.py brace brace.csv -o brace.html --seeds 20 --candidates 6000
 """
