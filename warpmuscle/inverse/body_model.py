@@ -99,13 +99,7 @@ class BodyModel:
         self.muscles = tuple(self._muscles)
         self.pulls = np.array([not is_cable(muscle) for muscle in self._muscles.values()], dtype=bool)
         self.table = path_table(self._muscles, self.topology, character)
-        starts = self.topology.speed_start
-        entries = [
-            (number, one.joint, axis, one.muscle, starts[one.joint] + axis)
-            for number, one in enumerate(self.table.crossings)
-            for axis in range(starts[one.joint + 1] - starts[one.joint])
-        ]
-        columns = np.array(entries, dtype=np.int64).reshape(-1, 5).T
+        columns = np.array(self.table.levers(self.topology.speed_start), dtype=np.int64).reshape(-1, 5).T
         self._levers: Integers = columns[:3]
         self.lever_muscle, self.lever_speed = columns[3], columns[4]
         self.apart = not self.device.is_cpu

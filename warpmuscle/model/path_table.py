@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,16 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import check_path, check_polynomial, check_pulleys, check_wraps, is_route
 
 MusclePath = Sequence[ViaPoint] | Muscle  # the points of a path, or a muscle with points or pulleys
+
+
+class Lever(NamedTuple):
+    """A muscle and a speed that it acts on."""
+
+    crossing: int  # number of it
+    body: int  # that the joint carries
+    axis: int  # of the joint
+    muscle: int
+    speed: int
 
 
 @dataclass(frozen=True)
@@ -53,6 +63,14 @@ class PathTable:
         for crossing in self.crossings:
             counts[crossing.muscle] += len(crossing.levers)
         return max(counts, default=0)
+
+    def levers(self, speed_start: Sequence[int]) -> list[Lever]:
+        """A lever for each muscle and speed of a joint that it acts on, in the order of the crossings."""
+        return [
+            Lever(number, one.joint, axis, one.muscle, speed_start[one.joint] + axis)
+            for number, one in enumerate(self.crossings)
+            for axis in range(speed_start[one.joint + 1] - speed_start[one.joint])
+        ]
 
     def conditional(self, segment: int) -> list[Condition]:
         """The conditions that the weight of a segment depends on."""

@@ -2,5 +2,5 @@
 
 May import: kernels.
 
-To add: a task of the controller to `tasks.py`, another kind of control to `columns.py`.
+To add: a task of the controller to `tasks.py`, another kind of control to `gather.py`.
 """

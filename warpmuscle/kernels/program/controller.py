@@ -2,7 +2,8 @@
 
 Its numbers are those of tasks: accelerations x'' = kp (target - x) - kd x' that are wanted of joints, of points and the
 orientation of bodies, and of the centre of mass, each with a weight. Targets are where all of these are at the start of
-an instance, and what `move` and `target` add to that. `tasks.py` gathers them, `columns.py` what can be done for them.
+an instance, and what `move` and `target` add to that. They are added up in `tasks.py`, and
+`gather.py` says what can be done for them.
 """
 
 import warp as wp

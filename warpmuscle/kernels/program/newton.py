@@ -4,7 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.inverse.static_optimization_steps import EXACT, SEARCHES
-from warpmuscle.kernels.program.reduction import place
+from warpmuscle.kernels.program.reduction import cholesky, place, solve
 from warpmuscle.kernels.program.structs import Columns
 
 LEAST_PIVOT = 1.0e-14  # of a diagonal entry
@@ -82,28 +82,10 @@ def balance(
 @func
 def newton_step(n: int, hessian: wp.array[wp.float64], h: wp.array[wp.float64], d: wp.array[wp.float64]):
     """The step d = -H^-1 h by Cholesky's factors, in place of H."""
+    cholesky(n, LEAST_PIVOT, hessian)
     for i in range(n):
-        for j in range(i):
-            s = hessian[place(i, j)]
-            for q in range(j):
-                s -= hessian[place(i, q)] * hessian[place(j, q)]
-            hessian[place(i, j)] = s * hessian[place(j, j)]
-        diagonal = hessian[place(i, i)]
-        s = diagonal
-        for q in range(i):
-            s -= hessian[place(i, q)] * hessian[place(i, q)]
-        inverse = wp.float64(1.0) / wp.sqrt(wp.max(s, diagonal * wp.float64(LEAST_PIVOT)))
-        hessian[place(i, i)] = inverse
-        s = -h[i]
-        for q in range(i):
-            s -= hessian[place(i, q)] * d[q]
-        d[i] = s * inverse
-    for back in range(n):
-        i = n - 1 - back
-        s = d[i]
-        for q in range(i + 1, n):
-            s -= hessian[place(q, i)] * d[q]
-        d[i] = s * hessian[place(i, i)]
+        d[i] = -h[i]
+    solve(n, hessian, d)
 
 
 @func

@@ -7,7 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 
-LEAST_PIVOT = 1.0e-12  # of a diagonal entry
+LEAST_PIVOT = 1.0e-12  # of a diagonal entry of W
 
 
 @func
@@ -17,19 +17,44 @@ def place(i: int, j: int) -> int:
 
 
 @func
+def cholesky(n: int, least: float, a: wp.array[wp.float64]):
+    """The lower factor of a symmetric matrix, its diagonal inverted, in place; `least` pivots of diagonal entries."""
+    for i in range(n):
+        for j in range(i):
+            s = a[place(i, j)]
+            for q in range(j):
+                s -= a[place(i, q)] * a[place(j, q)]
+            a[place(i, j)] = s * a[place(j, j)]
+        diagonal = a[place(i, i)]
+        s = diagonal
+        for q in range(i):
+            s -= a[place(i, q)] * a[place(i, q)]
+        a[place(i, i)] = wp.float64(1.0) / wp.sqrt(wp.max(s, diagonal * wp.float64(least)))
+
+
+@func
+def solve(n: int, factor: wp.array[wp.float64], x: wp.array[wp.float64]):
+    """The solution of a system with such a factor, in place of its right side."""
+    for i in range(n):
+        total = x[i]
+        for q in range(i):
+            total -= factor[place(i, q)] * x[q]
+        x[i] = total * factor[place(i, i)]
+    for back in range(n):
+        i = n - 1 - back
+        total = x[i]
+        for q in range(i + 1, n):
+            total -= factor[place(q, i)] * x[q]
+        x[i] = total * factor[place(i, i)]
+
+
+@func
 def factorize(n: int, weight: wp.array[float], factor: wp.array[wp.float64]):
     """The Cholesky factor of W, its diagonal inverted."""
     for i in range(n):
-        for j in range(i):
-            s = wp.float64(weight[i * n + j])
-            for q in range(j):
-                s -= factor[place(i, q)] * factor[place(j, q)]
-            factor[place(i, j)] = s * factor[place(j, j)]
-        diagonal = wp.float64(weight[i * n + i])
-        s = diagonal
-        for q in range(i):
-            s -= factor[place(i, q)] * factor[place(i, q)]
-        factor[place(i, i)] = wp.float64(1.0) / wp.sqrt(wp.max(s, diagonal * wp.float64(LEAST_PIVOT)))
+        for j in range(i + 1):
+            factor[place(i, j)] = wp.float64(weight[i * n + j])
+    cholesky(n, LEAST_PIVOT, factor)
 
 
 @func
@@ -74,15 +99,9 @@ def accelerations(
         total = wp.float64(0.0)
         for s in range(n):
             total += wp.float64(mass[i * n + s]) * x[s]
-        for q in range(i):
-            total -= factor[place(i, q)] * work[q]
-        work[i] = total * factor[place(i, i)]
-    for back in range(n):
-        i = n - 1 - back
-        total = work[i]
-        for q in range(i + 1, n):
-            total -= factor[place(q, i)] * work[q]
-        work[i] = total * factor[place(i, i)]
+        work[i] = total
+    solve(n, factor, work)
+    for i in range(n):
         acceleration[i] = wp.float32(wp.float64(wanted[i]) - work[i])
 
 
@@ -92,14 +111,7 @@ def solve_weights(
 ):
     """Wanted accelerations W^-1 pull; `work` has room for n numbers."""
     for i in range(n):
-        total = wp.float64(pull[i])
-        for q in range(i):
-            total -= factor[place(i, q)] * work[q]
-        work[i] = total * factor[place(i, i)]
-    for back in range(n):
-        i = n - 1 - back
-        total = work[i]
-        for q in range(i + 1, n):
-            total -= factor[place(q, i)] * work[q]
-        work[i] = total * factor[place(i, i)]
+        work[i] = wp.float64(pull[i])
+    solve(n, factor, work)
+    for i in range(n):
         wanted[i] = wp.float32(work[i])

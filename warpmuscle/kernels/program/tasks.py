@@ -3,6 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.algebra.angles import pd_error
+from warpmuscle.kernels.body.speed_axes import unit
 from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.control.joint_values import joint_coordinate, joint_speed, joint_speeds
 from warpmuscle.kernels.functions import func
@@ -11,14 +12,6 @@ from warpmuscle.kernels.program.structs import Frames, TaskSums
 from warpmuscle.kernels.structs import BALL, BodyPlan, ModelRef, StateRef, at
 
 LEAST_WEIGHT = 1.0e-6  # of every speed, so that W has an inverse
-
-
-@func
-def unit(axis: int) -> wp.vec3:
-    """Unit vector along an axis."""
-    v = wp.vec3(0.0)
-    v[axis] = 1.0
-    return v
 
 
 @func

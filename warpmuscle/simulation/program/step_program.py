@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from warpmuscle.kernels.program import gather
 from warpmuscle.kernels.program.frames import body_frames
 from warpmuscle.kernels.program.structs import Frames, Layout
 from warpmuscle.model.controllers.program import decision_steps, places_of
+from warpmuscle.model.path_table import Lever
 from warpmuscle.model.polynomials import monomial_room
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -46,12 +48,11 @@ class StepProgram:
         self.every = decision_steps(scene, structure.controller.custom)
         self._structure, self._instances, self._device, self._muscles = structure, instances, device, muscles
         names = structure.names
-        levers, lever_rows, order = lever_table(structure)
+        levers = structure.actuation.table.levers(names.speed_start)
+        lever_rows, order = rows_of_levers(levers, len(structure.actuation.muscles))
         self._levers = wp.zeros(0, dtype=muscle_moments.Lever, device=device)
         if levers:
-            columns = dict(
-                zip(("crossing", "body", "axis"), zip(*(lever[2:] for lever in levers), strict=True), strict=True)
-            )
+            columns = {name: [getattr(one, name) for one in levers] for name in ("crossing", "body", "axis")}
             self._levers = structs_to_device(muscle_moments.Lever, columns, device)
         parents = model.skeleton.plan.numpy()["parent"].tolist()
         torques = [
@@ -78,11 +79,8 @@ class StepProgram:
         self._workspace = self._room(floats)
         self._frames = self._frames_of(len(names.bodies), n)
         self._no_rate, self._needed, self._followed = (self._room(n) for _ in range(3))
-        self._pull, self._row, self._touching = (
-            self._room(n),
-            self._room(2, n),
-            self._room(max(len(points), 1), dtype=int),
-        )
+        self._pull, self._row = self._room(n), self._room(2, n)
+        self._touching = self._room(max(len(points), 1), dtype=int)
         self._wrench = [self._room(len(names.bodies), dtype=wp.vec3) for _ in range(3)]
         self._turned = self._room(len(names.bodies), dtype=wp.quat)
         count = max(len(structure.actuation.muscles), 1)
@@ -177,22 +175,13 @@ def foot_points(model: structs.Model) -> list[tuple[int, int]]:
     return found
 
 
-def lever_table(structure: Structure) -> tuple[list[tuple[int, ...]], list[list[int]], list[int]]:
-    """Levers, the speeds of each muscle's, in order, and the numbers of the levers in that order.
-
-    A lever is a muscle, a speed, the crossing, the body whose joint it is, and the axis of the joint.
-    """
-    starts = structure.names.speed_start
-    table: list[tuple[int, ...]] = [
-        (one.muscle, starts[one.joint] + axis, number, one.joint, axis)
-        for number, one in enumerate(structure.actuation.table.crossings)
-        for axis in range(starts[one.joint + 1] - starts[one.joint])
-    ]
-    order = sorted(range(len(table)), key=lambda k: table[k][:2])
-    rows: list[list[int]] = [[] for _ in structure.actuation.muscles]
+def rows_of_levers(levers: Sequence[Lever], muscles: int) -> tuple[list[list[int]], list[int]]:
+    """The speeds of each muscle's levers, in order, and the numbers of the levers in that order."""
+    order = sorted(range(len(levers)), key=lambda k: (levers[k].muscle, levers[k].speed))
+    rows: list[list[int]] = [[] for _ in range(muscles)]
     for k in order:
-        rows[table[k][0]].append(table[k][1])
-    return table, rows, order
+        rows[levers[k].muscle].append(levers[k].speed)
+    return rows, order
 
 
 def _chain(body: int, parents: list[int], starts: tuple[int, ...]) -> list[int]:
