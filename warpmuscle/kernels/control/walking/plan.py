@@ -179,33 +179,26 @@ def tune_speed(parameters: Walking, time_step: float, work: ScratchRef, memory: 
 
 
 @func
-def may_stop(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
-    """Whether a body that shall not go on may stand: its feet, side by side, bear its extrapolated centre of mass."""
-    frame = facing(memory)
-    velocity = wp.quat_rotate_inv(frame, work.center[1])
-    apart = wp.quat_rotate_inv(frame, work.position[model.feet.left] - work.position[model.feet.right])
-    between = 0.5 * (
-        middle_of_foot(model.feet.left, parameters, memory, work)
-        + middle_of_foot(model.feet.right, parameters, memory, work)
-    )
-    place = wp.quat_rotate_inv(frame, work.center[0] - between)
-    rate = falling_rate(wp.max(place[1], 0.5 * memory[LEG]), at(model.gravity, instance, 0))
-    borne = wp.abs(place[2] + velocity[2] / rate) < 0.5 * parameters.sole_use * (memory[TOE] - memory[HEEL])
-    slow = wp.abs(memory[SPEED]) < STILL and parameters.speed < STILL
-    return slow and borne and wp.abs(apart[2]) < 0.12 * memory[LEG]
-
-
-@func
 def extrapolated(
     instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
-) -> float:
-    """How far to the left of the middle between both feet the extrapolated centre of mass is, m (Hof 2008)."""
+) -> wp.vec2:
+    """How far the extrapolated centre of mass is from the middle between both feet, m: left, forwards (Hof 2008)."""
     left = middle_of_foot(model.feet.left, parameters, memory, work)
     right = middle_of_foot(model.feet.right, parameters, memory, work)
     place = wp.quat_rotate_inv(facing(memory), work.center[0] - 0.5 * (left + right))
     velocity = wp.quat_rotate_inv(facing(memory), work.center[1])
     rate = falling_rate(wp.max(place[1], 0.5 * memory[LEG]), at(model.gravity, instance, 0))
-    return place[0] + velocity[0] / rate
+    return wp.vec2(place[0] + velocity[0] / rate, place[2] + velocity[2] / rate)
+
+
+@func
+def may_stop(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
+    """Whether a body that shall not go on may stand: its feet, side by side, bear its extrapolated centre of mass."""
+    apart = wp.quat_rotate_inv(facing(memory), work.position[model.feet.left] - work.position[model.feet.right])
+    ahead = extrapolated(instance, parameters, model, work, memory)[1]
+    borne = wp.abs(ahead) < 0.5 * parameters.sole_use * (memory[TOE] - memory[HEEL])
+    slow = wp.abs(memory[SPEED]) < STILL and parameters.speed < STILL
+    return slow and borne and wp.abs(apart[2]) < 0.12 * memory[LEG]
 
 
 @func
@@ -224,7 +217,7 @@ def standing_share(
     The centre of pressure is to be beyond the extrapolated centre of mass as seen from where that is to go: the
     middle, or over the left foot, before the right one is lifted.
     """
-    now = extrapolated(instance, parameters, model, work, memory)
+    now = extrapolated(instance, parameters, model, work, memory)[0]
     apart = feet_apart(model, work, memory)
     wanted = wp.where(memory[PHASE] > 0.0, SHIFTED * 0.5 * apart, 0.0)
     return wp.clamp(0.5 + (now + TO_MIDDLE * (now - wanted)) / apart, 0.0, 1.0)
@@ -233,7 +226,7 @@ def standing_share(
 @func
 def may_start(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> bool:
     """Whether the weight of a body that stands and is to walk has come over its left foot, or that takes too long."""
-    over = extrapolated(instance, parameters, model, work, memory) > STARTS * 0.5 * feet_apart(model, work, memory)
+    over = extrapolated(instance, parameters, model, work, memory)[0] > STARTS * 0.5 * feet_apart(model, work, memory)
     return over or memory[PHASE] > SHIFT_TIME
 
 
