@@ -1,8 +1,8 @@
-"""Sequences at other moments, against NumPy's interpolation of one column, and made to rise."""
+"""Sequences at other moments, against NumPy's interpolation of one column, and made to rise; the nearest of times."""
 
 import numpy as np
 
-from warpmuscle.core.sequences import at_moments, rising
+from warpmuscle.core.sequences import at_moments, nearest_rows, rising
 
 
 def test_every_column_is_that_of_numpys_interpolation_also_beyond_the_ends():
@@ -28,3 +28,11 @@ def test_no_other_rising_sequence_is_nearer():
     for _ in range(200):
         other = np.sort(rising(values) + 0.1 * generator.normal(size=12))
         assert np.sum((other - values) ** 2) >= nearest - 1e-12
+
+
+def test_the_nearest_times_are_those_with_the_least_distance_the_earlier_of_two():
+    random = np.random.default_rng(2)
+    time, moments = random.permutation(np.repeat(random.random(30), 2)), random.uniform(-0.5, 1.5, 50)
+    np.testing.assert_array_equal(nearest_rows(time, moments), np.abs(time[:, None] - moments).argmin(axis=0))
+    np.testing.assert_array_equal(nearest_rows(np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 1.75])), [0, 1, 2])
+    np.testing.assert_array_equal(nearest_rows(np.array([3.0]), np.array([-1.0, 9.0])), [0, 0])

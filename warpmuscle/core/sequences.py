@@ -1,4 +1,4 @@
-"""Sequences of numbers: as they are at other moments, and made to rise."""
+"""Sequences of numbers: as they are at other moments, made to rise, and their nearest times."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.array_types import Floats
+from warpmuscle.core.array_types import Floats, Integers
 
 
 def at_moments(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
@@ -22,6 +22,16 @@ def at_moments(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
     part = np.clip((moments - clock[after - 1]) / (clock[after] - clock[after - 1]), 0.0, 1.0)
     part = part.reshape(part.shape + (1,) * (values.ndim - 1))
     return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
+
+
+def nearest_rows(time: Floats, moments: Floats) -> Integers:
+    """Numbers (n,) of the times (F,) that are nearest to moments (n,), of equally near ones the earlier."""
+    order = np.argsort(time, kind="stable")
+    clock = time[order]
+    after = np.clip(np.searchsorted(clock, moments), 1, max(len(clock) - 1, 1))
+    before, last = clock[after - 1], clock[np.minimum(after, len(clock) - 1)]
+    found = np.where(np.abs(last - moments) < np.abs(moments - before), last, before)
+    return np.asarray(order[np.searchsorted(clock, found)])
 
 
 def rising(values: Iterable[float]) -> Floats:

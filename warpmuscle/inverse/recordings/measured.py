@@ -15,6 +15,7 @@ from warpmuscle.core import hdf5
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.hdf5_writing import store
+from warpmuscle.core.sequences import nearest_rows
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Prepared
@@ -52,7 +53,7 @@ def measured_of(body: BodyModel, trials: Prepared, number: int, fitted: Kinemati
     names: tuple[str, ...] = ()
     position = modelled = np.zeros((len(times), 0, 3))
     if fitted is not None:
-        nearest = np.abs(fitted.coordinates.times[:, None] - times).argmin(axis=0)
+        nearest = nearest_rows(fitted.coordinates.times, times)
         names, position = fitted.markers, fitted.measured[nearest] @ TO_OPENSIM
         modelled = position - fitted.errors[nearest] @ TO_OPENSIM
     bodies = tuple(body.topology.bodies[loads.body[k]] for k in acting)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.sequences import nearest_rows
 from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import sides_of
@@ -18,7 +19,7 @@ def at_times(measured: Measured | None, times: Floats) -> Measured | None:
     """What was measured in the frames of a motion; None where some of these are of other times."""
     if measured is None or not len(measured.times):
         return None
-    nearest = np.abs(measured.times[:, None] - times).argmin(axis=0)
+    nearest = nearest_rows(measured.times, times)
     if np.abs(measured.times[nearest] - times).max() > NEAR:
         return None
     vectors = (measured.position, measured.modelled, measured.force, measured.point)
