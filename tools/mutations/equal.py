@@ -25,9 +25,6 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "they differ for k = 2 alone, for which the outer choice takes 0",
     ("warpmuscle/model/paths.py", "p.segment_points = to_device(table.segments or [(0, 0)], int, device)", "1"):
         "stands there where there are no segments, by whose numbers alone the array is read",
-    ("warpmuscle/kernels/curve/millard_tables.py",
-     "STARTS = [len(INTERVALS), *(len(INTERVALS) + end for end in accumulate(n + 1 for n in INTERVALS.values()))]",
-     "2"): "rows between the curves that nothing reads",
     ("warpmuscle/kernels/memory/scratch.py", "w.frame = integers_at(memory, second + 5, CONTROL, n)",
      "(second + 5 + 5)"): "a place that is free while a controller needs it",
 }  # fmt: skip

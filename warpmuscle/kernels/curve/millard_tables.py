@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
-import warp as wp
 
+from warpmuscle.kernels.curve.curve_tables import places_of, put_curve
 from warpmuscle.kernels.curve.millard import Knots, sampled
 
 INTERVALS = {"active": 256, "passive": 64, "shortening": 64, "lengthening": 64, "tendon": 64}
-STARTS = [len(INTERVALS), *(len(INTERVALS) + end for end in accumulate(n + 1 for n in INTERVALS.values()))]
-SIZE = STARTS[-1]  # rows of a table
-# Row with the ends of a curve, row of its first knot, intervals between its knots:
-PLACES = {name: wp.vec3i(k, STARTS[k], n) for k, (name, n) in enumerate(INTERVALS.items())}
+PLACES, SIZE = places_of(INTERVALS)
 
 
 class Numbers(NamedTuple):
@@ -101,9 +97,6 @@ def table_of(n: Numbers) -> np.ndarray:
     }
     table = np.zeros((SIZE, 2))
     for name, (knots, curviness) in curves.items():
-        head, first, intervals = (int(number) for number in PLACES[name])
-        x = np.linspace(knots[0][0], knots[-1][0], intervals + 1)
-        value, slope = sampled(knots, [curviness] * (len(knots) - 1), x)
-        table[head] = x[0], x[-1]
-        table[first : first + intervals + 1] = np.stack([value, slope * (x[1] - x[0])], axis=1)
+        x = np.linspace(knots[0][0], knots[-1][0], INTERVALS[name] + 1)
+        put_curve(table, PLACES[name], x, *sampled(knots, [curviness] * (len(knots) - 1), x))
     return table

@@ -14,7 +14,7 @@ class ShapedCurves:
     """The curves of one muscle."""
 
     row: CurveRow
-    table: wp.array[wp.vec2]  # see `millard_tables.table_of`
+    table: wp.array[wp.vec2]  # see `curve_tables`
 
 
 class ShapedFamily(NamedTuple):
@@ -32,7 +32,7 @@ def looked_up(curves: ShapedCurves, x: float, place: wp.vec3i) -> wp.vec2:
     """Value and slope at x of a curve in the muscle's table, straight beyond its ends.
 
     Args:
-        place: of the curve, see `millard_tables.PLACES`.
+        place: of the curve, see `curve_tables.places_of`.
     """
     head = curves.row.table + place[0]
     ends = curves.table[head]

@@ -6,11 +6,10 @@ P at an activation times active force A, they are P = A f(v) + B v with the hype
 Schutte1993Muscle_Deprecated::calcFiberVelocity, with kv = 0.15, slope_k = 0.13 and fmax = 1.4).
 """
 
-from itertools import accumulate
-
 import numpy as np
 import warp as wp
 
+from warpmuscle.kernels.curve.curve_tables import places_of, put_curve
 from warpmuscle.kernels.curve.shaped_family import ShapedCurves, ShapedFamily, looked_up
 from warpmuscle.kernels.functions import func
 
@@ -18,10 +17,7 @@ SHORTEST = 1.0e-4  # of l_opt, as Thelen's
 SHAPE, LONGEST = 0.15, 1.4  # kv and fmax
 STEEP = 0.13 * SHAPE / (1.0 + SHAPE)  # s, a speed
 INTERVALS = {"active": 1024, "passive": 1024, "tendon": 512, "velocity": 256}
-STARTS = [len(INTERVALS), *(len(INTERVALS) + end for end in accumulate(n + 1 for n in INTERVALS.values()))]
-SIZE = STARTS[-1]  # rows of a table
-# Row with the ends of a curve, row of its first knot, intervals between its knots:
-PLACES = {name: wp.vec3i(k, STARTS[k], n) for k, (name, n) in enumerate(INTERVALS.items())}
+PLACES, SIZE = places_of(INTERVALS)
 
 
 def table_of(curves: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> np.ndarray:
@@ -33,9 +29,7 @@ def table_of(curves: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]) -> np
     table = np.zeros((SIZE, 2))
     table[: len(INTERVALS), 1] = 1.0  # of those that are absent
     for name, (x, value, slope) in curves.items():
-        head, first, intervals = (int(number) for number in PLACES[name])
-        table[head] = x[0], x[-1]
-        table[first : first + intervals + 1] = np.stack([value, slope * (x[1] - x[0])], axis=1)
+        put_curve(table, PLACES[name], x, value, slope)
     return table
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.kernels.curve.splines import INTERVALS, table_of
-from warpmuscle.scene import Displacement, Spline, SplineCurves
+from warpmuscle.scene import Spline, SplineCurves
 from warpmuscle.scene.joints.displacement import rates
 
 REACH = {"active": (0.0, 2.5), "passive": (0.0, 2.5), "tendon": (0.0, 1.0), "velocity": (-1.5, 1.5)}
@@ -24,7 +24,7 @@ def spline_table(shape: SplineCurves) -> Floats:
 def sampled(curve: Spline, low: float, high: float, intervals: int) -> tuple[Floats, Floats, Floats]:
     """Places at equal distances between low and high, and a curve's values and slopes there."""
     x = np.linspace(low, high, intervals + 1)
-    value, slope = rates(Displacement((1.0, 0.0, 0.0), x=curve.x, y=[*curve.y], ends=curve.ends), x)[:2]
+    value, slope = rates(curve.displacement, x)[:2]
     return x, value, slope
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
@@ -86,6 +87,11 @@ class Spline(Part):
     x: Annotated[list[float], "1"]
     y: Annotated[list[float], "1"]
     ends: Literal["simm", "natural", "linear"] = "simm"
+
+    @property
+    def displacement(self) -> Displacement:
+        """The same function as one of a coordinate, along x."""
+        return Displacement((1.0, 0.0, 0.0), x=self.x, y=[*self.y], ends=self.ends)
 
 
 class SplineCurves(Part, tag_field="type", tag="spline"):

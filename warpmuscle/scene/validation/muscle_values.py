@@ -14,7 +14,6 @@ from warpmuscle.scene import (
     BlankevoortLigament,
     CurveShape,
     DeGrooteCurves,
-    Displacement,
     Ligament,
     MillardCurves,
     MujocoCurves,
@@ -189,7 +188,7 @@ def _splines(checks: Checks, key: str, shape: SplineCurves) -> None:
         if curve is not None:
             check_knots(checks, f"{key}.{name}", curve, "the curve", "value", "place")
     places = np.linspace(0.0, 1.0, 2001)
-    tendon = rates(Displacement((1.0, 0.0, 0.0), x=shape.tendon.x, y=[*shape.tendon.y], ends=shape.tendon.ends), places)
+    tendon = rates(shape.tendon.displacement, places)
     if tendon[0].max() < 1.0 or np.any(np.diff(tendon[0]) < -ROUNDED):
         message = "must rise, and be 1 or more at some strain up to 1, as that of a tendon"
         raise SceneError(message, key=f"{key}.tendon.y")

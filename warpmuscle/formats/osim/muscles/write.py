@@ -7,7 +7,7 @@ from typing import Any
 
 from warpmuscle.formats.osim.muscles.old_curves import ACTIVE, PASSIVE, TENDON, VELOCITY
 from warpmuscle.formats.osim.xml_text import element, function_xml, numbers
-from warpmuscle.scene import Displacement, Muscle, Spline, SplineCurves
+from warpmuscle.scene import Muscle, SplineCurves
 from warpmuscle.scene.initial_pose import plain_number
 
 
@@ -43,9 +43,5 @@ def old_muscle_xml(
     if plain_number(muscle.delay):
         lose("its delay is not held")
     inner = path + "".join(element(tag, numbers([plain_number(number)])) for tag, number in values.items())
-    inner += "".join(function_xml(_displacement(curve), tag) for tag, curve in curves.items())
+    inner += "".join(function_xml(curve.displacement, tag) for tag, curve in curves.items())
     return element("RigidTendonMuscle" if rigid else "Schutte1993Muscle_Deprecated", inner, name=name)
-
-
-def _displacement(curve: Spline) -> Displacement:
-    return Displacement((1.0, 0.0, 0.0), x=curve.x, y=[*curve.y], ends=curve.ends)
