@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from environment import NO_BYTE_CODE
 from small_disk import disk_of
 from small_result import search_result, walk_result
 from synergy.synthetic_emg import raw_emg, write_csv
@@ -152,9 +153,6 @@ def test_full_file_system_is_named_as_the_cause(name, run, tmp_path):
         libc.umount(os.fsencode(tmp_path))
 
 
-NO_BYTE_CODE = {"PYTHONDONTWRITEBYTECODE": "1"}  # which Python would leave cut off, for others to read
-
-
 def limited(*arguments, cwd, shell="", **environment):
     """A command in a process of its own, after shell commands such as `ulimit`; its code and errors.
 
@@ -166,7 +164,7 @@ def limited(*arguments, cwd, shell="", **environment):
     done = subprocess.run(
         command,
         cwd=cwd,
-        env=os.environ | environment | NO_BYTE_CODE,
+        env=os.environ | environment | {NO_BYTE_CODE: "1"},  # Python would leave it cut off, for others to read
         capture_output=True,
         text=True,
         timeout=120,

@@ -11,7 +11,7 @@ import argparse
 import csv
 from pathlib import Path
 
-from warpmuscle.cli.sweep import _study_file
+from warpmuscle.cli.sweep import study_file
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
 from warpmuscle.report.tables import aligned
@@ -31,7 +31,7 @@ def main() -> None:
     parser.add_argument("--command", default="", help="what the page says that made the runs")
     given = parser.parse_args()
     options = {} if given.candidates is None else {"candidates": given.candidates}
-    plan = read(_study_file(given.study), seeds=given.seeds, options=options)
+    plan = read(study_file(given.study), seeds=given.seeds, options=options)
     found = from_table(plan, given.runs)
     replace_file(given.output, study_page.page(found, plan, given.command or f"from {given.runs.name}"))
     rows = study_page.lines(found)

@@ -156,7 +156,7 @@ def study(
     """
     from warpmuscle.core.files import files_beside, replace_file, shown
 
-    file = _study_file(file)
+    file = study_file(file)
     start_driver(device)
     from warpmuscle.sweep.plan import read
 
@@ -192,7 +192,7 @@ def study(
     check_all_ran(done)
 
 
-def _study_file(file: Path) -> Path:
+def study_file(file: Path) -> Path:
     """The file of a study: the given one, or a copy of a shipped one of this name, which is written unless it is there.
 
     Raises:

@@ -49,6 +49,18 @@ def read_file(path: str | Path, limit: str = "text") -> bytes:
         return file.read(found.st_size)
 
 
+def named_file(name: str, folders: Sequence[Path], key: str) -> Path:
+    """The file that a scene names by a key, in the first folder that has it, else where it should be in the first one.
+
+    Raises:
+        SceneError: no file can have this name.
+    """
+    if "\0" in name:
+        raise SceneError(f"no file can be called {name!r}", key)
+    places = [folder / name for folder in folders]
+    return next((place for place in places if place.exists()), places[0])
+
+
 def check_regular(path: str | Path) -> None:
     """Raise OSError if what is to be opened by a library is a pipe or a device, which may have no end."""
     mode = os.stat(path).st_mode

@@ -30,6 +30,12 @@ def number_of(count: int, noun: str, verb: str = "") -> str:
     return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
 
 
+def rounded(value: float, decimals: int) -> str:
+    """A number with so many decimals; a zero has no sign."""
+    text = f"{value:.{decimals}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
+
+
 def one_line(text: str) -> str:
     """The same on one line."""
     return printable(" ".join(text.split()))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.gait.body_motion import CADENCE_AT_SPEED, FORCE_AT_SPEED
 from warpmuscle.gait.device_work import POSITIVE, WORK
 from warpmuscle.gait.device_work import UNIT as WORK_UNIT
@@ -141,8 +142,7 @@ def _cell(name: str, measures: Measures) -> str:
 
 def _text(unit: str, value: float) -> str:
     """A value with as many decimals as its unit is worth."""
-    text = f"{value:.{DECIMALS[unit]}f}"
-    return text.removeprefix("-") if float(text) == 0.0 else text
+    return rounded(value, DECIMALS[unit])
 
 
 def unit_of(name: str) -> str:

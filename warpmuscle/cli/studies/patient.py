@@ -33,12 +33,11 @@ def patient(
     also in moments and forces that no search saw, and what changed. Given again, the command goes on where it was.
     Example: warpmuscle patient patient.toml --seeds 6
     """
-    from warpmuscle.core.files import check_output, replace_file
+    from warpmuscle.core.files import check_output, files_beside, replace_file
 
     page = output if output is not None else Path(f"{file.stem}.html")
-    table = page.with_suffix(".csv")
-    for path in (page, table):
-        check_output(path, "a patient's path", (path.suffix if path is table else ".html",))
+    check_output(page, "a patient's path", (".html",))
+    (table,) = files_beside(page, (".csv",))
     start_driver(device)
     from warpmuscle.sweep.patient.file import read
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.files import read_file, unreadable
+from warpmuscle.core.files import named_file, read_file, unreadable
 from warpmuscle.core.limits import LIMITS
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.height_field.grey_png import grey_values
@@ -55,10 +55,7 @@ def with_height_fields(scene: Scene, folders: Sequence[Path]) -> Scene:
 
 
 def _with_file(tile: HeightField, folders: Sequence[Path], key: str) -> HeightField:
-    if "\0" in tile.file:
-        raise SceneError(f"no file can be called {tile.file!r}", f"{key}.file")
-    places = [folder / tile.file for folder in folders]
-    path = next((place for place in places if place.exists()), places[0])
+    path = named_file(tile.file, folders, f"{key}.file")
     try:
         found = read_heights(path)
     except (OSError, ValueError) as error:

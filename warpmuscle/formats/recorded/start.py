@@ -10,6 +10,7 @@ import msgspec
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, ResultError, SceneError
+from warpmuscle.core.files import named_file
 from warpmuscle.scene import InitialState, JointState, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Number
@@ -34,10 +35,7 @@ def with_recorded_start(scene: Scene, folders: Sequence[Path]) -> Scene:
     state = scene.initial_state
     if not state.file:
         return scene
-    if "\0" in state.file:
-        raise SceneError(f"no file can be called {state.file!r}", KEY)
-    places = [folder / state.file for folder in folders]
-    path = next((place for place in places if place.exists()), places[0])
+    path = named_file(state.file, folders, KEY)
     motion = _motion(path, state.replay)
     frame = _frame(motion, state.time, path)
     return msgspec.structs.replace(scene, initial_state=_state(motion, frame, scene, path))

@@ -71,12 +71,20 @@ def within(curve: Floats, patient: Patient, name: str, side: str) -> float:
 
 
 def own_distance(patient: Patient, name: str, side: str) -> float | None:
-    """Mean distance of each of the patient's strides from the mean of the others; None of a single stride."""
-    rows = patient.gait.curves[name][side]
+    """Mean distance of each of the patient's strides from the mean of the others, in standard deviations."""
+    return among_strides(patient.gait.curves[name][side], patient.spread[name][side])
+
+
+def among_strides(rows: Floats, unit: Floats | float = 1.0) -> float | None:
+    """Mean distance of each of a person's strides (S, 101) from the mean of the others; None of a single stride.
+
+    Args:
+        unit: that it is told in, such as standard deviations (101,).
+    """
     if len(rows) < 2:
         return None
     rest = (rows.sum(axis=0) - rows) / (len(rows) - 1)
-    return float(np.sqrt(np.mean(((rows - rest) / patient.spread[name][side]) ** 2, axis=1)).mean())
+    return float(np.sqrt(np.mean(((rows - rest) / unit) ** 2, axis=1)).mean())
 
 
 def whole_distance(gait: Gait, patient: Patient) -> float:
@@ -113,12 +121,9 @@ def judged_distances(patient: Patient, before: Gait | None, walks: Sequence[Walk
         for side in SIDES:
             mean = patient.gait.mean(name, side)
             curves = [gait.mean(name, side) for gait in gaits if name in gait.curves]
-            rows = patient.gait.curves[name][side]
-            rest = (rows.sum(axis=0) - rows) / max(len(rows) - 1, 1)
             found.append(
                 Distance(
-                    name, side, UNITS[name],
-                    None if len(rows) < 2 else float(np.sqrt(np.mean((rows - rest) ** 2, axis=1)).mean()),
+                    name, side, UNITS[name], among_strides(patient.gait.curves[name][side]),
                     None if before is None or name not in before.curves else rms(before.mean(name, side) - mean),
                     spread_of(np.array([rms(curve - mean) for curve in curves])),
                     likeness=spread_of(np.array([_correlation(curve, mean) for curve in curves])),

@@ -24,7 +24,7 @@ Example:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -34,12 +34,10 @@ import msgspec
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.toml import Source
-from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene.validation.checks import near
 
 UNCHANGED = "no change"  # name of the walks that are searched for as those with a change are, without one
 LEAST_SPREAD = 2.0  # deg; errors of gait analysis up to 2 degrees count as none (McGinley 2009, Gait Posture 29:360)
-OPTIONS = tuple(option.name for option in fields(SearchOptions) if option.name != "restarts")
 
 
 class Recording(msgspec.Struct, forbid_unknown_fields=True):

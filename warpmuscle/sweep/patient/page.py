@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.stride_bands import Group, Panel, draw_strides
 from warpmuscle.plots.style import style
@@ -39,8 +39,7 @@ def number(unit: str, value: float | None) -> str:
     """A value with as many decimals as its unit is worth; empty if there is none."""
     if value is None or not np.isfinite(value):
         return ""
-    text = f"{value:.{DECIMALS.get(unit, 1)}f}"
-    return text.removeprefix("-") if float(text) == 0.0 else text
+    return rounded(value, DECIMALS.get(unit, 1))
 
 
 def band(unit: str, spread: Spread) -> str:
@@ -130,13 +129,13 @@ def counted(found: PathResult) -> str:
 
 def page(found: PathResult, command: str) -> str:
     """The page; raises Error if jinja2 or matplotlib are missing."""
-    rendered = template("patient.html")
+    rendered, label = template("patient.html"), f"the patient's strides, ± {BAND:g} SD"
     with style():
         figures = {
-            "angles": _uri(_match_panels(found, ANGLES), 3, f"the patient's strides, ± {BAND:g} SD"),
-            "judged": _uri(_match_panels(found, (*MOMENTS, FORCE)), 4, "the patient's strides, ± 2 SD"),
-            "change_angles": _uri(_change_panels(found, ANGLES), 3, f"the patient's strides, ± {BAND:g} SD"),
-            "change_moments": _uri(_change_panels(found, (*MOMENTS, FORCE)), 4, "the patient's strides, ± 2 SD"),
+            "angles": _uri(_match_panels(found, ANGLES), 3, label),
+            "judged": _uri(_match_panels(found, (*MOMENTS, FORCE)), 4, label),
+            "change_angles": _uri(_change_panels(found, ANGLES), 3, label),
+            "change_moments": _uri(_change_panels(found, (*MOMENTS, FORCE)), 4, label),
         }
     versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
     return str(
