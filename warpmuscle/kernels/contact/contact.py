@@ -108,7 +108,7 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
                 height = plane.height
                 up = plane_up
                 if point.radius - height - wp.dot(up, point.place) + highest > 0.0:  # else it is above all ground
-                    below = footing_below(instance, body, point.place, model, work)
+                    below = footing_below(instance, body, point.place, point.radius, model, work)
                     normal = below.normal
                     height = below.height
                     up = wp.transpose(work.rotation[body]) * normal

@@ -109,7 +109,7 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
                 height = plane.height
                 up = plane_up
                 if point.radius - height - wp.dot(up, point.place) + highest > -material.margin:
-                    below = footing_below(instance, body, point.place, model, work)
+                    below = footing_below(instance, body, point.place, point.radius, model, work)
                     normal = below.normal
                     height = below.height
                     up = wp.transpose(work.rotation[body]) * normal

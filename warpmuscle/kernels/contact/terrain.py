@@ -1,7 +1,8 @@
 """Ground that is not flat: heights on a grid, bilinear between its points, over the plane of the ground.
 
 A contact is with the plane that touches the ground below it. That is the ground itself where this is straight; a
-sphere of radius r does not feel what is more than r n_y to its side before its middle is over it.
+sphere of radius r does not feel what is more than r n_y to its side before its middle is over it. A riser's plane goes
+on above its edge, where there is no ground: what is clear of the ground at the foot of its perpendicular is told that.
 """
 
 import warp as wp
@@ -118,14 +119,34 @@ def footing(normal: wp.vec3, height: float, arm: wp.vec3, rise: wp.vec3) -> Foot
 
 
 @func
-def footing_below(instance: int, body: int, place: wp.vec3, model: ModelRef, work: ScratchRef) -> Footing:
-    """The same below a point in the axes of its body, m from the joint."""
+def nearest_footing(
+    instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, model: ModelRef
+) -> Footing:
+    """That plane below the middle of a sphere; the one at its foot, where the sphere touches a plane but no ground.
+
+    Args:
+        normal, height, arm: as of `footing`. point: the middle, m, world. radius: m.
+    """
+    below = footing(normal, height, arm, rise_at(instance, point[0], point[2], model))
+    distance = below.height + wp.dot(below.normal, arm)
+    if distance < radius and distance > radius * below.normal[1]:
+        foot = point - below.normal * distance
+        to_foot = arm - below.normal * distance
+        there = footing(normal, height, to_foot, rise_at(instance, foot[0], foot[2], model))
+        if there.height + wp.dot(there.normal, to_foot) > radius:
+            return there
+    return below
+
+
+@func
+def footing_below(
+    instance: int, body: int, place: wp.vec3, radius: float, model: ModelRef, work: ScratchRef
+) -> Footing:
+    """The same of a sphere in the axes of its body, m from the joint."""
     arm = work.rotation[body] * place
-    point = work.position[body] + arm
-    rise = rise_at(instance, point[0], point[2], model)
     normal = at(model.contacts.normal, instance, 0)
     height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
-    return footing(normal, height, arm, rise)
+    return nearest_footing(instance, normal, height, arm, work.position[body] + arm, radius, model)
 
 
 @func

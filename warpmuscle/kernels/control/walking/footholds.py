@@ -7,13 +7,14 @@ from warpmuscle.kernels.control.walking.parameters import FOOTHOLD, HEEL, LEG, P
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef
 
-PLACES = wp.constant(8)  # that are tried ahead of the wanted one, and as many behind it
-FARTHEST = wp.constant(0.25)  # L, of these
+PLACES = wp.constant(10)  # that are tried ahead of the wanted one, and as many behind it
+FARTHEST = wp.constant(0.35)  # L, of these
 SAMPLES = wp.constant(6)  # points along a sole
 UNEVEN = wp.constant(
     12.0
 )  # m for each metre by which the ground is from straight below a sole: what it may cost to avoid that
-MARGIN = wp.constant(0.03)  # m, before and behind a sole, by which feet may miss their places
+NARROW, WIDE = wp.constant(0.015), wp.constant(0.06)  # m, before and behind a sole, by which feet may miss their places
+UNEASY = wp.constant(3.0)  # the same as UNEVEN, of the wider one
 BACKWARDS = wp.constant(2.0)
 STEADY = wp.constant(0.7)  # m for each metre by which a plan is changed at the end of a step
 STEEPEST = wp.constant(0.35)  # of ground that a sole may lie along
@@ -21,7 +22,7 @@ TOLERATED = wp.constant(0.01)  # m, of these
 
 
 @func
-def foothold_cost(shift: float, unevenness: float, moved: float, phase: float) -> float:
+def foothold_cost(shift: float, uneven: float, uneasy: float, moved: float, phase: float) -> float:
     """What a place costs, m: how far it is away, how uneven the ground is there, and that plans are changed late.
 
     What is behind the wanted place costs twice as much, for there a body falls on faster.
@@ -30,15 +31,18 @@ def foothold_cost(shift: float, unevenness: float, moved: float, phase: float) -
         shift: m, how far the place is ahead of the wanted one. moved: m, and of what was planned a moment ago.
     """
     away = wp.where(shift < 0.0, -BACKWARDS * shift, shift)
-    return away + UNEVEN * wp.max(unevenness - TOLERATED, 0.0) + STEADY * phase * wp.abs(moved)
+    away += UNEVEN * wp.max(uneven - TOLERATED, 0.0) + UNEASY * wp.max(uneasy - TOLERATED, 0.0)
+    return away + STEADY * phase * wp.abs(moved)
 
 
 @func
-def unevenness(instance: int, ankle: wp.vec3, forwards: wp.vec3, model: ModelRef, memory: wp.array[float]) -> float:
+def unevenness(
+    instance: int, ankle: wp.vec3, forwards: wp.vec3, margin: float, model: ModelRef, memory: wp.array[float]
+) -> float:
     """How far points of the ground along a sole are from a straight line with at most a slope's incline, m."""
-    heel = ankle + forwards * (memory[HEEL] - MARGIN)
-    toe = ankle + forwards * (memory[TOE] + MARGIN)
-    long = memory[TOE] - memory[HEEL] + 2.0 * MARGIN
+    heel = ankle + forwards * (memory[HEEL] - margin)
+    toe = ankle + forwards * (memory[TOE] + margin)
+    long = memory[TOE] - memory[HEEL] + 2.0 * margin
     low = ground_height(instance, heel[0], heel[2], model)
     rise = wp.clamp(ground_height(instance, toe[0], toe[2], model) - low, -STEEPEST * long, STEEPEST * long)
     most = wp.float32(0.0)
@@ -60,7 +64,9 @@ def best_shift(instance: int, wanted: wp.vec3, forwards: wp.vec3, model: ModelRe
         shift = FARTHEST * memory[LEG] * float(i - PLACES) / float(PLACES)
         place = wanted + forwards * shift
         moved = wp.dot(place - before, forwards)
-        cost = foothold_cost(shift, unevenness(instance, place, forwards, model, memory), moved, memory[PHASE])
+        uneven = unevenness(instance, place, forwards, NARROW, model, memory)
+        uneasy = unevenness(instance, place, forwards, WIDE, model, memory)
+        cost = foothold_cost(shift, uneven, uneasy, moved, memory[PHASE])
         if cost < least:
             least = cost
             best = shift

@@ -23,6 +23,7 @@ class Walking:
     retreat: float  # 1: how far a foot is put back, so that the pendulum keeps its speed
     tuning: float  # share of the speed that a step lacked that the next one is planned to have more
     speed_gain: float  # m sqrt(g/L), virtual force for each m/s that the speed lacks
+    push_off: float  # share of the sole by which the leg that stands pushes off over its toes, at speed sqrt(g L)
     stance_knee: float  # rad, flexion of the leg that stands
     weight_support: float  # 1: the share of the weight that knees of stance bear beforehand
     lean: float  # rad, of pelvis and trunk, forwards
@@ -70,6 +71,7 @@ LOAD = wp.constant(17)  # N, on the left and on the right foot, over the last hu
 KNEE = wp.constant(19)  # rad, of the leg that stands when it came down
 TUNED = wp.constant(20)  # m/s, by which more is planned than is wanted, since less comes of it
 WAY, SINCE = wp.constant(21), wp.constant(22)  # m and s, since a foot last came down
-STATE = 23
+HASTE = wp.constant(23)  # by which the phase goes on faster, so that a foot comes down where the ground bears it
+STATE = 24
 OF_BODY = 7  # floats of each body: torque on it, world, N m; mass that it carries outwards, kg, and its moment, kg m
 STANDS, LEFT_STANCE, RIGHT_STANCE = wp.constant(2.0), wp.constant(0.0), wp.constant(1.0)

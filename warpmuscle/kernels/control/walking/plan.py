@@ -19,6 +19,7 @@ from warpmuscle.kernels.control.walking.inverted_pendulum import (
 from warpmuscle.kernels.control.walking.parameters import (
     BEGUN,
     FOOTHOLD,
+    HASTE,
     HEADING,
     HEEL,
     KNEE,
@@ -46,11 +47,14 @@ LANDS = wp.constant(0.88)  # phase at which a foot is expected to come down
 FROM_PHASE = wp.constant(0.5)  # from which it may
 LONGEST = wp.constant(1.4)  # phase at which the other leg swings whatever comes
 REACH = wp.constant(0.55)  # L, farthest foothold from below the centre of mass
+MOST_HASTE = wp.constant(1.8)
+SLOWEST = wp.constant(0.4)  # m/s
+CHANGES = wp.constant(0.04)  # s, in which a foothold comes to where it is planned anew
 SMOOTHING = wp.constant(0.015)  # s, of loads
 TO_MIDDLE = wp.constant(1.0)  # by how much further than the extrapolated centre of mass the centre of pressure goes
 SHIFTED, STARTS = wp.constant(0.9), wp.constant(0.65)  # of the way to the left foot: where it is to go, and is enough
 SHIFT_TIME = wp.constant(2.0)  # s, after which it has to be
-MOST_TUNED = wp.constant(0.6)  # m/s
+MOST_TUNED = wp.constant(1.0)  # m/s
 STILL = wp.constant(0.02)  # m/s, wanted speed below which the body stands
 
 
@@ -85,9 +89,18 @@ def middle_of_foot(foot: int, parameters: Walking, memory: wp.array[float], work
     return work.position[foot] + work.rotation[foot] * wp.vec3(0.0, -memory[SOLE], middle_ahead(parameters, memory))
 
 
+@wp.struct
+class Aim:
+    """Where an ankle is to come down on level ground."""
+
+    place: wp.vec3  # m, world
+    moves: float  # m/s, by which it would be further ahead if it came down later
+    remaining: float  # s, till it comes down
+
+
 @func
-def aim(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> wp.vec3:
-    """Where the ankle is to come down by the pendulum, world, m; its height is that of level ground."""
+def aim(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> Aim:
+    """Where the ankle is to come down by the pendulum; its height is that of level ground."""
     side = swing_side(memory)
     frame = facing(memory)
     gravity = at(model.gravity, instance, 0)
@@ -110,19 +123,41 @@ def aim(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, m
     z = along[0] + wp.clamp(z, -most, most)
     x = out * wp.max(out * x, parameters.least_width * memory[LEG])  # not across the other foot
     ahead = middle_ahead(parameters, memory)
-    return pivot + wp.quat_rotate(frame, wp.vec3(x, memory[SOLE], z - ahead))
+    found = Aim()
+    found.place = pivot + wp.quat_rotate(frame, wp.vec3(x, memory[SOLE], z - ahead))
+    found.moves = along[1] + rate * along[0]
+    found.remaining = remaining
+    return found
+
+
+@func
+def haste(shift: float, moves: float, remaining: float) -> float:
+    """By how much faster a step goes on, so that the pendulum needs its foot where the ground bears it.
+
+    A foot that comes down so much later has to be further ahead by `moves` times that.
+
+    Args:
+        shift: m, how far the foothold is ahead of where the pendulum needs it. moves: m/s. remaining: s, of the step.
+    """
+    later = shift / wp.max(moves, SLOWEST)
+    return wp.clamp(remaining / wp.max(remaining + later, 1.0e-3), 1.0 / MOST_HASTE, MOST_HASTE)
 
 
 @func
 def place_foot(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]):
     """The foothold of the foot that swings, into the memory."""
-    wanted = aim(instance, parameters, model, work, memory)
+    found = aim(instance, parameters, model, work, memory)
+    wanted = found.place
+    memory[HASTE] = 1.0
     if parameters.sight > 0.0:
         forwards = wp.quat_rotate(facing(memory), wp.vec3(0.0, 0.0, 1.0))
-        wanted += forwards * best_shift(instance, wanted, forwards, model, memory)
+        shift = best_shift(instance, wanted, forwards, model, memory)
+        memory[HASTE] = haste(shift, found.moves, found.remaining)
+        wanted += forwards * shift
         wanted[1] = ground_height(instance, wanted[0], wanted[2], model) + memory[SOLE]
+    share = wp.where(memory[PHASE] == 0.0, 1.0, model.time_step / (CHANGES + model.time_step))
     for axis in range(3):
-        memory[FOOTHOLD + axis] = wanted[axis]
+        memory[FOOTHOLD + axis] = memory[FOOTHOLD + axis] + share * (wanted[axis] - memory[FOOTHOLD + axis])
 
 
 @func
@@ -262,7 +297,8 @@ def renew_plan(
         if not starts(instance, parameters, model, state, work, memory):
             return
     gravity = at(model.gravity, instance, 0)
-    memory[PHASE] = memory[PHASE] + model.time_step / step_duration(parameters, memory[SPEED], memory[LEG], gravity)
+    duration = step_duration(parameters, memory[SPEED], memory[LEG], gravity)
+    memory[PHASE] = memory[PHASE] + wp.max(memory[HASTE], 1.0 / MOST_HASTE) * model.time_step / duration
     side = swing_side(memory)
     force = state.foot_force[instance, side]
     bears = force[1] > LANDED * body_weight(instance, model) and force[1] > wp.length(wp.vec2(force[0], force[2]))

@@ -37,12 +37,14 @@ from warpmuscle.kernels.control.walking.parameters import (
     WalkingJoint,
 )
 from warpmuscle.kernels.control.walking.plan import facing, middle_of_foot, standing_share, step_duration, swing_side
-from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, STRAIGHTENS, lift, progress, way_height
+from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, PUSHED, PUSHES, STRAIGHTENS, lift, progress, way_height
 from warpmuscle.kernels.control.walking.virtual_forces import force_torque, gravity_torque, within_foot
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 GRIP = wp.constant(0.15)  # of a foot's length: the lever of the torque that friction bears about the vertical
+
+REACHES = wp.constant(0.98)  # of a leg's length, how far from its hip the ankle that swings is put
 
 
 @wp.struct
@@ -185,8 +187,9 @@ def swing_leg(
     target = thigh_target(instance, leg, reach, straight, model, memory)
     spin = work.angular_velocity[leg.thigh]
     torque = pull_to(leg.thigh, target, spin, hip.kp * u.stiffness, hip.kd * u.damping, work)
-    add_torque(leg.thigh, torque, memory)
-    add_torque(leg.shank, hinge_pull(instance, leg.shank, angle, knee, u, model, state, work), memory)
+    bending = hinge_pull(instance, leg.shank, angle, knee, u, model, state, work)
+    add_torque(leg.thigh, torque + bending, memory)  # the thigh does not feel what bends the knee
+    add_torque(leg.shank, bending, memory)
     level = facing(memory) * hinge_rotation(
         wp.vec3(1.0, 0.0, 0.0), -parameters.toe_up * progress(memory[PHASE], 0.3, 1.0)
     )
@@ -221,6 +224,44 @@ def balance_force(parameters: Walking, u: Units, model: ModelRef, work: ScratchR
 
 
 @func
+def reaching_length(to_foothold: wp.vec3, to_foot: wp.vec3, reach: float) -> float:
+    """How long the leg that stands may be, from hip to ankle, that the other one comes down to its foothold, m.
+
+    Args:
+        to_foothold, to_foot: from the hip to where the ankles are to be, and are, m, world.
+        reach: m, of a leg that swings.
+    """
+    across = to_foothold[0] * to_foothold[0] + to_foothold[2] * to_foothold[2]
+    too_high = wp.max(-to_foothold[1] - wp.sqrt(wp.max(reach * reach - across, 0.25 * reach * reach)), 0.0)
+    return wp.length(to_foot + wp.vec3(0.0, too_high, 0.0))
+
+
+@func
+def lowered_knee(
+    instance: int, leg: Leg, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> float:
+    """Angle of the knee that stands at which the hip is as low as the leg that swings must have it, rad."""
+    duration = step_duration(parameters, memory[SPEED], memory[LEG], at(model.gravity, instance, 0))
+    hip = work.position[leg.thigh]
+    going = work.velocity[leg.thigh] * (wp.max(0.9 - memory[PHASE], 0.0) * duration)
+    foothold = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
+    to_foothold = foothold - hip - wp.vec3(going[0], 0.0, going[2])
+    reach = REACHES * (memory[LEG] - memory[SOLE])
+    length = reaching_length(to_foothold, work.position[leg.foot] - hip, reach)
+    row = at(model.skeleton.row, instance, leg.shank)
+    sense = wp.where(at(model.skeleton.limits, instance, leg.shank).sine[0] < 0.0, -1.0, 1.0)
+    angle = knee_angle(length, row.anchor, at(model.skeleton.row, instance, leg.foot).anchor, row.axis_a, sense)
+    return sense * wp.max(sense * angle, parameters.stance_knee)
+
+
+@func
+def push_of(parameters: Walking, memory: wp.array[float], gravity: float) -> float:
+    """How far the centre of pressure is on its way to the toes of the leg that pushes off, 0 to 1."""
+    relative = memory[SPEED] / wp.sqrt(gravity * memory[LEG])
+    return wp.clamp(parameters.push_off * relative, 0.0, 1.0) * progress(memory[PHASE], PUSHES, PUSHED)
+
+
+@func
 def stance_leg(
     instance: int, side: int, share: float, parameters: Walking, joints: wp.array[WalkingJoint], u: Units,
     model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float],
@@ -235,6 +276,7 @@ def stance_leg(
     bent = parameters.stance_knee
     if memory[STANCE] != STANDS:
         bent = memory[KNEE] + (bent - memory[KNEE]) * progress(memory[PHASE], 0.0, STRAIGHTENS)
+        bent += (lowered_knee(instance, leg, parameters, model, work, memory) - bent) * progress(memory[PHASE], 0.3, 0.9)
     torque = hinge_pull(instance, leg.shank, bent, knee, u, model, state, work)
     torque += force_torque(bears, work.position[leg.thigh], work.position[leg.shank])
     add_torque(leg.shank, torque, memory)
@@ -244,6 +286,9 @@ def stance_leg(
     torque = force_torque(force, work.center[0], work.position[leg.foot]) - spin * (ankle.kd * u.damping)
     load *= parameters.sole_use
     within = within_foot(wp.transpose(rotation) * torque, load, memory[HEEL], memory[TOE], memory[HALF_WIDTH])
+    if memory[STANCE] != STANDS:
+        push = push_of(parameters, memory, at(model.gravity, instance, 0))
+        within[0] = within[0] + push * (memory[LOAD + side] * memory[TOE] - within[0])
     loaded = wp.clamp(memory[LOAD + side] / (0.2 * u.weight), 0.0, 1.0)
     level = pull_to(
         leg.foot, facing(memory), work.angular_velocity[leg.foot], ankle.kp * u.stiffness, ankle.kd * u.damping, work
