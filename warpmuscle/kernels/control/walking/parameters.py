@@ -25,6 +25,9 @@ class Walking:
     speed_gain: float  # m sqrt(g/L), virtual force for each m/s that the speed lacks
     push_off: float  # share of the sole by which the leg that stands pushes off over its toes, at speed sqrt(g L)
     stance_knee: float  # rad, flexion of the leg that stands
+    straightens: float  # phase at which the leg that stands is as long as it is to be
+    lifts: float  # the same where that lifts the body by a stair
+    rise_first: float  # phase at which a foot begins to go forwards that has to rise by a stair
     weight_support: float  # 1: the share of the weight that knees of stance bear beforehand
     lean: float  # rad, of pelvis and trunk, forwards
     toe_up: float  # rad, of the foot at touch-down

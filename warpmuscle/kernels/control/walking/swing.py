@@ -6,8 +6,8 @@ from warpmuscle.kernels.functions import func
 
 ARRIVES = wp.constant(0.85)  # phase at which the foot is above its place
 LOWERED = wp.constant(1.0)  # phase at which it is down
-STRAIGHTENS = wp.constant(0.7)  # phase at which the knee that stands is as it is to be
 PUSHES, PUSHED = wp.constant(0.35), wp.constant(0.8)  # phases between which the leg that stands comes to push off
+STAIR = wp.constant(0.15)  # L, of what is as high as a stair
 BELOW = wp.constant(0.5)  # L, how far below the ground a foot that finds none is sent in a step's time
 
 
@@ -32,3 +32,13 @@ def way_height(phase: float, start: float, end: float) -> float:
     if end > start:
         return start + (end - start) * progress(phase, 0.0, 0.5)
     return start + (end - start) * progress(phase, 0.5, 1.0)
+
+
+@func
+def as_a_stair(level: float, stair: float, height: float) -> float:
+    """A number that is one on level ground, another one for a stair, and between them for what is less high.
+
+    Args:
+        height: in lengths of a leg.
+    """
+    return level + (stair - level) * wp.clamp(height / STAIR, 0.0, 1.0)

@@ -37,7 +37,7 @@ from warpmuscle.kernels.control.walking.parameters import (
     WalkingJoint,
 )
 from warpmuscle.kernels.control.walking.plan import facing, middle_of_foot, standing_share, step_duration, swing_side
-from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, PUSHED, PUSHES, STRAIGHTENS, lift, progress, way_height
+from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, PUSHED, PUSHES, as_a_stair, lift, progress, way_height
 from warpmuscle.kernels.control.walking.virtual_forces import force_torque, gravity_torque, within_foot
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
@@ -124,7 +124,8 @@ def ankle_wanted(instance: int, phase: float, parameters: Walking, model: ModelR
     """Where the ankle that swings is to be at a phase, world, m."""
     lifted = wp.vec3(memory[LIFTED], memory[LIFTED + 1], memory[LIFTED + 2])
     foothold = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
-    place = lifted + (foothold - lifted) * progress(phase, 0.0, ARRIVES)
+    begins = as_a_stair(0.0, parameters.rise_first, (foothold[1] - lifted[1]) / memory[LEG])
+    place = lifted + (foothold - lifted) * progress(phase, begins, ARRIVES)
     height = way_height(phase, lifted[1], foothold[1]) + parameters.step_height * memory[LEG] * lift(phase)
     height -= BELOW * memory[LEG] * wp.max(phase - ARRIVES, 0.0)
     if parameters.sight > 0.0 and phase < ARRIVES:
@@ -255,6 +256,22 @@ def lowered_knee(
 
 
 @func
+def straightening_knee(
+    instance: int, leg: Leg, parameters: Walking, model: ModelRef, memory: wp.array[float]
+) -> float:
+    """Angle of the knee that stands as it lifts the body from where its foot came down, evenly by its length, rad."""
+    row = at(model.skeleton.row, instance, leg.shank)
+    shank = at(model.skeleton.row, instance, leg.foot).anchor
+    short = wp.length(row.anchor + turned(shank, row.axis_a, memory[KNEE]))
+    long = wp.length(row.anchor + turned(shank, row.axis_a, parameters.stance_knee))
+    done = progress(
+        memory[PHASE], 0.0, as_a_stair(parameters.straightens, parameters.lifts, (long - short) / memory[LEG])
+    )
+    sense = wp.where(at(model.skeleton.limits, instance, leg.shank).sine[0] < 0.0, -1.0, 1.0)
+    return knee_angle(short + (long - short) * done, row.anchor, shank, row.axis_a, sense)
+
+
+@func
 def push_of(parameters: Walking, memory: wp.array[float], gravity: float) -> float:
     """How far the centre of pressure is on its way to the toes of the leg that pushes off, 0 to 1."""
     relative = memory[SPEED] / wp.sqrt(gravity * memory[LEG])
@@ -275,7 +292,7 @@ def stance_leg(
     bears = along_leg * (parameters.weight_support * u.weight * share)
     bent = parameters.stance_knee
     if memory[STANCE] != STANDS:
-        bent = memory[KNEE] + (bent - memory[KNEE]) * progress(memory[PHASE], 0.0, STRAIGHTENS)
+        bent = straightening_knee(instance, leg, parameters, model, memory)
         bent += (lowered_knee(instance, leg, parameters, model, work, memory) - bent) * progress(memory[PHASE], 0.3, 0.9)
     torque = hinge_pull(instance, leg.shank, bent, knee, u, model, state, work)
     torque += force_torque(bears, work.position[leg.thigh], work.position[leg.shank])
