@@ -25,7 +25,7 @@ from warpmuscle.scene.terrain.tiles import Flat, Profile, Rough, Stairs
 WHOLE = {  # where a search begins, and its steps
     "step_time": 0.4, "quickening": 0.3, "step_height": 0.02, "step_width": 0.03, "retreat": 0.1, "tuning": 0.15,
     "speed_gain": 0.3, "push_off": 0.2, "stance_knee": 0.06, "weight_support": 0.1, "lean": 0.04, "toe_up": 0.08,
-    "straightens": 0.1, "lifts": 0.1, "rise_first": 0.06, "root_kp": 0.5, "root_kd": 0.15, "sole_use": 0.15, "turn_kp": 0.05, "turn_kd": 0.04,
+    "straightens": 0.1, "lifts": 0.1, "rise_first": 0.06, "climb": 0.2, "root_kp": 0.5, "root_kd": 0.15, "sole_use": 0.15, "turn_kp": 0.05, "turn_kd": 0.04,
 }  # fmt: skip
 JOINTS = {
     "Hip.kp": 0.3, "Hip.kd": 0.08, "Knee.kp": 0.15, "Knee.kd": 0.03, "Ankle.kp": 0.03, "Ankle.kd": 0.004,

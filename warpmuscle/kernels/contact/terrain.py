@@ -3,6 +3,7 @@
 A contact is with the plane that touches the ground below it. That is the ground itself where this is straight; a
 sphere of radius r does not feel what is more than r n_y to its side before its middle is over it. A riser's plane goes
 on above its edge, where there is no ground: what is clear of the ground at the foot of its perpendicular is told that.
+What is deep in the ground is pushed out by the nearest of the planes about it.
 """
 
 import warp as wp
@@ -13,6 +14,8 @@ from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 from warpmuscle.kernels.terrain_structs import Patch, Terrain, Tile, TilePlace
 
 ENDLESS_TOP = 1.0e30  # m, of tiles that rise without an end
+DEEP = wp.constant(0.02)  # m below the ground, from where on it is asked which way out is the easiest
+ABOUT = wp.constant(0.02)  # m, at which and at twice of which the ground about a point is asked for that
 FLAT, RISES, PATCHED = 0, 1, 2  # what a step has compiled in: nothing, heights, other kinds of ground besides
 
 
@@ -119,6 +122,29 @@ def footing(normal: wp.vec3, height: float, arm: wp.vec3, rise: wp.vec3) -> Foot
 
 
 @func
+def easiest_way_out(
+    instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, below: Footing, model: ModelRef
+) -> Footing:
+    """Of the planes that touch the ground below a point and about it, the one that it is least deep under.
+
+    So what is pressed into a riser is pushed back, not thrown up by the stair.
+    """
+    found = below
+    least = below.height + wp.dot(below.normal, arm)
+    for number in range(8):
+        step = ABOUT * float(1 + number / 4)
+        to_x = wp.where(number % 4 == 0, step, wp.where(number % 4 == 1, -step, 0.0))
+        to_z = wp.where(number % 4 == 2, step, wp.where(number % 4 == 3, -step, 0.0))
+        beside = wp.vec3(to_x, 0.0, to_z)
+        there = footing(normal, height, arm + beside, rise_at(instance, point[0] + to_x, point[2] + to_z, model))
+        depth = there.height + wp.dot(there.normal, arm)
+        if depth < 0.0 and depth > least:
+            least = depth
+            found = there
+    return found
+
+
+@func
 def nearest_footing(
     instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, model: ModelRef
 ) -> Footing:
@@ -129,6 +155,8 @@ def nearest_footing(
     """
     below = footing(normal, height, arm, rise_at(instance, point[0], point[2], model))
     distance = below.height + wp.dot(below.normal, arm)
+    if distance < -DEEP:
+        return easiest_way_out(instance, normal, height, arm, point, below, model)
     if distance < radius and distance > radius * below.normal[1]:
         foot = point - below.normal * distance
         to_foot = arm - below.normal * distance

@@ -16,6 +16,7 @@ UNEVEN = wp.constant(
 NARROW, WIDE = wp.constant(0.015), wp.constant(0.06)  # m, before and behind a sole, by which feet may miss their places
 UNEASY = wp.constant(3.0)  # the same as UNEVEN, of the wider one
 BACKWARDS = wp.constant(2.0)
+HIGHEST = wp.constant(0.3)  # L, of what is climbed
 STEADY = wp.constant(0.7)  # m for each metre by which a plan is changed at the end of a step
 STEEPEST = wp.constant(0.35)  # of ground that a sole may lie along
 TOLERATED = wp.constant(0.01)  # m, of these
@@ -55,9 +56,18 @@ def unevenness(
 
 
 @func
-def best_shift(instance: int, wanted: wp.vec3, forwards: wp.vec3, model: ModelRef, memory: wp.array[float]) -> float:
-    """How far ahead of the wanted place of an ankle the foot does best to come down, m; of equals the nearest."""
-    best = wp.float32(0.0)
+def best_shift(
+    instance: int, wanted: wp.vec3, forwards: wp.vec3, level: float, climb: float, model: ModelRef,
+    memory: wp.array[float],
+) -> wp.vec2:  # fmt: skip
+    """How far ahead of the wanted place of an ankle the foot does best to come down, m; of equals the nearest.
+
+    Then how far ahead that is of where it is wanted at such a height: a body that has to rise comes to rest sooner.
+
+    Args:
+        level: m, height of the ground below the other foot. climb: by how much less far for each metre above that.
+    """
+    best = wp.vec2(0.0, 0.0)
     least = wp.float32(1.0e30)
     before = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
     for i in range(2 * PLACES + 1):
@@ -66,8 +76,10 @@ def best_shift(instance: int, wanted: wp.vec3, forwards: wp.vec3, model: ModelRe
         moved = wp.dot(place - before, forwards)
         uneven = unevenness(instance, place, forwards, NARROW, model, memory)
         uneasy = unevenness(instance, place, forwards, WIDE, model, memory)
-        cost = foothold_cost(shift, uneven, uneasy, moved, memory[PHASE])
+        rise = ground_height(instance, place[0], place[2], model) - level
+        off = shift + climb * wp.clamp(rise, -HIGHEST * memory[LEG], HIGHEST * memory[LEG])
+        cost = foothold_cost(off, uneven, uneasy, moved, memory[PHASE])
         if cost < least:
             least = cost
-            best = shift
+            best = wp.vec2(shift, off)
     return best

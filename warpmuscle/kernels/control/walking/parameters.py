@@ -36,6 +36,7 @@ class Walking:
     turn_kp: float  # m g L, the same about the vertical
     turn_kd: float  # m g L sqrt(L/g)
     sole_use: float  # share of the sole, from the ankle to its ends, that the centre of pressure may go over
+    climb: float  # how far a foot is put back for each metre by which its place is higher than the other one's
     sight: float  # 1: feet are put where the ground ahead bears them; 0: it is taken to be level
 
 

@@ -151,9 +151,11 @@ def place_foot(instance: int, parameters: Walking, model: ModelRef, work: Scratc
     memory[HASTE] = 1.0
     if parameters.sight > 0.0:
         forwards = wp.quat_rotate(facing(memory), wp.vec3(0.0, 0.0, 1.0))
-        shift = best_shift(instance, wanted, forwards, model, memory)
-        memory[HASTE] = haste(shift, found.moves, found.remaining)
-        wanted += forwards * shift
+        stands = work.position[leg_of(1 - swing_side(memory), model).foot]
+        level = ground_height(instance, stands[0], stands[2], model)
+        shift = best_shift(instance, wanted, forwards, level, parameters.climb, model, memory)
+        memory[HASTE] = haste(shift[1], found.moves, found.remaining)
+        wanted += forwards * shift[0]
         wanted[1] = ground_height(instance, wanted[0], wanted[2], model) + memory[SOLE]
     share = wp.where(memory[PHASE] == 0.0, 1.0, model.time_step / (CHANGES + model.time_step))
     for axis in range(3):
