@@ -57,8 +57,8 @@ class Case(NamedTuple):
 
 CASES = [
     Case(FLAT, 0.3), Case(FLAT, 0.7, -1.2), Case(FLAT, 1.0), Case(FLAT, 1.2, 1.2), Case(FLAT, 1.4), Case(FLAT, 1.8),
-    Case(STAIRS, 0.5), Case(STAIRS, 0.6, 0.0, 0.12), Case(STAIRS, 0.7, 0.0, 0.24), Case(BUMPS, 0.7),
-    Case(BUMPS, 1.1, 0.0, 1.3), Case(GAPS, 0.6), Case(GAPS, 0.9, 0.0, 0.17),
+    Case(STAIRS, 0.5), Case(STAIRS, 0.55, 0.0, 0.06), Case(STAIRS, 0.6, 0.0, 0.12), Case(STAIRS, 0.6, 0.0, 0.3),
+    Case(STAIRS, 0.7, 0.0, 0.2), Case(BUMPS, 0.7), Case(BUMPS, 1.1, 0.0, 1.3), Case(GAPS, 0.6), Case(GAPS, 0.9, 0.0, 0.17),
 ]  # fmt: skip
 
 

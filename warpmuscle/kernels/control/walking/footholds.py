@@ -15,8 +15,8 @@ UNEVEN = wp.constant(
 )  # m for each metre by which the ground is from straight below a sole: what it may cost to avoid that
 NARROW, WIDE = wp.constant(0.015), wp.constant(0.06)  # m, before and behind a sole, by which feet may miss their places
 UNEASY = wp.constant(3.0)  # the same as UNEVEN, of the wider one
-BACKWARDS = wp.constant(2.0)
-HIGHEST = wp.constant(0.3)  # L, of what is climbed
+BACKWARDS = wp.constant(3.0)
+HIGHEST = wp.constant(0.22)  # L, of what is climbed or descended in one step
 STEADY = wp.constant(0.7)  # m for each metre by which a plan is changed at the end of a step
 STEEPEST = wp.constant(0.35)  # of ground that a sole may lie along
 TOLERATED = wp.constant(0.01)  # m, of these
@@ -77,7 +77,8 @@ def best_shift(
         uneven = unevenness(instance, place, forwards, NARROW, model, memory)
         uneasy = unevenness(instance, place, forwards, WIDE, model, memory)
         rise = ground_height(instance, place[0], place[2], model) - level
-        off = shift + climb * wp.clamp(rise, -HIGHEST * memory[LEG], HIGHEST * memory[LEG])
+        off = shift + climb * rise
+        uneven += wp.max(wp.abs(rise) - HIGHEST * memory[LEG], 0.0)
         cost = foothold_cost(off, uneven, uneasy, moved, memory[PHASE])
         if cost < least:
             least = cost

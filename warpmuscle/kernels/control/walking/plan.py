@@ -47,7 +47,7 @@ LANDS = wp.constant(0.88)  # phase at which a foot is expected to come down
 FROM_PHASE = wp.constant(0.5)  # from which it may
 LONGEST = wp.constant(1.4)  # phase at which the other leg swings whatever comes
 REACH = wp.constant(0.55)  # L, farthest foothold from below the centre of mass
-MOST_HASTE = wp.constant(1.8)
+LEAST_HASTE, MOST_HASTE = wp.constant(0.8), wp.constant(1.8)
 SLOWEST = wp.constant(0.4)  # m/s
 CHANGES = wp.constant(0.04)  # s, in which a foothold comes to where it is planned anew
 SMOOTHING = wp.constant(0.015)  # s, of loads
@@ -140,7 +140,7 @@ def haste(shift: float, moves: float, remaining: float) -> float:
         shift: m, how far the foothold is ahead of where the pendulum needs it. moves: m/s. remaining: s, of the step.
     """
     later = shift / wp.max(moves, SLOWEST)
-    return wp.clamp(remaining / wp.max(remaining + later, 1.0e-3), 1.0 / MOST_HASTE, MOST_HASTE)
+    return wp.clamp(remaining / wp.max(remaining + later, 1.0e-3), LEAST_HASTE, MOST_HASTE)
 
 
 @func
@@ -300,7 +300,7 @@ def renew_plan(
             return
     gravity = at(model.gravity, instance, 0)
     duration = step_duration(parameters, memory[SPEED], memory[LEG], gravity)
-    memory[PHASE] = memory[PHASE] + wp.max(memory[HASTE], 1.0 / MOST_HASTE) * model.time_step / duration
+    memory[PHASE] = memory[PHASE] + wp.max(memory[HASTE], LEAST_HASTE) * model.time_step / duration
     side = swing_side(memory)
     force = state.foot_force[instance, side]
     bears = force[1] > LANDED * body_weight(instance, model) and force[1] > wp.length(wp.vec2(force[0], force[2]))
