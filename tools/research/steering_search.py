@@ -1,4 +1,4 @@
-"""Numbers of the walking controller by CMA-ES: steps as people take them, speeds and turns as told, stairs, gaps, bumps.
+"""Numbers of the walking controller by CMA-ES: steps like people's, speeds and turns, stairs, gaps, bumps.
 
 For docs/how-to/steer-a-walk.md.
 
@@ -25,13 +25,20 @@ from warpmuscle.scene.terrain.tiles import Flat, Profile, Rough, Stairs
 WHOLE = {  # where a search begins, and its steps
     "step_time": 0.4, "quickening": 0.3, "step_height": 0.02, "step_width": 0.03, "retreat": 0.1, "tuning": 0.15,
     "speed_gain": 0.3, "push_off": 0.2, "stance_knee": 0.06, "weight_support": 0.1, "lean": 0.04, "toe_up": 0.08,
-    "straightens": 0.1, "lifts": 0.1, "rise_first": 0.06, "climb": 0.2, "root_kp": 0.5, "root_kd": 0.15, "sole_use": 0.15, "turn_kp": 0.05, "turn_kd": 0.04,
+    "straightens": 0.1, "lifts": 0.1, "rise_first": 0.06, "climb": 0.2, "root_kp": 0.5, "root_kd": 0.15,
+    "sole_use": 0.15, "turn_kp": 0.05, "turn_kd": 0.04,
 }  # fmt: skip
 JOINTS = {
     "Hip.kp": 0.3, "Hip.kd": 0.08, "Knee.kp": 0.15, "Knee.kd": 0.03, "Ankle.kp": 0.03, "Ankle.kd": 0.004,
     "ToeJoint.kp": 0.015,
 }  # fmt: skip
-BOUNDS = {"push_off": (0.0, 3.0), "sole_use": (0.1, 1.0), "toe_up": (0.0, 0.6), "stance_knee": (0.02, 0.6), "rise_first": (0.0, 0.4)}
+BOUNDS = {
+    "push_off": (0.0, 3.0),
+    "sole_use": (0.1, 1.0),
+    "toe_up": (0.0, 0.6),
+    "stance_knee": (0.02, 0.6),
+    "rise_first": (0.0, 0.4),
+}
 NAMES = [*WHOLE, *JOINTS]
 FLAT, STAIRS, BUMPS, GAPS = range(4)
 TILES = [
@@ -58,7 +65,8 @@ class Case(NamedTuple):
 CASES = [
     Case(FLAT, 0.3), Case(FLAT, 0.7, -1.2), Case(FLAT, 1.0), Case(FLAT, 1.2, 1.2), Case(FLAT, 1.4), Case(FLAT, 1.8),
     Case(STAIRS, 0.5), Case(STAIRS, 0.55, 0.0, 0.06), Case(STAIRS, 0.6, 0.0, 0.12), Case(STAIRS, 0.6, 0.0, 0.3),
-    Case(STAIRS, 0.7, 0.0, 0.2), Case(BUMPS, 0.7), Case(BUMPS, 1.1, 0.0, 1.3), Case(GAPS, 0.6), Case(GAPS, 0.9, 0.0, 0.17),
+    Case(STAIRS, 0.7, 0.0, 0.2), Case(BUMPS, 0.7), Case(BUMPS, 1.1, 0.0, 1.3), Case(GAPS, 0.6),
+    Case(GAPS, 0.9, 0.0, 0.17),
 ]  # fmt: skip
 
 

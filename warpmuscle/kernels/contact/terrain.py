@@ -15,7 +15,9 @@ from warpmuscle.kernels.terrain_structs import Patch, Terrain, Tile, TilePlace
 
 ENDLESS_TOP = 1.0e30  # m, of tiles that rise without an end
 DEEP = wp.constant(0.02)  # m below the ground, from where on it is asked which way out is the easiest
-ABOUT = wp.constant(0.02)  # m, at which and at twice of which the ground about a point is asked for that
+ABOUT = wp.constant(
+    0.015
+)  # m: at this distance from a point, and twice and three times it, the ground is asked for that
 FLAT, RISES, PATCHED = 0, 1, 2  # what a step has compiled in: nothing, heights, other kinds of ground besides
 
 
@@ -131,7 +133,7 @@ def easiest_way_out(
     """
     found = below
     least = below.height + wp.dot(below.normal, arm)
-    for number in range(8):
+    for number in range(12):
         step = ABOUT * float(1 + number / 4)
         to_x = wp.where(number % 4 == 0, step, wp.where(number % 4 == 1, -step, 0.0))
         to_z = wp.where(number % 4 == 2, step, wp.where(number % 4 == 3, -step, 0.0))

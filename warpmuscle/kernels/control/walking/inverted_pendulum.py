@@ -4,6 +4,9 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 
+LEAST_HASTE, MOST_HASTE = wp.constant(0.8), wp.constant(1.8)  # by which a step may go on faster than planned
+SLOWEST = wp.constant(0.4)  # m/s
+
 
 @func
 def resting_distance(speed: float, height: float, gravity: float) -> float:
@@ -45,3 +48,16 @@ def steady_margin(width: float, rate: float, step_time: float) -> float:
 def towards(now: float, wanted: float, most: float) -> float:
     """A number that comes to another one by at most so much."""
     return now + wp.clamp(wanted - now, -most, most)
+
+
+@func
+def haste(shift: float, moves: float, remaining: float) -> float:
+    """By how much faster a step goes on, so that the pendulum needs its foot where the ground bears it.
+
+    A foot that comes down so much later has to be further ahead by `moves` times that.
+
+    Args:
+        shift: m, how far the foothold is ahead of where the pendulum needs it. moves: m/s. remaining: s, of the step.
+    """
+    later = shift / wp.max(moves, SLOWEST)
+    return wp.clamp(remaining / wp.max(remaining + later, 1.0e-3), LEAST_HASTE, MOST_HASTE)

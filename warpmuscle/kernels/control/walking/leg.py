@@ -44,3 +44,16 @@ def turned(v: wp.vec3, axis: wp.vec3, angle: float) -> wp.vec3:
     s = wp.sin(angle)
     c = wp.cos(angle)
     return v * c + wp.cross(axis, v) * s + axis * (wp.dot(axis, v) * (1.0 - c))
+
+
+@func
+def reaching_length(to_foothold: wp.vec3, to_foot: wp.vec3, reach: float) -> float:
+    """How long the leg that stands may be, from hip to ankle, that the other one comes down to its foothold, m.
+
+    Args:
+        to_foothold, to_foot: from the hip to where the ankles are to be, and are, m, world.
+        reach: m, of a leg that swings.
+    """
+    across = to_foothold[0] * to_foothold[0] + to_foothold[2] * to_foothold[2]
+    too_high = wp.max(-to_foothold[1] - wp.sqrt(wp.max(reach * reach - across, 0.25 * reach * reach)), 0.0)
+    return wp.length(to_foot + wp.vec3(0.0, too_high, 0.0))

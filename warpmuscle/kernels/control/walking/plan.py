@@ -9,8 +9,10 @@ from warpmuscle.kernels.control.joint_values import joint_coordinate
 from warpmuscle.kernels.control.walking.body import ground_height, leg_of, measure, outwards
 from warpmuscle.kernels.control.walking.footholds import best_shift
 from warpmuscle.kernels.control.walking.inverted_pendulum import (
+    LEAST_HASTE,
     falling_rate,
     falls_to,
+    haste,
     resting_distance,
     steady_margin,
     steady_retreat,
@@ -47,8 +49,6 @@ LANDS = wp.constant(0.88)  # phase at which a foot is expected to come down
 FROM_PHASE = wp.constant(0.5)  # from which it may
 LONGEST = wp.constant(1.4)  # phase at which the other leg swings whatever comes
 REACH = wp.constant(0.55)  # L, farthest foothold from below the centre of mass
-LEAST_HASTE, MOST_HASTE = wp.constant(0.8), wp.constant(1.8)
-SLOWEST = wp.constant(0.4)  # m/s
 CHANGES = wp.constant(0.04)  # s, in which a foothold comes to where it is planned anew
 SMOOTHING = wp.constant(0.015)  # s, of loads
 TO_MIDDLE = wp.constant(1.0)  # by how much further than the extrapolated centre of mass the centre of pressure goes
@@ -128,19 +128,6 @@ def aim(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, m
     found.moves = along[1] + rate * along[0]
     found.remaining = remaining
     return found
-
-
-@func
-def haste(shift: float, moves: float, remaining: float) -> float:
-    """By how much faster a step goes on, so that the pendulum needs its foot where the ground bears it.
-
-    A foot that comes down so much later has to be further ahead by `moves` times that.
-
-    Args:
-        shift: m, how far the foothold is ahead of where the pendulum needs it. moves: m/s. remaining: s, of the step.
-    """
-    later = shift / wp.max(moves, SLOWEST)
-    return wp.clamp(remaining / wp.max(remaining + later, 1.0e-3), LEAST_HASTE, MOST_HASTE)
 
 
 @func

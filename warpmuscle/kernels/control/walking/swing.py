@@ -7,6 +7,7 @@ from warpmuscle.kernels.functions import func
 ARRIVES = wp.constant(0.85)  # phase at which the foot is above its place
 LOWERED = wp.constant(1.0)  # phase at which it is down
 PUSHES, PUSHED = wp.constant(0.35), wp.constant(0.8)  # phases between which the leg that stands comes to push off
+LOWERS = wp.constant(0.3)  # phase from which the leg that stands lets the other one down to where it is to be
 STAIR = wp.constant(0.15)  # L, of what is as high as a stair
 BELOW = wp.constant(0.5)  # L, how far below the ground a foot that finds none is sent in a step's time
 

@@ -2,10 +2,8 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.angles import pd_error
 from warpmuscle.kernels.body.joint import hinge_rotation
-from warpmuscle.kernels.contact.contact import body_weight
-from warpmuscle.kernels.control.joint_values import joint_coordinate, joint_speed
+from warpmuscle.kernels.control.joint_values import joint_coordinate
 from warpmuscle.kernels.control.simbicon_equations import stance_share
 from warpmuscle.kernels.control.walking.body import (
     Leg,
@@ -21,9 +19,7 @@ from warpmuscle.kernels.control.walking.leg import knee_angle, thigh_rotation, t
 from warpmuscle.kernels.control.walking.parameters import (
     CLEARANCE,
     FOOTHOLD,
-    HALF_WIDTH,
     HEEL,
-    KNEE,
     LEG,
     LIFTED,
     LOAD,
@@ -36,57 +32,22 @@ from warpmuscle.kernels.control.walking.parameters import (
     Walking,
     WalkingJoint,
 )
-from warpmuscle.kernels.control.walking.plan import facing, middle_of_foot, standing_share, step_duration, swing_side
-from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, PUSHED, PUSHES, as_a_stair, lift, progress, way_height
-from warpmuscle.kernels.control.walking.virtual_forces import force_torque, gravity_torque, within_foot
+from warpmuscle.kernels.control.walking.plan import facing, standing_share, step_duration, swing_side
+from warpmuscle.kernels.control.walking.pulls import Units, hinge_pull, lead_of, pull_to, turn_by, units_of
+from warpmuscle.kernels.control.walking.stance import stance_leg
+from warpmuscle.kernels.control.walking.swing import (
+    ARRIVES,
+    BELOW,
+    as_a_stair,
+    lift,
+    progress,
+    way_height,
+)
+from warpmuscle.kernels.control.walking.virtual_forces import gravity_torque
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 GRIP = wp.constant(0.15)  # of a foot's length: the lever of the torque that friction bears about the vertical
-
-REACHES = wp.constant(0.98)  # of a leg's length, how far from its hip the ankle that swings is put
-
-
-@wp.struct
-class Units:
-    """What relative numbers are multiplied by."""
-
-    stiffness: float  # N m/rad
-    damping: float  # N m s/rad
-    force: float  # N s/m, of forces for a speed
-    weight: float  # N
-
-
-@func
-def units_of(instance: int, model: ModelRef, memory: wp.array[float]) -> Units:
-    """Those of a body."""
-    u = Units()
-    gravity = at(model.gravity, instance, 0)
-    time = wp.sqrt(memory[LEG] / gravity)
-    u.weight = body_weight(instance, model)
-    u.stiffness = u.weight * memory[LEG]
-    u.damping = u.stiffness * time
-    u.force = u.weight / gravity / time
-    return u
-
-
-@func
-def pull_to(body: int, target: wp.quat, relative: wp.vec3, kp: float, kd: float, work: ScratchRef) -> wp.vec3:
-    """PD torque on a body towards an orientation, world, N m: kp error - kd velocity.
-
-    Args:
-        target: world. relative: angular velocity that is damped, rad/s, world.
-    """
-    return work.rotation[body] * pd_error(work.orientation[body], target) * kp - relative * kd
-
-
-@func
-def turn_by(v: wp.vec3) -> wp.quat:
-    """The rotation about a vector by its length, rad."""
-    angle = wp.length(v)
-    if angle < 1.0e-6:
-        return wp.quat(0.0, 0.0, 0.0, 1.0)
-    return hinge_rotation(v / angle, angle)
 
 
 @func
@@ -106,17 +67,6 @@ def hold_joint(
     target = base * turn_by(wp.vec3(own.swing * ahead, 0.0, 0.0)) * turn_by(wp.vec3(own.x, own.y, own.z))
     relative = work.angular_velocity[body] - work.angular_velocity[parent]
     return pull_to(body, target, relative, own.kp * u.stiffness, own.kd * u.damping, work)
-
-
-@func
-def hinge_pull(
-    instance: int, body: int, angle: float, own: WalkingJoint, u: Units, model: ModelRef, state: StateRef,
-    work: ScratchRef,
-) -> wp.vec3:  # fmt: skip
-    """PD torque of a hinge towards an angle on the body that it carries, world, N m."""
-    error = angle - joint_coordinate(instance, body, 0, model, state)
-    effort = own.kp * u.stiffness * error - own.kd * u.damping * joint_speed(instance, body, 0, model, state)
-    return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a * effort
 
 
 @func
@@ -149,12 +99,6 @@ def thigh_target(
     own_to_ankle = row.anchor + turned(at(model.skeleton.row, instance, leg.foot).anchor, row.axis_a, angle)
     axis = wp.quat_rotate(facing(memory), row.axis_a)
     return wp.quat_from_matrix(thigh_rotation(to_ankle, axis, own_to_ankle, row.axis_a))
-
-
-@func
-def lead_of(own: WalkingJoint, u: Units) -> float:
-    """How far ahead of now PD must aim, s, not to lag behind what moves: kd / kp."""
-    return own.kd * u.damping / wp.max(own.kp * u.stiffness, 1.0e-6)
 
 
 @func
@@ -203,114 +147,6 @@ def swing_leg(
         add_torque(body, borne, memory)
     sole = work.position[leg.foot] - wp.vec3(0.0, memory[SOLE], 0.0)
     memory[CLEARANCE] = sole[1] - ground_height(instance, sole[0], sole[2], model)
-
-
-@func
-def balance_force(parameters: Walking, u: Units, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> wp.vec3:
-    """Virtual force on the centre of mass, world, N: it has the wanted speed, or stays between both feet."""
-    frame = facing(memory)
-    velocity = wp.quat_rotate_inv(frame, work.center[1])
-    force = wp.vec3(0.0)
-    if memory[STANCE] == STANDS:
-        middle = 0.5 * (
-            middle_of_foot(model.feet.left, parameters, memory, work)
-            + middle_of_foot(model.feet.right, parameters, memory, work)
-        )
-        off = wp.quat_rotate_inv(frame, work.center[0] - middle)
-        per_metre = 2.0 * u.weight / memory[LEG]
-        force = wp.vec3(0.0, 0.0, -off[2] * per_metre - 2.0 * u.force * velocity[2])
-    else:
-        force = wp.vec3(0.0, 0.0, parameters.speed_gain * u.force * (memory[SPEED] - velocity[2]))
-    return wp.quat_rotate(frame, force)
-
-
-@func
-def reaching_length(to_foothold: wp.vec3, to_foot: wp.vec3, reach: float) -> float:
-    """How long the leg that stands may be, from hip to ankle, that the other one comes down to its foothold, m.
-
-    Args:
-        to_foothold, to_foot: from the hip to where the ankles are to be, and are, m, world.
-        reach: m, of a leg that swings.
-    """
-    across = to_foothold[0] * to_foothold[0] + to_foothold[2] * to_foothold[2]
-    too_high = wp.max(-to_foothold[1] - wp.sqrt(wp.max(reach * reach - across, 0.25 * reach * reach)), 0.0)
-    return wp.length(to_foot + wp.vec3(0.0, too_high, 0.0))
-
-
-@func
-def lowered_knee(
-    instance: int, leg: Leg, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
-) -> float:
-    """Angle of the knee that stands at which the hip is as low as the leg that swings must have it, rad."""
-    duration = step_duration(parameters, memory[SPEED], memory[LEG], at(model.gravity, instance, 0))
-    hip = work.position[leg.thigh]
-    going = work.velocity[leg.thigh] * (wp.max(0.9 - memory[PHASE], 0.0) * duration)
-    foothold = wp.vec3(memory[FOOTHOLD], memory[FOOTHOLD + 1], memory[FOOTHOLD + 2])
-    to_foothold = foothold - hip - wp.vec3(going[0], 0.0, going[2])
-    reach = REACHES * (memory[LEG] - memory[SOLE])
-    length = reaching_length(to_foothold, work.position[leg.foot] - hip, reach)
-    row = at(model.skeleton.row, instance, leg.shank)
-    sense = wp.where(at(model.skeleton.limits, instance, leg.shank).sine[0] < 0.0, -1.0, 1.0)
-    angle = knee_angle(length, row.anchor, at(model.skeleton.row, instance, leg.foot).anchor, row.axis_a, sense)
-    return sense * wp.max(sense * angle, parameters.stance_knee)
-
-
-@func
-def straightening_knee(
-    instance: int, leg: Leg, parameters: Walking, model: ModelRef, memory: wp.array[float]
-) -> float:
-    """Angle of the knee that stands as it lifts the body from where its foot came down, evenly by its length, rad."""
-    row = at(model.skeleton.row, instance, leg.shank)
-    shank = at(model.skeleton.row, instance, leg.foot).anchor
-    short = wp.length(row.anchor + turned(shank, row.axis_a, memory[KNEE]))
-    long = wp.length(row.anchor + turned(shank, row.axis_a, parameters.stance_knee))
-    done = progress(
-        memory[PHASE], 0.0, as_a_stair(parameters.straightens, parameters.lifts, (long - short) / memory[LEG])
-    )
-    sense = wp.where(at(model.skeleton.limits, instance, leg.shank).sine[0] < 0.0, -1.0, 1.0)
-    return knee_angle(short + (long - short) * done, row.anchor, shank, row.axis_a, sense)
-
-
-@func
-def push_of(parameters: Walking, memory: wp.array[float], gravity: float) -> float:
-    """How far the centre of pressure is on its way to the toes of the leg that pushes off, 0 to 1."""
-    relative = memory[SPEED] / wp.sqrt(gravity * memory[LEG])
-    return wp.clamp(parameters.push_off * relative, 0.0, 1.0) * progress(memory[PHASE], PUSHES, PUSHED)
-
-
-@func
-def stance_leg(
-    instance: int, side: int, share: float, parameters: Walking, joints: wp.array[WalkingJoint], u: Units,
-    model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float],
-):  # fmt: skip
-    """Torques of knee and ankle of a leg that stands, straight, with its share of virtual forces; hips come last."""
-    leg = leg_of(side, model)
-    knee = joints[leg.shank]
-    ankle = joints[leg.foot]
-    force = balance_force(parameters, u, model, work, memory) * share
-    along_leg = wp.normalize(work.position[leg.thigh] - work.position[leg.foot])
-    bears = along_leg * (parameters.weight_support * u.weight * share)
-    bent = parameters.stance_knee
-    if memory[STANCE] != STANDS:
-        bent = straightening_knee(instance, leg, parameters, model, memory)
-        bent += (lowered_knee(instance, leg, parameters, model, work, memory) - bent) * progress(memory[PHASE], 0.3, 0.9)
-    torque = hinge_pull(instance, leg.shank, bent, knee, u, model, state, work)
-    torque += force_torque(bears, work.position[leg.thigh], work.position[leg.shank])
-    add_torque(leg.shank, torque, memory)
-    load = memory[LOAD + side]
-    rotation = work.rotation[leg.foot]
-    spin = work.angular_velocity[leg.foot] - work.angular_velocity[leg.shank]
-    torque = force_torque(force, work.center[0], work.position[leg.foot]) - spin * (ankle.kd * u.damping)
-    load *= parameters.sole_use
-    within = within_foot(wp.transpose(rotation) * torque, load, memory[HEEL], memory[TOE], memory[HALF_WIDTH])
-    if memory[STANCE] != STANDS:
-        push = push_of(parameters, memory, at(model.gravity, instance, 0))
-        within[0] = within[0] + push * (memory[LOAD + side] * memory[TOE] - within[0])
-    loaded = wp.clamp(memory[LOAD + side] / (0.2 * u.weight), 0.0, 1.0)
-    level = pull_to(
-        leg.foot, facing(memory), work.angular_velocity[leg.foot], ankle.kp * u.stiffness, ankle.kd * u.damping, work
-    )
-    add_torque(leg.foot, rotation * within * loaded + level * (1.0 - 0.7 * loaded), memory)
 
 
 @func
