@@ -164,20 +164,26 @@ def keep_grip(
 ):  # fmt: skip
     """Let a leg that stands turn about itself by no more than what its foot's friction bears.
 
-    A foot without load, which would spin, is turned forwards instead.
+    A foot without load, which would spin, is turned forwards instead; that of a body that stands hangs below its hip.
     """
     leg = leg_of(side, model)
     hip = joints[leg.thigh]
     to_ankle = work.position[leg.foot] - work.position[leg.thigh]
     along = wp.normalize(to_ankle)
+    if memory[STANCE] == STANDS:
+        to_ankle = wp.vec3(0.0, -wp.length(to_ankle), 0.0)
     knee = joint_coordinate(instance, leg.shank, 0, model, state)
     target = thigh_target(instance, leg, to_ankle, knee, model, memory)
     spin = work.angular_velocity[leg.thigh]
-    forwards = wp.dot(along, pull_to(leg.thigh, target, spin, hip.kp * u.stiffness, hip.kd * u.damping, work))
+    turns = pull_to(leg.thigh, target, spin, hip.kp * u.stiffness, hip.kd * u.damping, work)
+    bears = 0.1 * u.weight
+    if memory[STANCE] != STANDS:
+        turns = along * wp.dot(along, turns)
+        bears = 0.5 * u.weight
     now = wp.dot(along, torque_on(leg.thigh, memory))
     most = GRIP * (memory[TOE] - memory[HEEL]) * memory[LOAD + side]
-    loaded = wp.clamp(memory[LOAD + side] / (0.5 * u.weight), 0.0, 1.0)
-    add_torque(leg.thigh, along * (wp.clamp(now, -most, most) - now + forwards * (1.0 - loaded)), memory)
+    loaded = wp.clamp(memory[LOAD + side] / bears, 0.0, 1.0)
+    add_torque(leg.thigh, along * (wp.clamp(now, -most, most) - now) + turns * (1.0 - loaded), memory)
 
 
 @func
