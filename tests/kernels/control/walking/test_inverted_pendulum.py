@@ -6,8 +6,11 @@ from probes import evaluate
 from scipy.integrate import solve_ivp
 
 from warpmuscle.kernels.control.walking.inverted_pendulum import (
+    LEAST_HASTE,
+    MOST_HASTE,
     falling_rate,
     falls_to,
+    haste,
     resting_distance,
     steady_margin,
     steady_retreat,
@@ -63,3 +66,21 @@ def falls(place: float, speed: float, rate: float, time: float) -> tuple[float, 
 def test_what_follows_comes_nearer_by_no_more_than_it_may():
     now, wanted = np.array([0.0, 0.0, 1.0, 1.0]), np.array([1.0, 0.05, 0.0, 1.0])
     np.testing.assert_allclose(evaluate(towards, now, wanted, 0.1), [0.1, 0.05, 0.9, 1.0], atol=1e-7)
+
+
+def test_a_step_that_goes_on_at_its_haste_ends_where_the_pendulum_needs_the_foot():
+    height, place, speed, remaining = 0.95, 0.05, 0.7, 0.3
+    rate = np.sqrt(G / height)
+
+    def needs(time: float) -> float:
+        there = falls(place, speed, rate, time)
+        return there[0] + there[1] / rate  # extrapolated centre of mass
+
+    end = falls(place, speed, rate, remaining)
+    for shift in (-0.02, 0.01, 0.03):
+        factor = evaluate(haste, shift, end[1] + rate * end[0], remaining)[0]
+        # Of first order in the shift: what is left over is of its square.
+        assert needs(remaining / factor) - needs(remaining) == pytest.approx(shift, abs=3.0 * shift**2)
+        assert (factor < 1.0) == (shift > 0.0)  # what is further ahead needs longer
+    assert evaluate(haste, -1.0, 0.1, 0.1)[0] == pytest.approx(float(MOST_HASTE))
+    assert evaluate(haste, 5.0, 1.0, 0.1)[0] == pytest.approx(float(LEAST_HASTE))

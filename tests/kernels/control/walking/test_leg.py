@@ -5,7 +5,7 @@ import pytest
 from probes import evaluate, units, vectors
 from scipy.spatial.transform import Rotation
 
-from warpmuscle.kernels.control.walking.leg import axes_along, knee_angle, thigh_rotation, turned
+from warpmuscle.kernels.control.walking.leg import axes_along, knee_angle, reaching_length, thigh_rotation, turned
 
 THIGH, SHANK, AXIS = np.array([0.01, -0.43, 0.02]), np.array([0.0, -0.41, 0.03]), np.array([1.0, 0.0, 0.0])
 
@@ -44,3 +44,20 @@ def test_vectors_turn_by_rodrigues_and_axes_stand_across():
     np.testing.assert_allclose(axes[:, :, 0], first / np.linalg.norm(first, axis=1)[:, None], atol=1e-6)
     np.testing.assert_allclose(np.linalg.det(axes), 1.0, atol=1e-5)
     assert np.all(np.sum(axes[:, :, 1] * second, axis=1) > 0.0)
+
+
+def test_a_leg_is_so_short_that_the_other_one_reaches_its_foothold():
+    random = np.random.default_rng(4)
+    reach = 0.88
+    to_foothold = np.stack(
+        [random.uniform(-0.1, 0.1, 40), random.uniform(-1.1, -0.7, 40), random.uniform(0, 0.4, 40)], 1
+    )
+    to_foot = np.stack([np.zeros(40), random.uniform(-0.95, -0.85, 40), random.uniform(-0.3, 0.3, 40)], 1)
+    length = evaluate(reaching_length, to_foothold, to_foot, reach)
+    lowered = -to_foot[:, 1] - np.sqrt(length**2 - to_foot[:, 2] ** 2)  # by which the hip is then lower
+    far = np.linalg.norm(to_foothold, axis=1) > reach
+    assert far.sum() > 10
+    assert (~far).sum() > 5
+    np.testing.assert_allclose(lowered[~far], 0.0, atol=1e-5)
+    there = to_foothold[far] + lowered[far, None] * [0.0, 1.0, 0.0]
+    np.testing.assert_allclose(np.linalg.norm(there, axis=1), reach, atol=1e-5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from probes import evaluate
 
-from warpmuscle.kernels.control.walking.swing import LOWERED, lift, progress, way_height
+from warpmuscle.kernels.control.walking.swing import LOWERED, STAIR, as_a_stair, lift, progress, way_height
 
 
 def test_progress_is_a_smooth_step_at_rest_at_both_ends():
@@ -30,3 +30,8 @@ def test_a_foot_goes_up_early_and_down_late(rise: float):
     assert (height[0], height[-1]) == (pytest.approx(0.3), pytest.approx(0.3 + rise))
     straight = 0.3 + rise * phase
     assert np.mean(height - straight) > 0.03  # in both cases the foot is above the straight way for most of it
+
+
+def test_what_is_as_high_as_a_stair_is_climbed_as_one_and_what_is_lower_in_part():
+    height = np.array([-0.1, 0.0, 0.5 * float(STAIR), float(STAIR), 0.4])
+    np.testing.assert_allclose(evaluate(as_a_stair, 0.7, 0.9, height), [0.7, 0.7, 0.8, 0.9, 0.9], atol=1e-6)

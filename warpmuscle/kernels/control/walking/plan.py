@@ -144,7 +144,8 @@ def place_foot(instance: int, parameters: Walking, model: ModelRef, work: Scratc
         memory[HASTE] = haste(shift[1], found.moves, found.remaining)
         wanted += forwards * shift[0]
         wanted[1] = ground_height(instance, wanted[0], wanted[2], model) + memory[SOLE]
-    share = wp.where(memory[PHASE] == 0.0, 1.0, model.time_step / (CHANGES + model.time_step))
+    straight = memory[PHASE] == 0.0 or parameters.sight <= 0.0
+    share = wp.where(straight, 1.0, model.time_step / (CHANGES + model.time_step))
     for axis in range(3):
         memory[FOOTHOLD + axis] = memory[FOOTHOLD + axis] + share * (wanted[axis] - memory[FOOTHOLD + axis])
 
