@@ -17,7 +17,8 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
-from warpmuscle.scene import Scene, Terrain
+from warpmuscle.scene import Command, Scene, Terrain
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.sizes.sized import sized
 from warpmuscle.scene.sizes.together import together
 from warpmuscle.scene.terrain.tiles import Rough
@@ -136,23 +137,16 @@ def unseen(scene: Scene, runs: int) -> None:
     """Bumps, another piece of ground for each walk."""
     print("\n| bumps, cm, 30 cm apart | upright, feet see the ground | upright, feet do not |")
     print("|---|---|---|")
-    across = np.random.default_rng(0).uniform(0.0, 30.0, runs)
+    places = np.random.default_rng(0).uniform(0.0, 30.0, runs)
     for height in (0.02, 0.03, 0.05):
         found = []
         for sight in (1.0, 0.0):
-            ground = msgspec.structs.replace(
-                scene.ground, terrain=Terrain([Rough(height=height, spacing=0.3)], z=0.0, clearance=0.3)
-            )
-            over = msgspec.convert(msgspec.to_builtins(msgspec.structs.replace(scene, ground=ground)), type(scene))
+            over = msgspec.convert(msgspec.to_builtins(scene), Scene)
+            over.commands["place"] = Command(reference=0.0, min=0.0, max=30.0)
+            bumps = Terrain([Rough(height=height, spacing=0.3)], z=Free(0.0, per={"place": 1.0}))
+            over.ground = msgspec.structs.replace(over.ground, terrain=bumps)
             over.controller.parameters["sight"] = sight
-            rollout = wm.Rollout(msgspec.structs.replace(over, duration=SECONDS), runs, "cpu")
-            numeric = msgspec.structs.replace(
-                over.ground, terrain=msgspec.structs.replace(over.ground.terrain, z=across)
-            )
-            rollout.change(msgspec.structs.replace(over, ground=numeric))
-            rollout.reset(velocity_noise=NOISE, seed=1)
-            rollout.run()
-            found.append(int(upright(rollout).sum()))
+            found.append(int(upright(ran(over, runs, SECONDS, place=places)).sum()))
         print(f"| {100 * height:.0f} | {found[0]} of {runs} | {found[1]} of {runs} |")
 
 
