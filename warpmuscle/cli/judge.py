@@ -34,10 +34,11 @@ def judge(
     """Judge a gait: its likeness to people's, cost and robustness, beside required and desired values.
 
     It walks 60 s, then 20 runs of 10 s with noise of 0.1 m/s, each body's mass 10 % more or less, on slopes within 3
-    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed. A
-    policy acts without noise, from the scene's own start, at 1.25 m/s where it has learnt that. Examples:
-    warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5;
-    warpmuscle judge walk56 --policy policy.h5
+    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed.
+    Besides, all disturbances come at once, harder, with friction of 0.4 and delayed, noisy nerves, 80 N s push it aside
+    at ten phases, and it is told commands at random. A policy acts without noise, from the scene's own start, at 1.25
+    m/s where it has learnt that. Examples: warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command
+    speed=1.5; warpmuscle judge policy.h5 --report policy.html; warpmuscle judge walk56 --policy policy.h5
     """
     writable(output)
     start_warp()
@@ -60,6 +61,8 @@ def judge(
     if judgement.impossible:
         out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
     _print_table(judgement.verdicts)
+    out.print("besides:")
+    _print_table(judgement.further)
     fallen = [f"{what}: {number} of {RUNS}" for what, number in judgement.felled_by.items() if number]
     if recorded is None:
         out.print("fells it: " + (", ".join(fallen) or "none of these disturbances by itself"), markup=False)
@@ -104,7 +107,7 @@ def _ends(ends: tuple[float | None, float | None]) -> str:
     """An interval in words."""
     low, high = ends
     if low is None:
-        return f"up to {high:g}"
+        return "" if high is None else f"up to {high:g}"
     return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
 
 
@@ -114,12 +117,13 @@ def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:
     def of_bar(bar: Bar) -> dict[str, Any]:
         return {"name": bar.name, "unit": bar.unit, "must": bar.must, "goal": bar.goal}
 
-    verdicts = [
-        of_bar(one.bar) | {"value": one.value, "reached": one.reached, "note": one.note} for one in judgement.verdicts
-    ]
+    def of(verdicts: list[Verdict]) -> list[dict[str, Any]]:
+        return [of_bar(one.bar) | {"value": one.value, "reached": one.reached, "note": one.note} for one in verdicts]
+
     commanded = [{"command": one.asked, "measures": one.measures, "why": one.why} for one in judgement.commanded]
     return {
-        "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": verdicts,
+        "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": of(judgement.verdicts),
+        "further": of(judgement.further),
         "measures": judgement.measures, "commanded": commanded, "impossible": judgement.impossible,
         "felled_by": judgement.felled_by,
     }  # fmt: skip
