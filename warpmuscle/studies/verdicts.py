@@ -169,3 +169,11 @@ class Verdict:
 def _within(value: float, ends: tuple[float | None, float | None]) -> bool:
     low, high = ends
     return (low is None or value >= low) and (high is None or value <= high)
+
+
+def ends(interval: tuple[float | None, float | None]) -> str:
+    """An interval in words; nothing where it has no ends."""
+    low, high = interval
+    if low is None:
+        return "" if high is None else f"up to {high:g}"
+    return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
