@@ -24,18 +24,19 @@ NINE = (
 
 
 class ActiveWindow(NamedTuple):
-    """A window in which people's muscle is active: the muscle, % of the cycle, and its mean activation in both."""
+    """A window in which people's muscle is active, % of the cycle, and how active the muscle is."""
 
     muscle: str
     begin: float
     end: float  # below `begin` where it goes on into the next cycle
     inside: float  # mean activation in the window
     mean: float  # over the cycle
+    change: float  # from the least to the greatest one over the cycle
 
     @property
     def is_met(self) -> bool:
-        """Whether the muscle is more active in the window than in the mean of the cycle."""
-        return self.inside > self.mean
+        """Whether the muscle does anything, and is more active in the window than in the mean of the cycle."""
+        return self.change >= QUIET and self.inside > self.mean
 
 
 def muscle_timing(recording: Recording, cycles: dict[str, Strides]) -> dict[str, float]:
@@ -60,8 +61,9 @@ def active_windows(recording: Recording, cycles: dict[str, Strides]) -> list[Act
         muscle = next((name for name in names if name in curves), None)
         if muscle is not None:
             curve = np.mean(curves[muscle], axis=0)[:-1]
+            mean, change = float(curve.mean()), float(np.ptp(curve))
             found += [
-                ActiveWindow(muscle, begin, end, float(curve[_within(begin, end)].mean()), float(curve.mean()))
+                ActiveWindow(muscle, begin, end, float(curve[_within(begin, end)].mean()), mean, change)
                 for begin, end in whole_windows(muscle)
             ]
     return found
