@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import msgspec
@@ -67,7 +67,7 @@ def trials(
 
 def all_at_once(walker: Walker, duration: float) -> Finding:
     """How many of 20 runs survive all of it at once, and how many without what hinders nerves."""
-    conditions, slippery = conditions_at_once(walker.scene()), walker.on_ground(FRICTION)
+    conditions, slippery = conditions_at_once(walker), walker.on_ground(FRICTION)
     upright, easier = (
         int(one.walk(duration, conditions).upright.sum()) for one in (slippery.with_nerves(NERVES), slippery)
     )
@@ -75,16 +75,15 @@ def all_at_once(walker: Walker, duration: float) -> Finding:
     return Finding(float(upright), f"{easier} without {hindered}")
 
 
-def conditions_at_once(scene: Scene) -> Perturbations:
+def conditions_at_once(walker: Walker) -> Perturbations:
     """Twenty runs: noise at the start of 0.2 m/s, masses and, by side, strengths +-20 %, slopes within 6 degrees."""
     robustness = Robustness(runs=RUNS + 1, velocity_noise=NOISE, mass=SHARE, slope=SLOPE, seed=SEED)
-    runs = drawn(robustness, EARLIEST, len(scene.character.bodies)).part(slice(1, None))
-    return replace(runs, push=np.zeros((RUNS, 3)), strength=strengths_of_sides(scene, SHARE))
+    runs = drawn(robustness, EARLIEST, len(walker.scene().character.bodies)).part(slice(1, None))
+    return replace(runs, push=np.zeros((RUNS, 3)), strength=strengths_of_sides(walker.muscles, SHARE))
 
 
-def strengths_of_sides(scene: Scene, share: float) -> Floats | None:
+def strengths_of_sides(muscles: Sequence[str], share: float) -> Floats | None:
     """Factors (20, muscles) on strengths, one for all muscles of each side and one for those of none; or no muscles."""
-    muscles = list(scene.character.muscles)
     if not muscles:
         return None
     sides = [("left", "right", "").index(side_of(name, muscles)) for name in muscles]

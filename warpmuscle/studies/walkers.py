@@ -77,6 +77,11 @@ class Walker(ABC):
     senses = False
     _scene: Scene
 
+    @property
+    def muscles(self) -> list[str]:
+        """Names of all muscles of its scene, in order."""
+        return list(self._scene.character.muscles)
+
     def on_ground(self, friction: float) -> Self:
         """The same walker on ground of this coefficient of friction; bodies that are more slippery stay so."""
         other = copy(self)
