@@ -137,13 +137,14 @@ def main() -> int:
     parser.add_argument("sources", nargs="+", help="names of scenes, or files of scenes and policies")
     parser.add_argument("-o", "--output", type=Path, required=True, help="Markdown file")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="gaits at a time, which share the threads of a CPU")
+    parser.add_argument("--threads", type=int, help="of a CPU for each gait, in place of an even share of them")
     parser.add_argument("--device", help="as of warpmuscle judge")
     parser.add_argument("--pushes", type=int, help="as of warpmuscle judge")
     given = parser.parse_args()
-    if given.jobs < 1:
-        parser.error("--jobs must be 1 or more")
+    if min(given.jobs, given.threads or 1) < 1:
+        parser.error("--jobs and --threads must be 1 or more")
     jobs = min(given.jobs, len(set(given.sources)))
-    threads = max((os.cpu_count() or 1) // jobs, 1) if jobs > 1 else None
+    threads = given.threads or (max((os.cpu_count() or 1) // jobs, 1) if jobs > 1 else None)
     options = {"device": given.device, "pushes": given.pushes, "threads": threads}
     further = [word for name, value in options.items() if value is not None for word in (f"--{name}", str(value))]
     folder = given.output.with_suffix(".judged")
