@@ -141,7 +141,7 @@ def main() -> int:
     parser.add_argument("--device", help="as of warpmuscle judge")
     parser.add_argument("--pushes", type=int, help="as of warpmuscle judge")
     given = parser.parse_args()
-    if min(given.jobs, given.threads or 1) < 1:
+    if min(given.jobs, 1 if given.threads is None else given.threads) < 1:
         parser.error("--jobs and --threads must be 1 or more")
     jobs = min(given.jobs, len(set(given.sources)))
     threads = given.threads or (max((os.cpu_count() or 1) // jobs, 1) if jobs > 1 else None)

@@ -114,6 +114,12 @@ def test_pushes_come_from_both_sides_at_ten_phases_of_a_stride():
     assert found.note == f"falls when pushed to the left at {', '.join(f'{10 * k}' for k in range(10 - late, 10))} %"
 
 
+def test_who_falls_at_every_phase_is_told_in_few_words():
+    plain = march(load("fwalk").character, 1.1, 8.0, 801)
+    found = pushed_aside(Scripted(falls=lambda _, disturbances, __: disturbances.push[:, 0] < 0), plain)
+    assert (found.value, found.note) == (10.0, "falls when pushed to the right at any phase")
+
+
 def test_who_takes_no_strides_is_pushed_all_the_same():
     still = march(load("fwalk").character, 1.1, 0.2, 21)
     assert stride_to_push(still, SceneWalker(load("fwalk")).scene()) == (5.0, 1.1)

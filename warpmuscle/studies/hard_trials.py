@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
@@ -99,11 +100,16 @@ def pushed_aside(walker: Walker, undisturbed: Recording) -> Finding:
     push[:, 0] = np.tile([PUSH, -PUSH], PHASES)
     upright = walker.walk(float(start.max()) + AFTER, replace(none(RUNS), push=push, push_start=start)).upright
     fell = [
-        f"to the {side} at " + ", ".join(f"{100 * k // PHASES}" for k in np.flatnonzero(~upright[first::2])) + " %"
+        f"to the {side} {_phases(~upright[first::2])}"
         for first, side in enumerate(("left", "right"))
         if not upright[first::2].all()
     ]
     return Finding(float(upright.sum()), "falls when pushed " + "; ".join(fell) if fell else "")
+
+
+def _phases(fell: NDArray[np.bool_]) -> str:
+    """At which phases (10,) of the stride, in words."""
+    return "at any phase" if fell.all() else f"at {', '.join(f'{100 * k // PHASES}' for k in np.flatnonzero(fell))} %"
 
 
 def stride_to_push(undisturbed: Recording, scene: Scene) -> tuple[float, float]:
