@@ -128,7 +128,7 @@ class Steps(NamedTuple):
 
     def of(self, side: int) -> Floats:
         """Lengths of those that end with one foot, m."""
-        return self.lengths[self.sides == side]
+        return np.asarray(self.lengths[self.sides == side])
 
     @property
     def length_deviation(self) -> float | None:

@@ -13,8 +13,8 @@ from warpmuscle.gait.muscle_timing import ActiveWindow, active_windows
 from warpmuscle.gait.profile_score import DEVIATION, LEAST_DIFFERENCE, Scores, profile_scores, variable_scores
 from warpmuscle.gait.sides import OfSides, measures_of_sides
 from warpmuscle.gait.table import human
-from warpmuscle.plots import KINDS, Subject, draw, of_recording
-from warpmuscle.plots.subject import Absent
+from warpmuscle.plots import KINDS, Subject, draw
+from warpmuscle.plots.subject import Absent, of_recording
 from warpmuscle.report.page import Figure, data_uri, template
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -29,7 +29,7 @@ HEADLINE = {  # measures that are read first: unit and decimals
 }  # fmt: skip
 
 
-class Row(NamedTuple):
+class VerdictRow(NamedTuple):
     """A verdict as text."""
 
     name: str
@@ -106,9 +106,9 @@ def _scores(scores: Scores) -> list[Score]:
     ]
 
 
-def _rows(verdicts: Sequence[Verdict]) -> list[Row]:
+def _rows(verdicts: Sequence[Verdict]) -> list[VerdictRow]:
     return [
-        Row(
+        VerdictRow(
             one.bar.name, "" if one.value is None else f"{one.value:.3g}", one.bar.unit, ends(one.bar.must),
             ends(one.bar.goal), one.reached, one.note,
         )

@@ -20,7 +20,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.measures import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.penetration import penetration
-from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
+from warpmuscle.gait.quality import LEAST_FLIGHT, VARIABILITY, Measures, gait_measures
 from warpmuscle.model.muscles import driven
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
@@ -49,7 +49,6 @@ from warpmuscle.studies.verdicts import (
     RUN,
     UPHILL,
     UPRIGHT,
-    VARIABILITY,
     WALK,
     Bar,
     Finding,
