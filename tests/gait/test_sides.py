@@ -29,6 +29,9 @@ def test_the_symmetry_index_is_the_difference_over_the_mean():
     assert OfSides("m", 0.5, 0.5).symmetry == 0.0
     assert OfSides("deg", 2.0, -3.0).symmetry is None
     assert OfSides("deg", 0.0, 3.0).symmetry is None
+    assert OfSides("deg", 0.4, 0.1).symmetry is None
+    assert OfSides("deg", 5.0, 3.0).symmetry == pytest.approx(50.0)
+    assert OfSides("W/kg", 0.4, 0.1).symmetry == pytest.approx(120.0)
 
 
 def test_a_walk_that_is_its_own_image_is_symmetric(scene):

@@ -18,6 +18,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import FORCE
 
+SMALL = 1.0  # deg, of angles
 # Greatest values of curves, times a sign, between two percents of the cycle.
 _GREATEST = {
     "maximum vertical force": (FORCE, 1.0, 0, 100),
@@ -46,11 +47,12 @@ class OfSides(NamedTuple):
 
     @property
     def symmetry(self) -> float | None:
-        """Symmetry index, %, positive where the left is greater; None where one side is 0 or has another sign.
+        """Symmetry index, %, positive where the left is greater: 100 (L - R) / (0.5 (L + R)).
 
-        100 (L - R) / (0.5 (L + R)), as in Herzog et al. 1989, Med. Sci. Sports Exerc. 21:110.
+        As in Herzog et al. 1989, Med. Sci. Sports Exerc. 21:110. None where the sides have different signs, or where an
+        angle is so small that its index says nothing.
         """
-        if self.left * self.right <= 0.0:
+        if self.left * self.right <= 0.0 or (self.unit == "deg" and min(abs(self.left), abs(self.right)) < SMALL):
             return None
         return 200.0 * (self.left - self.right) / (self.left + self.right)
 
