@@ -11,6 +11,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.study import page as study_page
@@ -60,7 +61,8 @@ def test_measures_are_those_of_the_best_motions(found: StudyResult, folder: Path
         result = read_result(folder / "loads.h5", run.run.name)
         alone = gait_measures(result.replays[0], recorded_scene(result))
         assert result.best is not None
-        assert run.measures == {"cost": result.best.cost} | alone
+        power = {"metabolic power in all": alone["metabolic power"] * body_mass(recorded_scene(result).character)}
+        assert run.measures == {"cost": result.best.cost} | alone | power
     row = next(row for row in found.rows if row.measure == "speed")
     for cell, condition in zip(row.cells, (1.0, 1.2), strict=True):
         speeds = [run.measures["speed"] for run in found.runs if run.condition == condition]

@@ -17,6 +17,7 @@ from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.gait.table import unit_of
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.studies.conditions import (
     Cell,
@@ -35,6 +36,7 @@ from warpmuscle.sweep.run import SweepResult
 from warpmuscle.sweep.study.table import Study
 
 COST = "cost"  # a measure of any search
+POWER = "metabolic power in all"  # W, of the body with its loads
 UNSEEN = ("target speed", "norm band", " at")  # ends of names of what is no measure by itself
 
 
@@ -131,7 +133,10 @@ def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
             measures[name], units[name] = float(value), unit
     walked, why = Status(int(evaluations.status[best.index])) == Status.COMPLETED, ""
     try:
-        measures |= gait_measures(result.replays[0], recorded_scene(result))
+        scene = recorded_scene(result)
+        measures |= gait_measures(result.replays[0], scene)
+        if (power := measures.get("metabolic power")) is not None:
+            measures[POWER] = power * body_mass(scene.character)
     except Error as error:  # of what has no legs, or fell before a whole cycle
         why = str(error)
     return MeasuredRun(run, condition, series, walked, measures, why, units)
@@ -140,7 +145,7 @@ def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
 def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
     given = dict.fromkeys(name for run in runs for name, value in run.measures.items() if value is not None)
     names = _named(study, [name for name in given if not name.endswith(UNSEEN)])
-    units = {COST: ""} | {name: unit for run in runs for name, unit in run.units.items()}
+    units = {COST: "", POWER: "W"} | {name: unit for run in runs for name, unit in run.units.items()}
     rows = []
     for series in dict.fromkeys(run.series for run in runs):
         mine = [run for run in runs if run.series == series]
