@@ -79,10 +79,13 @@ def by_hand(motion: Recording, scene: Scene, formula, net: bool) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("model", "formula", "net"), [
-        ("wang", wang, False), ("umberger", umberger, True), ("bhargava", bhargava, True),
+    ("model", "formula", "net"),
+    [
+        ("wang", wang, False),
+        ("umberger", umberger, True),
+        ("bhargava", bhargava, True),
         ("margaria", margaria, False),
-    ],  # fmt: skip
+    ],
 )
 def test_energy_of_a_walk_is_that_of_the_published_formulas_by_hand(scene: Scene, model: str, formula, net: bool):
     short = msgspec.structs.replace(scene, duration=0.5, objective=Objective())

@@ -58,7 +58,7 @@ def expected_state(
 def next_states(now: wp.array[int], numbers: wp.array[wp.vec4], limits: wp.array[GaitThresholds], found: wp.array[int]):
     i = wp.tid()
     n = numbers[i]
-    found[i] = gait_states.next_state(now[i], n[0], n[1], n[2], n[3], limits[0])
+    found[i] = gait_states.next_state(now[i], n[0], n[1], n[2], n[3] > limits[0].stance_load, limits[0])
 
 
 def test_a_leg_comes_from_state_to_state_by_its_load_and_its_place():
