@@ -18,7 +18,7 @@ class GaitSensor:
     kind: int  # FIBRE_LENGTH ... BALANCE_SPEED
     source: int  # the muscle, the body on the joint, or the body
     place: wp.vec3  # m, of a point from the body's centre of mass, in its axes
-    along: wp.vec3  # of unit length: a point's direction in the world, an axis in the body, or a direction in the root
+    along: wp.vec3  # a point's direction in the world, an axis in the body, or a direction in the root
 
 
 @wp.struct

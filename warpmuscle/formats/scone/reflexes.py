@@ -171,7 +171,7 @@ class ReflexReader:
         found = WORLD @ np.array(node.vector_of(key, usual or (0.0, 0.0, 0.0)))
         if not np.linalg.norm(found) > 0.0:
             node.fail(f"its {key} has no length")
-        return direction(found)
+        return vector(found)
 
     def _other(self, reflex: GaitReflex, name: str) -> str:
         """A name without what says that it is of the other leg."""

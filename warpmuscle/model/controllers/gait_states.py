@@ -119,16 +119,16 @@ class Terms:
         """Signals and sensors of a turn, a point and the centre of mass, as far as a reflex has them."""
         found = []
         if (turn := reflex.turn) is not None:
-            x, y, z = _unit(turn.axis)
+            x, y, z = turn.axis
             # An axis that turns with the sense of a mirror: left and right change places, x is to the left.
             axis = (x, -y, -z) if turn.mirrored and side == "l" else (x, y, z)
             of = self._body(turn.body, of_side)
             found.append((TURNS, (Sensor(structs.TURN, of, HERE, axis), Sensor(structs.TURN_RATE, of, HERE, axis))))
         if (point := reflex.point) is not None:
-            rest = (self._body(point.body, of_side), point.place, _unit(point.direction))
+            rest = (self._body(point.body, of_side), point.place, point.direction)
             found.append((MOVES, (Sensor(structs.POSITION, *rest), Sensor(structs.SPEED, *rest))))
         if (balance := reflex.balance) is not None:
-            x, y, z = _unit(balance.direction)
+            x, y, z = balance.direction
             pivot = self._body(balance.pivot, of_side) if balance.pivot else structs.NOTHING
             level = (pivot, HERE, (-x if side == "l" else x, y, z))
             found.append((MOVES, (Sensor(structs.BALANCE, *level), Sensor(structs.BALANCE_SPEED, *level))))
@@ -155,12 +155,6 @@ class Terms:
         if sensor not in self.sensors:
             self.sensors.append(sensor)
         return self.sensors.index(sensor)
-
-
-def _unit(direction: Fixed) -> Fixed:
-    """A direction of unit length."""
-    x, y, z = (part / math.hypot(*direction) for part in direction)
-    return x, y, z
 
 
 def has_gait_states(scene: Scene, muscles: Sequence[str] = ()) -> bool:

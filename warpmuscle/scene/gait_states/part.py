@@ -22,7 +22,7 @@ ROOT = "root"  # what `joint` calls the lean of the root
 
 
 class SensedPoint(Part):
-    """A point of a body, sensed along a direction of the world: where it is, and how fast."""
+    """A point of a body, sensed along a direction of the world, whose length is a factor: where it is, and how fast."""
 
     body: str
     direction: Annotated[Fixed, "1"]
@@ -30,7 +30,7 @@ class SensedPoint(Part):
 
 
 class SensedTurn(Part):
-    """How far a body is turned about one of its axes: the part of its rotation vector, rad, along this axis."""
+    """How far a body is turned about one of its axes: its rotation vector, rad, times this axis."""
 
     body: str
     axis: Annotated[Fixed, "1"]  # in the body, for a muscle of the right leg
