@@ -17,6 +17,7 @@ from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.gait.table import unit_of
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
+from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.studies.conditions import (
@@ -134,12 +135,17 @@ def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
     walked, why = Status(int(evaluations.status[best.index])) == Status.COMPLETED, ""
     try:
         scene = recorded_scene(result)
-        measures |= gait_measures(result.replays[0], scene)
-        if (power := measures.get("metabolic power")) is not None:
-            measures[POWER] = power * body_mass(scene.character)
+        found = gait_measures(result.replays[0], scene)
+        measures |= found | in_all(found, scene)
     except Error as error:  # of what has no legs, or fell before a whole cycle
         why = str(error)
     return MeasuredRun(run, condition, series, walked, measures, why, units)
+
+
+def in_all(measures: Measures, scene: Scene) -> Measures:
+    """The metabolic power of a numeric scene's whole body with its loads, W, if that for each kilogram is known."""
+    power = measures.get("metabolic power")
+    return {} if power is None else {POWER: power * body_mass(scene.character)}
 
 
 def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
