@@ -15,7 +15,9 @@ from warpmuscle.scene import Character, GaitStates, Scene
 from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, OwnThresholds, Shape, Side, State
 from warpmuscle.scene.number import Number
 
-STATE_NAMES = dict(zip(("EarlyStance", "LateStance", "Liftoff", "Swing", "Landing"), STATES, strict=True))
+STATE_NAMES: dict[str, State] = dict(
+    zip(("EarlyStance", "LateStance", "Liftoff", "Swing", "Landing"), STATES, strict=True)
+)
 LABELS = ("name", "signature_prefix", "signature_postfix", "symmetric", "auto_std_factor")
 THRESHOLDS = {
     "stance_load_threshold": "stance_load", "swing_load_threshold": "swing_load", "landing_threshold": "landing",
@@ -23,7 +25,6 @@ THRESHOLDS = {
 }  # fmt: skip
 LEGS = {"left": "leg0_l.", "right": "leg1_r."}  # how names of one leg's thresholds begin
 ONES: tuple[Side, Side] = ("left", "right")
-ALL: tuple[State, ...] = tuple(STATE_NAMES.values())  # type: ignore[assignment]
 FUNCTIONS: dict[str, Shape] = {
     "PieceWiseLinear": "linear", "PieceWiseConstant": "constant", "Polynomial": "polynomial",
 }  # fmt: skip
@@ -121,7 +122,7 @@ class _Reader:
     def _always(self, node: Node) -> Acting:
         name = node.string_of("name")
         sides: tuple[Side, ...] = ("both",) if node.truth_of("symmetric", True) else ONES
-        return Acting(ALL, f"{name}." if name else "", sides)
+        return Acting(STATES, f"{name}." if name else "", sides)
 
     def _legs(self, node: Node, symmetric: bool) -> tuple[Side, ...]:
         """The legs that a controller of some states is of."""
@@ -150,7 +151,7 @@ class _Reader:
     def _state(self, node: Node, word: str) -> State:
         if word not in STATE_NAMES:
             node.fail(f"there is no state {word!r}; there are {', '.join(STATE_NAMES)}")
-        return STATE_NAMES[word]  # type: ignore[return-value]
+        return STATE_NAMES[word]
 
     def _states(self, node: Node) -> GaitStates:
         if self._scene.gait_states is None:

@@ -15,7 +15,7 @@ from warpmuscle.formats.scone.numbers import AUTO_FACTOR, FreeNumber, as_scene_n
 from warpmuscle.formats.scone.parameters import Parameter
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import GaitReflex, Scene
-from warpmuscle.scene.gait_states.part import ROOT, SensedBalance, SensedPoint, SensedTurn, Side, State, sided
+from warpmuscle.scene.gait_states.part import ROOT, SensedBalance, SensedPoint, SensedTurn, Side, Signal, State, sided
 from warpmuscle.scene.number import Number
 
 OF_MUSCLE = {  # numbers of a MuscleReflex
@@ -28,9 +28,12 @@ OF_ANGLE = {
 OF_POSITION = {
     "C0": "constant", "KP": "position_gain", "P0": "position_target", "KV": "speed_gain", "V0": "speed_target",
 }  # fmt: skip
-NEGATIVE_MUSCLE = {"allow_neg_L": ("length", True), "allow_neg_V": ("velocity", False), "allow_neg_F": ("force", True)}
-NEGATIVE_ANGLE = {"allow_neg_P": ("angle", True), "allow_neg_V": ("rate", True)}
-NEGATIVE_POSITION = {"allow_neg_P": ("position", True), "allow_neg_V": ("speed", True)}
+Negative = Mapping[str, tuple[Signal, bool]]  # the signal, and whether it may be negative where nothing is said
+NEGATIVE_MUSCLE: Negative = {
+    "allow_neg_L": ("length", True), "allow_neg_V": ("velocity", False), "allow_neg_F": ("force", True),
+}  # fmt: skip
+NEGATIVE_ANGLE: Negative = {"allow_neg_P": ("angle", True), "allow_neg_V": ("rate", True)}
+NEGATIVE_POSITION: Negative = {"allow_neg_P": ("position", True), "allow_neg_V": ("speed", True)}
 OPPOSITE = "_o"  # ends the name of what belongs to the other leg
 SUFFIX = {"left": "_l", "right": "_r", "both": ""}
 SIDES: dict[Side, str] = {"left": "l", "right": "r", "both": "lr"}
@@ -92,9 +95,7 @@ class ReflexReader:
             found = node.find(word)
             if found is not None:
                 setattr(reflex, name, self._bindings.number(found, f"{acting.prefix}{own}.{word}", f"{place}.{name}"))
-        reflex.positive = [  # type: ignore[misc]
-            signal for word, (signal, usual) in kind.negative.items() if not node.truth_of(word, usual)
-        ]
+        reflex.positive = [signal for word, (signal, usual) in kind.negative.items() if not node.truth_of(word, usual)]
         if (delay := node.find("delay")) is not None:
             reflex.delay = self._bindings.number(delay, f"{acting.prefix}{own}.delay", f"{place}.delay")
         if node.key == "ConditionalMuscleReflex":
@@ -213,7 +214,7 @@ class Kind(NamedTuple):
 
     read: Callable[[ReflexReader, Node, GaitReflex, Node | None], None]
     numbers: Mapping[str, str]
-    negative: Mapping[str, tuple[str, bool]]
+    negative: Negative
     source: str = "source"
 
 

@@ -106,12 +106,11 @@ class Terms:
                     forwards = reflex.joint == ROOT
                     target_of = getattr(reflex, f"{signal}_target")
                     add(sensor, signal, gain if forwards else -gain, -target_of if forwards else target_of)
-
         for signals, sensors in self._of_bodies(reflex, side, of_side):
-            for signal, sensor in zip(signals, sensors, strict=True):
+            for signal, sensed in zip(signals, sensors, strict=True):
                 gain = getattr(reflex, f"{signal}_gain")
                 if not is_zero(gain):
-                    add(self._sensor(*sensor), signal, -gain, getattr(reflex, f"{signal}_target"))
+                    add(self._sensor(*sensed), signal, -gain, getattr(reflex, f"{signal}_target"))
 
     def _of_bodies(
         self, reflex: GaitReflex, side: str, of_side: str
@@ -209,11 +208,11 @@ def gait_states_struct(scene: Scene, names: Topology, muscles: Sequence[str], de
     return s
 
 
-def _thresholds(states: GaitStates, side: int) -> dict[str, Number]:
+def _thresholds(states: GaitStates, side: int) -> dict[str, Any]:
     """The numbers of a leg."""
     own = states.right if side == RIGHT else None
 
-    def number(name: str) -> Number:
+    def number(name: str) -> Any:
         given = None if own is None else getattr(own, name)
         return getattr(states, name) if given is None else given
 
@@ -249,8 +248,10 @@ def _put_patterns(s: structs.GaitStates, found: Terms, device: Any) -> None:
 
 
 def _shape(pattern: GaitPattern) -> int:
-    shapes = {"linear": structs.LINEAR, "constant": structs.CONSTANT, "polynomial": structs.POLYNOMIAL}
-    return structs.FLAT if pattern.shape == "linear" and pattern.flat else shapes[pattern.shape]
+    shapes: dict[str, int] = {
+        "linear": structs.LINEAR, "flat": structs.FLAT, "constant": structs.CONSTANT, "polynomial": structs.POLYNOMIAL,
+    }  # fmt: skip
+    return shapes["flat" if pattern.shape == "linear" and pattern.flat else pattern.shape]
 
 
 def _states(during: Sequence[str]) -> int:

@@ -12,8 +12,8 @@ import msgspec
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
-STATES = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
 State = Literal["early_stance", "late_stance", "liftoff", "swing", "landing"]
+STATES: tuple[State, ...] = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
 Signal = Literal["length", "velocity", "force", "angle", "rate", "position", "speed"]
 Side = Literal["both", "left", "right"]
 Shape = Literal["linear", "constant", "polynomial"]
