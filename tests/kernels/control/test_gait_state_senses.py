@@ -28,37 +28,6 @@ from warpmuscle.scene.topology import topology
 from warpmuscle.scene.treadmill.part import Treadmill
 from warpmuscle.simulation.rollout import Rollout
 
-CONTROLLER = """
-CompositeController {
-	GaitStateController {
-		symmetric = 0 stance_load_threshold = ~0.1<0.001,1>
-		ConditionalControllers {
-			ConditionalController {
-				states = "EarlyStance LateStance Liftoff Swing Landing"
-				ReflexController {
-					BodyPointReflex { target = calf source = trunk offset [ 0.1 0.2 0 ] direction [ 0 0.5 0 ]
-						delay = 0.01 KP = ~1.5<-10,10> P0 = 0.65 KV = -0.3 V0 = 0.2 C0 = 0.3 }
-					BodyOrientationReflex { target = seat source = leg_o axis [ 0 0 1 ] delay = 0.005
-						KP = ~0.5<-10,10> P0 = 0.4 KV = 0.02 C0 = 0.25 allow_neg_V = 0 }
-				}
-			}
-			ConditionalController {
-				states = "EarlyStance LateStance Liftoff" legs = right
-				ReflexController {
-					ComPivotReflex { target = seat pivot_body = foot dir [ 1 0 0 ] delay = 0.015 KP = ~-0.7<-10,10>
-						KV = -0.1 V0 = 0.5 }
-				}
-			}
-			ConditionalController {
-				states = "Swing Landing"
-				FeedForwardController { include = "cal*" PieceWiseLinear {
-					control_points = 3 control_point_y = ~0.2<0,1> control_point_dt = 0.05~0.01<0.01,1> } }
-			}
-		}
-	}
-	ReflexController { ComPivotReflex { target = calf dir [ 1 0 0 ] KP = -0.8 P0 = 0.05 allow_neg_P = 0 KV = -0.05 } }
-}
-"""
 VALUES = {
     "leg0_l.stance_load_threshold": 0.05, "leg1_r.stance_load_threshold": 0.2,
     "S11111.calf_l-trunk_l.KP": 1.2, "S11111.calf_r-trunk_r.KP": 0.9,
@@ -73,7 +42,7 @@ VALUES = {
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory) -> Scene:
     folder = tmp_path_factory.mktemp("senses")
-    path = small_scone.write(folder, controller=CONTROLLER)
+    path = small_scone.write(folder, controller=small_scone.SENSES)
     write_parameters(folder / "best.par", [Parameter(name, value, value, 0.1) for name, value in VALUES.items()])
     notes: list = []
     scene = load(path, folder / "best.par", ignored=notes)
@@ -239,9 +208,8 @@ def test_what_is_sensed_of_a_mirrored_motion_is_the_same_on_the_other_side(scene
 
 
 def test_noise_adds_to_excitations_and_is_the_same_for_all_candidates(tmp_path: Path):
-    with_noise = CONTROLLER.rstrip().removesuffix("}") + "NoiseController { base_noise = 0.05 random_seed = 7 } }\n"
     found = []
-    for name, text in (("plain", CONTROLLER), ("noisy", with_noise)):
+    for name, text in (("plain", small_scone.SENSES), ("noisy", small_scone.with_noise())):
         (tmp_path / name).mkdir()
         scene = load(small_scone.write(tmp_path / name, controller=text), ignored=[])
         scene.duration = 0.003
