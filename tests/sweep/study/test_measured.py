@@ -16,7 +16,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.study import page as study_page
-from warpmuscle.sweep.study.measured import StudyResult, in_all, measured
+from warpmuscle.sweep.study.measured import MeasuredRun, StudyResult, _rows, in_all, measured
 
 TEXT = """
 scene = "fwalk"
@@ -90,6 +90,16 @@ def test_a_measure_that_no_run_gives_is_named(folder: Path, tmp_path: Path):
     plan = read(file)
     with pytest.raises(Error, match="the study asks for 'step lenght'; did you mean 'step length'"):
         measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
+
+
+def test_a_study_whose_runs_all_fell_shows_their_costs(folder: Path, tmp_path: Path):
+    file = tmp_path / "loads.toml"
+    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    runs = [MeasuredRun(run, 1.0, "", False, {"cost": 2e6}, "fell") for run in read(file).runs]
+    study = read(file).study
+    assert study is not None
+    rows = _rows(study, runs)
+    assert [(row.measure, row.cells[0].walked) for row in rows] == [("cost", 0)]
 
 
 def test_the_page_has_every_number_and_nothing_that_runs(found: StudyResult, folder: Path):

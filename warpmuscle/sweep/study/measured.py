@@ -150,7 +150,8 @@ def in_all(measures: Measures, scene: Scene) -> Measures:
 
 def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
     given = dict.fromkeys(name for run in runs for name, value in run.measures.items() if value is not None)
-    names = _named(study, [name for name in given if not name.endswith(UNSEEN)])
+    any_walked = any(run.walked for run in runs)
+    names = _named(study, [name for name in given if not name.endswith(UNSEEN)], any_walked)
     units = {COST: "", POWER: "W"} | {name: unit for run in runs for name, unit in run.units.items()}
     rows = []
     for series in dict.fromkeys(run.series for run in runs):
@@ -171,12 +172,15 @@ def values_of(runs: Sequence[MeasuredRun], name: str) -> Floats:
     return np.array([np.nan if value is None else value for value in found], dtype=float)
 
 
-def _named(study: Study, given: Sequence[str]) -> list[str]:
-    """The measures that a study names, in its order; raises Error where it names one that no run gives."""
+def _named(study: Study, given: Sequence[str], walked: bool) -> list[str]:
+    """The measures that a study names, in its order; raises Error where it names one that no run gives.
+
+    Where none walked, only what there is: falls give next to nothing, and a table of costs is worth more than no table.
+    """
     found: dict[str, None] = {}
     for pattern in (*study.measures, *(expected.measure for expected in study.expected)):
         names = [name for name in given if name == pattern or fnmatchcase(name, pattern)]
-        if not names and not (study.usual and pattern in study.measures):
+        if not names and walked and not (study.usual and pattern in study.measures):
             known = ", ".join(given)
             raise Error(f"the study asks for {pattern!r}{near(pattern, given)}; its runs give: {known}")
         found |= dict.fromkeys(names)
