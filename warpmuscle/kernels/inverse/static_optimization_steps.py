@@ -10,7 +10,7 @@ import warp as wp
 
 LINEAR, POWER = 0, 1  # how activations follow: clip(gain y + shift), or clip((gain y)^exponent)
 SEARCHES = 50  # of the slope's zero along a step at most
-EXACT = 0.1  # of the slope at the start of a step, that may be left
+EXACT = 5.0e-4  # of the slope at the start of a step, that may be left
 
 
 @wp.struct

@@ -3,12 +3,11 @@
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.inverse.static_optimization_steps import EXACT, SEARCHES
 from warpmuscle.kernels.program.reduction import cholesky, place, solve
 from warpmuscle.kernels.program.structs import Columns
 
 LEAST_PIVOT = 1.0e-14  # of a diagonal entry
-SEARCHES = 50  # of the slope's zero along a step at most
-EXACT = 5.0e-4  # of the slope at the start of a step, that may be left
 
 
 @wp.struct
