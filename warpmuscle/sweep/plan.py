@@ -50,7 +50,7 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
-from warpmuscle.formats.overrides import Override, overridden
+from warpmuscle.formats.overrides import Changed, Override, changed, sound
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
 from warpmuscle.optimization.options import GREATEST_SEED, check_options
@@ -219,7 +219,9 @@ class _Base:
     def __init__(self, path: Path, file: _File, common: Sequence[Override], trusted: bool) -> None:
         self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
-        self._changed: dict[str, Scene] = {}  # by what changes them: runs that differ in their seeds share one
+        # By what changes them, with what decides whether they can be searched: runs that differ in seeds share one.
+        self._changed: dict[str, tuple[Scene, str]] = {}
+        self._begun: dict[str, Changed] = {}
         self._found: dict[str, tuple[SearchOptions, int]] = {}
         self._units: dict[tuple[str, ...], str] = {}
 
@@ -250,10 +252,11 @@ class _Base:
             raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
         what = repr((scene_name, [(o.key, o.value) for o in in_scene]))
         if what not in self._changed:
-            given = self._scene(scene_name, changes.get("scene"))
-            changed = overridden(given, [*self._common, *in_scene], self._path)
-            self._changed[what] = without_only_stage(changed)  # what has stages shares no batches
-        scene = self._changed[what]
+            given = self._with_common(scene_name, changes.get("scene"))
+            own = sound(changed(given, in_scene, self._path), self._path)
+            own = without_only_stage(own)  # what has stages shares no batches
+            self._changed[what] = own, what if own.stages else repr([p.name for p in free_parameters(own)])
+        scene, kind = self._changed[what]
         axes: dict[str, float | str] = {}
         for choice in chosen:
             axes |= {choice.axis or "run": choice.value, **choice.beside}
@@ -262,13 +265,20 @@ class _Base:
             nothing = SearchOptions("", candidates=0)
             units = self._units_of(scene, chosen)
             return SweepRun(_name(chosen, taken), scene, seed, nothing, plan.iterations or 0, axes, units, plan)
-        what = repr((what, sorted(search.items(), key=lambda item: item[0])))
+        what = repr((kind, sorted(search.items(), key=lambda item: item[0])))
         if what not in self._found:
             self._found[what] = self._searched(search, scene, seed, changes, not taken)
         options, candidates = self._found[what]
         return SweepRun(
             _name(chosen, taken), scene, seed, options, candidates, axes, self._units_of(scene, chosen)
         )  # fmt: skip
+
+    def _with_common(self, name: Any, override: Override | None) -> Changed:
+        """The scene of a name with what all runs change."""
+        key = repr(name)
+        if key not in self._begun:
+            self._begun[key] = changed(Changed(self._scene(name, override), {}), self._common, self._path)
+        return self._begun[key]
 
     def _searched(
         self, search: dict[str, Any], scene: Scene, seed: int, changes: dict[str, Override], first: bool

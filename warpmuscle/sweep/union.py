@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import contextlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache, partial
 from typing import Any
 
 import msgspec
@@ -15,7 +17,7 @@ from warpmuscle.model.collisions import collision_pairs
 from warpmuscle.model.objective import counted_terms
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import free_parameters, leaves, rebuilt
+from warpmuscle.scene.parameters import constant, free_parameters, rebuilt
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.checks import Checks
 from warpmuscle.scene.validation.scene import check_scene
@@ -42,15 +44,15 @@ class MergedScene:
             self.scene: Scene = scenes[0]
             self._paths = None
             return
-        numbers = [dict(number_leaves(scene)) for scene in scenes]
-        checks = [Checks(scene) for scene in scenes]
+        numbers = [numbers_of(scene) for scene in scenes]
+        check = cache(lambda index: Checks(scenes[index]))
         free: dict[str, Free] = {}
         for path, first in numbers[0].items():
             theirs = [of_scene[path] for of_scene in numbers]
             if isinstance(first, Free) or any(number != first for number in theirs):
-                ends = [check.interval(number) for check, number in zip(checks, theirs, strict=True)]
+                ends = [_interval(number, partial(check, index)) for index, number in enumerate(theirs)]
                 low, high = min(low for low, _ in ends), max(high for _, high in ends)
-                free[path] = Free(checks[0].start(first), low, high)
+                free[path] = Free(check(0).start(first), low, high)
         self.scene = rebuilt(scenes[0], lambda path, leaf: free.get(path, leaf))
         if len(scenes) > 1:
             check_scene(self.scene)
@@ -70,7 +72,7 @@ class _Columns:
 
     def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
         own = {parameter.name: column for column, parameter in enumerate(free_parameters(scene))}
-        found = dict(leaves(scene))
+        found = numbers_of(scene)
         self._constant = np.zeros(len(paths))
         self._free: list[tuple[int, int, Free]] = []  # column of the joint scene, and that of its own that it follows
         for column, path in enumerate(paths):
@@ -86,6 +88,13 @@ class _Columns:
         for column, source, leaf in self._free:
             table[:, column] = leaf.following(values[:, source])
         return table
+
+
+def _interval(number: float | Free, check: Callable[[], Checks]) -> tuple[float, float]:
+    """See `Checks.interval`; what follows nothing needs no look at its scene."""
+    if isinstance(number, Free):
+        return check().interval(number) if number.same_as or number.per else number.interval({})
+    return number, number
 
 
 def groups(scenes: Sequence[Scene]) -> list[list[int]]:
@@ -112,6 +121,29 @@ def groups(scenes: Sequence[Scene]) -> list[list[int]]:
         except SceneError:  # such as limits of a joint that overlap between one scene and another
             result.extend([index] for index in group)
     return sorted(result)
+
+
+_unchanged: dict[int, tuple[Scene, dict[str, float | Free]]] = {}
+
+
+@contextlib.contextmanager
+def unchanged(scenes: Iterable[Scene]) -> Iterator[None]:
+    """For a while, know the numbers and free parameters of scenes that nobody changes: to find them takes long."""
+    every = list(scenes)
+    found = {id(scene): (scene, dict(number_leaves(scene))) for scene in every if id(scene) not in _unchanged}
+    _unchanged.update(found)
+    try:
+        with constant(every):
+            yield
+    finally:
+        for key in found:
+            _unchanged.pop(key, None)
+
+
+def numbers_of(scene: Scene) -> dict[str, float | Free]:
+    """Every number of a scene that may be a free parameter, by its path."""
+    known = _unchanged.get(id(scene))
+    return dict(number_leaves(scene)) if known is None else known[1]
 
 
 def number_leaves(scene: Scene) -> Iterator[tuple[str, float | Free]]:
@@ -144,7 +176,7 @@ def _numbers(value: Any, type_: inspect.Type, key: str) -> Iterator[tuple[str, f
 
 def _kind(scene: Scene) -> bytes:
     """What scenes that share a batch have in common: all but the values of numbers."""
-    paths = {path for path, _ in number_leaves(scene)}
+    paths = numbers_of(scene)
     same: Scene = rebuilt(scene, lambda path, leaf: 0.0 if path in paths else leaf)
     touchable = _may_count(scene.ground.stiffness)
     elastic = {joint: _may_count(own.stiffness) or _may_count(own.damping) for joint, own in scene.actuation.items()}
