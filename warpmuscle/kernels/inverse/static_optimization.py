@@ -13,7 +13,7 @@ matrices are small. A group of a run of frames is a thread's; within a run, boun
 before.
 
 Where muscles do not suffice, multipliers of reserves are so large that single precision does not tell how muscles
-balance each other: such frames stop coming closer, and are solved again in double precision.
+balance each other: such frames stop coming closer, and are solved again in double precision, from where they are.
 """
 
 from functools import cache
@@ -82,7 +82,8 @@ def static_optimization_of(
 
     What the kernel takes and gives:
         runs: (2, runs) first frames of runs, and those after their last. activation: (frames, muscles).
-        multiplier: (frames, speeds). iterations: (frames, groups), -1 where the balance was not reached.
+        multiplier: (frames, speeds); in double precision also where the search begins.
+        iterations: (frames, groups), -1 where the balance was not reached.
     """
     begin, balance, newton_step = begin_of(rates, real), balance_of(law, rates, real), newton_step_of(real)
     step_length, single = step_length_of(law, rates, real), real is wp.float32
@@ -115,11 +116,18 @@ def static_optimization_of(
             g.frame = f
             begin(g, runs[0, run], groups, frames, cost, activation, lows, highs, scale, x)
             count = wp.int32(0)
+            known = wp.int32(0)  # whether it goes on
+            if wp.static(not single):
+                for i in range(g.coordinates):
+                    nearly = multiplier[f, groups.coordinate[g.first + i]]
+                    if wp.isfinite(nearly) and nearly != 0.0:
+                        x[i] = real(nearly)
+                        known = 1
             done = wp.int32(0)
             before = real(1.0e30)
             stalled = wp.int32(0)
             while done == 0:
-                balance(count, g, groups, frames, cost, lows, highs, x, activation, y, h, hessian)
+                balance(count + known, g, groups, frames, cost, lows, highs, x, activation, y, h, hessian)
                 error = real(0.0)
                 for i in range(g.coordinates):
                     error = wp.max(error, wp.abs(h[i]) * scale[i])
