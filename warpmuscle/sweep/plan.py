@@ -38,13 +38,15 @@ import itertools
 import math
 import re
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.limits import check_size
@@ -65,7 +67,7 @@ from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
-from warpmuscle.sweep.samples import Sample, sampled
+from warpmuscle.sweep.samples import Sample, Sampled, rounds_of, sampled
 from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
@@ -116,6 +118,33 @@ class SweepRun:
 
 
 @dataclass(frozen=True)
+class Refinement:
+    """How points of a sweep follow from the results of those before.
+
+    Attributes:
+        count: of points in the end. batch: so many at a time. seed: of what is looked at.
+        axes: (d,) names. first: (n, d) points of the unit cube that it begins with.
+        grown: the plan with these points (n, d) after the first ones.
+    """
+
+    count: int
+    batch: int
+    seed: int
+    axes: tuple[str, ...]
+    first: Floats
+    grown: Callable[[Floats], Plan]
+
+    @property
+    def dimensions(self) -> int:
+        """How many axes there are."""
+        return len(self.axes)
+
+    def with_chosen(self, chosen: Floats) -> Floats:
+        """The first points and these."""
+        return np.concatenate([self.first, chosen])
+
+
+@dataclass(frozen=True)
 class Plan:
     """All optimisations of a sweep, in order."""
 
@@ -125,6 +154,7 @@ class Plan:
     runs: tuple[SweepRun, ...]
     study: Study | None = None  # that the runs are to show something in
     prune: Rule | None = None  # by which runs that are behind are stopped
+    refinement: Refinement | None = None  # by which further points are chosen
 
     @property
     def trains(self) -> bool:
@@ -161,12 +191,9 @@ def read(
     path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
     try:
-        plan = _plan(path, source, _asked(to_type(source.data, _File), seeds, options or {}), trusted)
+        return _plan(path, source, _asked(to_type(source.data, _File), seeds, options or {}), trusted)
     except SceneError as error:
         raise source.placed(error) from None
-    if trusted:
-        plan.trust()
-    return plan
 
 
 def _asked(file: _File, seeds: int | None, options: Mapping[str, Any]) -> _File:
@@ -180,16 +207,29 @@ def _asked(file: _File, seeds: int | None, options: Mapping[str, Any]) -> _File:
 
 
 def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
+    common = [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()]
+    base = _Base(path, file, common, trusted)
+
+    def made(chosen: Floats | None) -> Plan:
+        plan = _made(path, source, file, base, chosen, made)
+        if trusted:
+            plan.trust()
+        return plan
+
+    return made(None)
+
+
+def _made(
+    path: Path, source: Source, file: _File, base: _Base, chosen: Floats | None, again: Callable[[Floats], Plan]
+) -> Plan:
+    """The plan of a file whose adaptive points are these beside the first ones; `again` makes one of others."""
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
     grids = [axes_of(source, place, table) for place, table in tables.items()] or [[]]
-    points = [] if file.sample is None else [sampled(source, file.sample)]
-    grids = [[*points, *axes] for axes in grids]
+    sample = None if file.sample is None else sampled(source, file.sample, chosen)
+    grids = [[*([] if sample is None else [sample.choices]), *axes] for axes in grids]
     count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
     check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
     entries: list[tuple[Choice, ...]] = [(entry_of(source, index, entry),) for index, entry in enumerate(file.run)]
-    base = _Base(
-        path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
-    )
     runs: list[SweepRun] = []
     taken: dict[str, int] = {}  # names, and the last number that was put behind each
     for entry in entries or [()]:
@@ -205,7 +245,24 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     study = None if file.study is None else study_of(file.study, name, [run.axes for run in runs])
     staged = any(run.scene.stages for run in runs)
     rule = rule_of(file.prune, [(run.axes, run.candidates) for run in runs], file.training, file.study, staged)
-    return Plan(path, name, source.text, tuple(runs), study, rule)
+    refinement = None if sample is None else _refinement(file, sample, again)
+    return Plan(path, name, source.text, tuple(runs), study, rule, refinement)
+
+
+def _refinement(file: _File, found: Sampled, again: Callable[[Floats], Plan]) -> Refinement | None:
+    """How the points of an adaptive sample are chosen; None of another one."""
+    sample = file.sample
+    if sample is None or sample.method != "adaptive":
+        return None
+    for there, why in (
+        (file.training is not None, "trainings have no costs that points could follow from"),
+        (file.study is not None, "a study names its conditions before any has run"),
+        (file.prune is not None, "costs of runs that are stopped early say nothing of their points; leave [prune] out"),
+    ):
+        if there:
+            raise SceneError(why, key="sample.method")
+    first, batch = rounds_of(sample, len(found.axes))
+    return Refinement(sample.points, batch, sample.seed, found.axes, found.units[:first], again)
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
