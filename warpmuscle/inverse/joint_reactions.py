@@ -197,11 +197,12 @@ def _reactions(
 
 def _columns(body: BodyModel, joints: list[JointFrames], on: str, frame: str) -> dict[str, Any]:
     """Joints as the device has them, by column; see `kernels.inverse.joint_reactions.ReactionJoint`."""
-    names, found = body.topology.bodies, defaultdict(list)
+    names = body.topology.bodies
+    found: defaultdict[str, list[Any]] = defaultdict(list)
     for joint in joints:
         acting = joint.child if on == "child" else joint.parent
-        shown = {"child": joint.child, "parent": joint.parent}.get(frame)
-        ground = shown is None or shown.body not in names
+        shown = joint.parent if frame == "parent" else joint.child
+        ground = frame == "ground" or shown.body not in names
         found["body"].append(names.index(joint.child.body))
         found["sign"].append(1.0 if on == "child" else -1.0)
         found["acting"].append(names.index(acting.body) if acting.body in names else -1)

@@ -181,7 +181,7 @@ def _loose(chain: Chain, fit: Fit) -> list[str]:
     loose = np.asarray(fit.loose, bool)
     if not loose.any():
         return []
-    everywhere, whole = loose.all(axis=0), loose.all(axis=1)
+    everywhere, whole = np.asarray(loose.all(axis=0)), np.asarray(loose.all(axis=1))
     always = [name for name, nowhere in zip(chain.coordinates, everywhere.tolist(), strict=True) if nowhere]
     notes = []
     if always:

@@ -110,7 +110,13 @@ class MarkerFitter:
         return values
 
     def _solve(
-        self, problem: Problem, recorded: RecordedMarkers, frames: Integers, starts: Floats, found: Fit, better: bool = False
+        self,
+        problem: Problem,
+        recorded: RecordedMarkers,
+        frames: Integers,
+        starts: Floats,
+        found: Fit,
+        better: bool = False,
     ) -> None:
         """Fit some frames from some values on, and put what comes of it into what was found; or only what is better."""
         if not len(frames):

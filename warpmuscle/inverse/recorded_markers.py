@@ -36,7 +36,8 @@ class RecordedMarkers:
         """Args: order: (K,) the number of each marker of the fit among those recorded."""
         self._device, self.squares = device, np.zeros(len(problem.positions))
         self._positions = _doubles(problem.positions, device)
-        self._order, self._turn = to_device(order, int, device), wp.mat33d(problem.turn.T)
+        self._order = to_device(order, int, device)
+        self._turn, self._back = wp.mat33d(problem.turn.T), wp.mat33d(problem.turn)  # into the axes of the fit
         weights = np.asarray(problem.weights)
         self._weights = to_device(weights[order], float, device)
         self._errors = wp.zeros(problem.positions.shape[:2], dtype=wp.vec3d, device=device)
@@ -65,7 +66,7 @@ class RecordedMarkers:
         self.squares[frames[kept]] = squares[kept]
         rows = to_device(np.flatnonzero(kept), int, self._device)
         shape = (len(rows), len(self._order))
-        inputs = [data.error, self._positions, self._turn, self._order, number, rows]
+        inputs = [data.error, self._positions, self._back, self._order, number, rows]
         wp.launch(marker_frames.put_errors, shape, inputs, [self._errors], device=self._device)
         return kept
 

@@ -207,8 +207,8 @@ class Folder:
             f"run {gone[0]!r} is gone" if gone else "the order of its runs is another"
         )  # fmt: skip
         raise ResultError(
-            f"{plan.file}: this sweep, or its scene, has changed since it began: {what}; take the earlier one to go on, or "
-            f"another --output, or remove {self.path} to begin anew"
+            f"{plan.file}: this sweep, or its scene, has changed since it began: {what}; take the earlier one to go "
+            f"on, or another --output, or remove {self.path} to begin anew"
         )
 
     def states(self, manifest: Manifest) -> list[RunState]:

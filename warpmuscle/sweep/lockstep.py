@@ -35,9 +35,8 @@ from warpmuscle.sweep.one_batch import SharedBatches
 from warpmuscle.sweep.pruning.referee import Referee
 from warpmuscle.sweep.pruning.rule import Rule
 from warpmuscle.sweep.rounds import Known, Rounds
-from warpmuscle.sweep.searched_scenes import searched_scenes, weighed_scenes
 from warpmuscle.sweep.task import Task
-from warpmuscle.sweep.union import MergedScene, groups, unchanged
+from warpmuscle.sweep.union import MergedScene, groups, searched_scenes, unchanged, weighed_scenes
 
 LEAST_WINDOW, MOST_WINDOW = 64, 2048  # runs side by side
 SHARE_OF_BATCH = 16  # candidates of a run in a batch, about, for the window to fill it

@@ -44,7 +44,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.decoding import to_type
@@ -67,7 +66,8 @@ from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
-from warpmuscle.sweep.samples import Sample, Sampled, rounds_of, sampled
+from warpmuscle.sweep.refinement.asked import WITHOUT_POINTS, Refinement, refinement_of
+from warpmuscle.sweep.samples import Sample, sampled
 from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
@@ -115,33 +115,6 @@ class SweepRun:
     axes: Mapping[str, float | str]  # what sets it apart, by name of the axis
     units: Mapping[str, str] = field(default_factory=dict)  # of the axes that have any
     training: TrainingPlan | None = None  # of a policy, in place of a search
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """How points of a sweep follow from the results of those before.
-
-    Attributes:
-        count: of points in the end. batch: so many at a time. seed: of what is looked at.
-        axes: (d,) names. first: (n, d) points of the unit cube that it begins with.
-        grown: the plan with these points (n, d) after the first ones.
-    """
-
-    count: int
-    batch: int
-    seed: int
-    axes: tuple[str, ...]
-    first: Floats
-    grown: Callable[[Floats], Plan]
-
-    @property
-    def dimensions(self) -> int:
-        """How many axes there are."""
-        return len(self.axes)
-
-    def with_chosen(self, chosen: Floats) -> Floats:
-        """The first points and these."""
-        return np.concatenate([self.first, chosen])
 
 
 @dataclass(frozen=True)
@@ -245,24 +218,9 @@ def _made(
     study = None if file.study is None else study_of(file.study, name, [run.axes for run in runs])
     staged = any(run.scene.stages for run in runs)
     rule = rule_of(file.prune, [(run.axes, run.candidates) for run in runs], file.training, file.study, staged)
-    refinement = None if sample is None else _refinement(file, sample, again)
+    refused = {name: getattr(file, name) is not None for name in WITHOUT_POINTS}
+    refinement = None if file.sample is None or sample is None else refinement_of(file.sample, sample, again, refused)
     return Plan(path, name, source.text, tuple(runs), study, rule, refinement)
-
-
-def _refinement(file: _File, found: Sampled, again: Callable[[Floats], Plan]) -> Refinement | None:
-    """How the points of an adaptive sample are chosen; None of another one."""
-    sample = file.sample
-    if sample is None or sample.method != "adaptive":
-        return None
-    for there, why in (
-        (file.training is not None, "trainings have no costs that points could follow from"),
-        (file.study is not None, "a study names its conditions before any has run"),
-        (file.prune is not None, "costs of runs that are stopped early say nothing of their points; leave [prune] out"),
-    ):
-        if there:
-            raise SceneError(why, key="sample.method")
-    first, batch = rounds_of(sample, len(found.axes))
-    return Refinement(sample.points, batch, sample.seed, found.axes, found.units[:first], again)
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:

@@ -1,4 +1,7 @@
-"""Scenes that differ in numbers only as one scene, so that their candidates can be simulated in the same batches."""
+"""Scenes that differ in numbers only as one scene, so that their candidates can be simulated in the same batches.
+
+What nothing uses of them is found for all at once, too.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +15,20 @@ import numpy as np
 from msgspec import inspect
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.model.collisions import collision_pairs
 from warpmuscle.model.objective import counted_terms
+from warpmuscle.model.unused_parameters import of_the_body, unused_in, unused_parameters
+from warpmuscle.optimization.optimize import searched_without, weighed
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import constant, free_parameters, rebuilt
+from warpmuscle.scene.parameters import constant, free_parameters, rebuilt, start_values
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.checks import Checks
 from warpmuscle.scene.validation.scene import check_scene
 
 _SCENE = inspect.type_info(Scene)
+AT_ONCE = 4096  # parameters of scenes whose models lie side by side: some 100 MB
 
 
 class MergedScene:
@@ -187,3 +193,43 @@ def _kind(scene: Scene) -> bytes:
 def _may_count(number: float | Free) -> bool:
     """Whether a number can be another one than 0."""
     return isinstance(number, Free) or number != 0.0
+
+
+def weighed_scenes(scenes: Sequence[Scene]) -> list[Scene | Error]:
+    """Each scene with an objective and free parameters, or why it has none."""
+    found: list[Scene | Error] = []
+    for scene in scenes:
+        try:
+            found.append(weighed(scene))
+        except Error as error:
+            found.append(error)
+    return found
+
+
+def searched_scenes(scenes: Sequence[Scene | Error]) -> list[Scene | Error]:
+    """Each scene as `optimization.optimize.searched` has it, or why it cannot be searched; see `weighed_scenes`."""
+    found = list(scenes)
+    sound = [(number, scene) for number, scene in enumerate(scenes) if isinstance(scene, Scene)]
+    for group in groups([scene for _, scene in sound]):
+        members = [sound[place] for place in group]
+        each = max(AT_ONCE // max(len(free_parameters(members[0][1])), 1), 1)
+        for first in range(0, len(members), each):
+            part = members[first : first + each]
+            for (number, scene), names in zip(part, _unused([scene for _, scene in part]), strict=True):
+                try:
+                    found[number] = names if isinstance(names, Error) else searched_without(scene, names)
+                except Error as error:
+                    found[number] = error
+    return found
+
+
+def _unused(scenes: Sequence[Scene]) -> Sequence[list[str] | Error]:
+    """Names of unused parameters of scenes of a group, or why they cannot be told."""
+    try:
+        if len(scenes) == 1:
+            return [unused_parameters(scenes[0])]
+        own = [of_the_body(scene) for scene in scenes]
+        merged = MergedScene(own)
+        return unused_in(merged.scene, [(free_parameters(one), start_values(one)) for one in own], merged.values)
+    except Error as error:
+        return [error] * len(scenes)

@@ -22,8 +22,8 @@ def look_at_frames(
         weights: (markers,) as recorded. beyond: m, along an axis.
     """
     frame = wp.tid()
-    count = int(0)
-    away = int(0)
+    count = 0
+    away = 0
     for k in range(positions.shape[1]):
         place = positions[frame, k]
         if is_seen(place):
@@ -80,11 +80,11 @@ def put_errors(
     """Errors of chosen rows among those of all frames, in the order and axes recorded; NaN where a marker is missing.
 
     Args:
-        turn: as of `take_frames`.
+        turn: of places in the axes of the fit into those recorded.
     """
     n, k = wp.tid()
     row = chosen[n]
-    off = wp.transpose(turn) * wp.vec3d(error[row, k])
+    off = turn * wp.vec3d(error[row, k])
     if not is_seen(positions[frame[row], order[k]]):
         off = wp.vec3d(wp.float64(wp.nan), wp.float64(wp.nan), wp.float64(wp.nan))
     errors[frame[row], order[k]] = off
@@ -104,7 +104,7 @@ def sum_markers(
         squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames.
     """
     recording, k = wp.tid()
-    total, up, count = wp.float64(0.0), wp.float64(0.0), int(0)
+    total, up, count = wp.float64(0.0), wp.float64(0.0), 0
     for frame in range(starts[recording], starts[recording + 1]):
         place = positions[frame, k]
         if is_seen(place):

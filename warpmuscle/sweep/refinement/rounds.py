@@ -1,6 +1,6 @@
 """A sweep whose points are chosen in rounds: some, then more where the results of those before say so.
 
-What has been chosen is kept in the folder of the sweep before it runs, so that a command that goes on has the same points.
+What has been chosen is kept in the folder of the sweep before it runs: a command that goes on has the same points.
 """
 
 from __future__ import annotations
@@ -68,7 +68,9 @@ def chosen_points(folder: Path, dimensions: int) -> Floats:
         reason = unreadable(error) if isinstance(error, OSError) else "is damaged"
         raise ResultError(f"{path}: {reason}; remove {folder} to begin anew") from None
     if any(len(point) != dimensions or not all(0.0 <= x <= 1.0 for x in point) for point in found):
-        raise ResultError(f"{path}: these are no points of {dimensions} axes; take another --output, or remove {folder}")
+        raise ResultError(
+            f"{path}: these are no points of {dimensions} axes; take another --output, or remove {folder}"
+        )
     return np.array(found, dtype=np.float64).reshape(-1, dimensions)
 
 
