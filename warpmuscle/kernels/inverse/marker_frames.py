@@ -22,8 +22,8 @@ def look_at_frames(
         weights: (markers,) as recorded. beyond: m, along an axis.
     """
     frame = wp.tid()
-    count = 0
-    away = 0
+    count = wp.int32(0)
+    away = wp.int32(0)
     for k in range(positions.shape[1]):
         place = positions[frame, k]
         if is_seen(place):
@@ -104,7 +104,7 @@ def sum_markers(
         squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames.
     """
     recording, k = wp.tid()
-    total, up, count = wp.float64(0.0), wp.float64(0.0), 0
+    total, up, count = wp.float64(0.0), wp.float64(0.0), wp.int32(0)
     for frame in range(starts[recording], starts[recording + 1]):
         place = positions[frame, k]
         if is_seen(place):
