@@ -6,7 +6,7 @@ What nothing uses of them is found for all at once, too.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from typing import Any
 
@@ -56,7 +56,7 @@ class MergedScene:
         for path, first in numbers[0].items():
             theirs = [of_scene[path] for of_scene in numbers]
             if isinstance(first, Free) or any(number != first for number in theirs):
-                ends = [_interval(number, partial(check, index)) for index, number in enumerate(theirs)]
+                ends = [_interval(number, numbers[index], partial(check, index)) for index, number in enumerate(theirs)]
                 low, high = min(low for low, _ in ends), max(high for _, high in ends)
                 free[path] = Free(check(0).start(first), low, high)
         self.scene = rebuilt(scenes[0], lambda path, leaf: free.get(path, leaf))
@@ -96,11 +96,16 @@ class _Columns:
         return table
 
 
-def _interval(number: float | Free, check: Callable[[], Checks]) -> tuple[float, float]:
-    """See `Checks.interval`; what follows nothing needs no look at its scene."""
-    if isinstance(number, Free):
-        return check().interval(number) if number.same_as or number.per else number.interval({})
-    return number, number
+def _interval(
+    number: float | Free, numbers: Mapping[str, float | Free], check: Callable[[], Checks]
+) -> tuple[float, float]:  # fmt: skip
+    """See `Checks.interval`, which walks the whole scene; what depends on no command needs none of it."""
+    if not isinstance(number, Free):
+        return number, number
+    source = numbers.get(number.same_as) if number.same_as else number
+    if not isinstance(source, Free) or source.same_as or source.per or source.value is None:
+        return check().interval(number)
+    return number.range_over(*source.interval({}))
 
 
 def groups(scenes: Sequence[Scene]) -> list[list[int]]:
