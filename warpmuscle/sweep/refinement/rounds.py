@@ -15,6 +15,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.files import replace_file, unreadable
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.sweep.folder import Folder, Manifest, RunState
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.refinement.choice import next_points
@@ -69,7 +70,7 @@ def chosen_points(folder: Path, dimensions: int) -> Floats:
         raise ResultError(f"{path}: {reason}; remove {folder} to begin anew") from None
     if any(len(point) != dimensions or not all(0.0 <= x <= 1.0 for x in point) for point in found):
         raise ResultError(
-            f"{path}: these are no points of {dimensions} axes; take another --output, or remove {folder}"
+            f"{path}: these are no points of {number_of(dimensions, 'axis')}; take another --output, or remove {folder}"
         )
     return np.array(found, dtype=np.float64).reshape(-1, dimensions)
 
