@@ -31,6 +31,11 @@ def wang(activation, excitation, length, speed, force, iso, slow, mass, net) -> 
     return heat + np.where(speed < 0.0, -0.25 * force * speed, 0.0) + work(speed, force, net)
 
 
+def margaria(activation, excitation, length, speed, force, iso, slow, mass, net) -> np.ndarray:
+    """Margaria 1968 (Int Z angew Physiol 25:339): work at 25 % and -120 %, whatever else is counted."""
+    return np.where(speed < 0.0, -force * speed / 0.25, force * speed / 1.2)
+
+
 def umberger(activation, excitation, length, speed, force, iso, slow, mass, net, v_max, l_opt) -> np.ndarray:
     """Umberger 2003, eq. 18, with the lengthening heat of Umberger 2010."""
     a = np.where(excitation > activation, excitation, (excitation + activation) / 2)

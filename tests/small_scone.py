@@ -75,6 +75,38 @@ GaitStateController {
 	}
 }
 """
+SENSES = """
+CompositeController {
+	GaitStateController {
+		symmetric = 0 stance_load_threshold = ~0.1<0.001,1>
+		ConditionalControllers {
+			ConditionalController {
+				states = "EarlyStance LateStance Liftoff Swing Landing"
+				ReflexController {
+					BodyPointReflex { target = calf source = trunk offset [ 0.1 0.2 0 ] direction [ 0 0.5 0 ]
+						delay = 0.01 KP = ~1.5<-10,10> P0 = 0.65 KV = -0.3 V0 = 0.2 C0 = 0.3 }
+					BodyOrientationReflex { target = seat source = leg_o axis [ 0 0 1 ] delay = 0.005
+						KP = ~0.5<-10,10> P0 = 0.4 KV = 0.02 C0 = 0.25 allow_neg_V = 0 }
+				}
+			}
+			ConditionalController {
+				states = "EarlyStance LateStance Liftoff" legs = right
+				ReflexController {
+					ComPivotReflex { target = seat pivot_body = foot dir [ 1 0 0 ] delay = 0.015 KP = ~-0.7<-10,10>
+						KV = -0.1 V0 = 0.5 }
+				}
+			}
+			ConditionalController {
+				states = "Swing Landing"
+				FeedForwardController { include = "cal*" PieceWiseLinear {
+					control_points = 3 control_point_y = ~0.2<0,1> control_point_dt = 0.05~0.01<0.01,1> } }
+			}
+		}
+	}
+	ReflexController { ComPivotReflex { target = calf dir [ 1 0 0 ] KP = -0.8 P0 = 0.05 allow_neg_P = 0 KV = -0.05 } }
+}
+"""
+NOISE = "NoiseController { base_noise = 0.05 random_seed = 7 }"
 SCENARIO = """
 CmaOptimizer {
 	min_progress = 1e-4
@@ -100,6 +132,11 @@ START = """
 values { tilt = -0.05 thigh_r = 0.35 foot_r = 0.05 thigh_l = -0.15 foot_l = 0.02 }
 velocities { tilt = -0.1 trunk_x = 1.1 thigh_r = -1.5 thigh_l = 0.8 }
 """
+
+
+def with_noise(controller: str = SENSES) -> str:
+    """A composite controller with noise of its excitations."""
+    return controller.rstrip().removesuffix("}") + NOISE + " }\n"
 
 
 def write(folder: Path, scenario: str = SCENARIO, controller: str = CONTROLLER, model: str = MODEL) -> Path:

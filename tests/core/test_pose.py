@@ -122,3 +122,16 @@ def test_rotation_vectors_are_undone():
     np.testing.assert_allclose(pose.rotation_vector(q), v, atol=1e-12)
     np.testing.assert_allclose(pose.rotation_vector(-q), v, atol=1e-12)
     np.testing.assert_array_equal(pose.rotation_vector([0.0, 0.0, 0.0, 1.0]), np.zeros(3))
+
+
+def test_angles_go_on_without_jumps_but_where_recordings_begin():
+    random = np.random.default_rng(3)
+    true = [np.cumsum(random.uniform(-1.5, 1.5, (count, 2)), axis=0) for count in (30, 1, 40, 2)]
+    given = [(one + np.pi) % (2.0 * np.pi) - np.pi for one in true]
+    breaks = np.cumsum([len(one) for one in given])[:-1]
+    found = np.split(pose.unwrapped(np.concatenate(given), breaks), breaks)
+    for one, at, own in zip(found, true, given, strict=True):
+        np.testing.assert_array_equal(one, np.unwrap(own, axis=0))
+        np.testing.assert_allclose(one - one[0], at - at[0], atol=1e-12)
+    assert np.abs(np.diff(np.concatenate(given)[:, 0])).max() > np.pi  # there was something to do
+    assert pose.unwrapped(np.zeros((0, 3))).shape == (0, 3)

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from metabolic_powers import bhargava, umberger, wang
+from metabolic_powers import bhargava, margaria, umberger, wang
 from small_result import walk_result, walk_scene, with_arrays
 from warpmuscle.gait.muscle_effort import muscle_power, spent, trembling
 from warpmuscle.results.recording import Recording
@@ -79,7 +79,13 @@ def by_hand(motion: Recording, scene: Scene, formula, net: bool) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("model", "formula", "net"), [("wang", wang, False), ("umberger", umberger, True), ("bhargava", bhargava, True)]
+    ("model", "formula", "net"),
+    [
+        ("wang", wang, False),
+        ("umberger", umberger, True),
+        ("bhargava", bhargava, True),
+        ("margaria", margaria, False),
+    ],
 )
 def test_energy_of_a_walk_is_that_of_the_published_formulas_by_hand(scene: Scene, model: str, formula, net: bool):
     short = msgspec.structs.replace(scene, duration=0.5, objective=Objective())
@@ -105,7 +111,7 @@ def test_other_metabolic_models_are_those_of_the_objective(scene: Scene):
     powers = {model: spent(motion, counted(scene, metabolic_model=model)).power for model in FORMULAS}
     muscles = {model: spent(motion, counted(scene, metabolic_model=model, basal_rate=0.0)).power for model in FORMULAS}
     basal = {model: powers[model] - muscles[model] for model in FORMULAS}
-    assert basal == pytest.approx({"wang": 1.51, "umberger": 1.2, "bhargava": 1.2}, rel=1e-5)
+    assert basal == pytest.approx({"wang": 1.51, "umberger": 1.2, "bhargava": 1.2, "margaria": 1.2}, rel=1e-5)
     assert muscles["wang"] == pytest.approx(muscles["bhargava"], rel=1e-6)  # they are the same at rest
     assert muscles["umberger"] > 1.2 * muscles["wang"]
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import small_scone
 from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
 from warpmuscle.kernels.objective.objective_terms import TERMS
@@ -183,6 +184,11 @@ def user_controlled(folder: Path) -> Scene:
     return scene
 
 
+def by_states(folder: Path) -> Scene:
+    """Two legs on reflexes of points, turns and the centre of mass, patterns and noise, by their states of gait."""
+    return load(small_scone.write(folder, controller=small_scone.with_noise()), ignored=[])
+
+
 def by_joint() -> Scene:
     """A leg whose joints are held by gains of their own."""
     scene = leg()
@@ -284,6 +290,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "shared, in the state": lambda _: walk("wang2012", sharing="least_effort", implicit_damping=True),
     "reflex": lambda _: walk("reflex_walk"),
     "planar": lambda _: walk("reflex_planar"),
+    "gait states": lambda folder: by_states(folder),
     "motion": lambda _: prescribed(),
     "pulleys": lambda _: walk("throw_ball"),
     "collisions": lambda _: colliding(),

@@ -50,7 +50,8 @@ def test_lines_of_action_have_the_moment_arms_of_their_muscles(body, muscle):
     trials = prepare(body, motion(6), None, None, None)
     tension = np.zeros((6, len(body.muscles)))
     tension[:, body.muscles.index(muscle)] = 100.0
-    moment, force = muscle_wrenches(body, trials, tension)
+    pulled = muscle_wrenches(body, trials.states, slice(0, 6), tension)
+    moment, force = (array.numpy().astype(np.float64) for array in pulled)
     dynamics = body.dynamics(trials.states, trials.loads)
     arms = body.muscle_frames(trials.states, slice(0, 6)).moment_arm.numpy().astype(float)
     checked = 0

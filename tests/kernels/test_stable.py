@@ -48,6 +48,7 @@ ARGUMENTS = {
     "control.joint_values.joint_speeds": "body, model",
     "muscle.metabolics.bhargava_power": POWER,
     "muscle.metabolics.bhargava_strict_power": POWER,
+    "muscle.metabolics.margaria_power": POWER,
     "muscle.metabolics.umberger_power": f"{POWER}, v_max, l_opt",
     "muscle.metabolics.wang_power": POWER,
     "muscle.muscle.along_tendon": "length, width",

@@ -26,7 +26,9 @@ from warpmuscle.kernels.structs import (
 )
 
 N, MUSCLES = 60, 3
-POWERS = {"bhargava": metabolic_powers.bhargava, "wang": metabolic_powers.wang, "umberger": metabolic_powers.umberger}
+POWERS = {
+    name: getattr(metabolic_powers, name) for name in ("bhargava", "wang", "umberger", "margaria")
+}  # fmt: skip
 
 
 def written(term: Any) -> Any:

@@ -90,7 +90,7 @@ def test_work_and_rate_at_rest_are_those_of_the_formula_unless_the_objective_has
             own = Objective(metabolic_model=model, metabolic_work=work, basal_rate=0.5)
             assert (fibre_work(own), negative_share(own), basal_rate(own)) == (work, share, 0.5)
     assert {model: formula.work for model, formula in FORMULAS.items()} == {
-        "wang": "positive", "umberger": "net", "bhargava": "net",
+        "wang": "positive", "umberger": "net", "bhargava": "net", "margaria": "positive",
     }  # fmt: skip
 
 

@@ -11,12 +11,12 @@ from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.optimization import evaluation
-from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.optimize import optimize, searched
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
 from warpmuscle.sweep.one_batch import run_in_one_batch
-from warpmuscle.sweep.union import MergedScene, groups, number_leaves
+from warpmuscle.sweep.union import MergedScene, groups, number_leaves, searched_scenes, unchanged, weighed_scenes
 
 
 def changed(scene: Scene, **values) -> Scene:
@@ -192,3 +192,30 @@ def test_interrupt_of_a_run_by_itself_is_not_taken_for_its_end():
     scene, done = variants()[0], []
     with pytest.raises(KeyboardInterrupt):
         run_in_one_batch([scene], [job], "cpu", 1)
+
+
+@pytest.mark.filterwarnings("ignore:nothing uses")
+def test_what_nothing_uses_is_found_for_many_as_for_each_alone():
+    half = muscles()  # a torque drives the joint of the muscle whose force is free: nothing uses it
+    half.actuation["lHip"] = Actuation("torque")
+    half.controller.pd["lHip"].kp = Free(10.0, 5.0, 20.0)
+    scenes = [
+        *variants(),
+        half,
+        changed(half, character__bodies__pelvis__mass=12.5),
+        changed(half, objective__torque=2.5, gravity=9.0),
+        changed(half, controller__pd__lHip__kp=10.0),  # so that nothing is left to search for
+    ]
+    weighed = weighed_scenes(scenes)
+    with unchanged(scene for scene in weighed if isinstance(scene, Scene)):
+        assert len(groups([scene for scene in weighed if isinstance(scene, Scene)])) < len(scenes) - 3
+        found = searched_scenes(weighed)
+    *sound, hopeless = zip(scenes, found, strict=True)
+    for scene, own in sound:
+        assert own == searched(scene)
+    fewer = [len(free_parameters(own)) < len(free_parameters(scene)) for scene, own in sound]
+    assert sum(fewer) == 3
+    with pytest.raises(Error) as caught:
+        searched(hopeless[0])
+    assert isinstance(hopeless[1], Error)
+    assert str(hopeless[1]) == str(caught.value)

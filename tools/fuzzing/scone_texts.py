@@ -68,7 +68,15 @@ GaitStateController {
 				MuscleReflex { target = seat source = calf delay = 0.01 KL = ~2<-10,10> L0 = 0.7 KV = 0.1 }
 				ConditionalMuscleReflex { target = calf delay = 0.01 C0 = 0.02 KF = 0.7
 					dof = foot pos_max = ~-0.1<-1,1> }
+				BodyPointReflex { target = calf source = trunk offset [ 0.1 0.2 0 ] direction [ 0 1 0 ] KP = ~1<-9,9> }
+				BodyOrientationReflex { target = seat source = leg_o axis [ 0 0 1 ] KP = ~0.5<-9,9> allow_neg_V = 0 }
+				ComPivotReflex { target = seat pivot_body = foot dir [ 1 0 0 ] KP = 0.3 KV = ~0.1<-9,9> }
 			}
+		}
+		ConditionalController {
+			states = Liftoff legs = left
+			FeedForwardController { include = "cal*" PieceWiseLinear {
+				control_points = 3 control_point_y = ~0.2<0,1> control_point_dt = 0.05 } }
 		}
 	}
 }

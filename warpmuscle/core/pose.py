@@ -83,17 +83,32 @@ def turned_to_heading(q: ArrayLike, heading: ArrayLike) -> Array:
     return about(up, np.asarray(heading) - twist_angle(q, up))
 
 
-def euler_xyz(quaternion: Array) -> Array:
+def unwrapped(angles: Array, breaks: ArrayLike = ()) -> Array:
+    """Angles (n, ...), rad, that go on from row to row without jumps of a turn.
+
+    Args:
+        breaks: rows before which they need not, such as the first ones of recordings.
+    """
+    found = np.array(angles, dtype=np.float64)
+    firsts = np.concatenate([[0], np.asarray(breaks, dtype=np.int64), [len(found)]])
+    jumps = np.unique(np.argwhere(np.abs(np.diff(found, axis=0)) > np.pi)[:, 0]) + 1
+    for part in np.unique(np.searchsorted(firsts, np.setdiff1d(jumps, firsts), side="right") - 1).tolist():
+        inside = slice(firsts[part], firsts[part + 1])
+        found[inside] = np.unwrap(found[inside], axis=0)
+    return found
+
+
+def euler_xyz(quaternion: Array, breaks: ArrayLike = ()) -> Array:
     """Angles (n, 3), rad, of turns about x, then the new y, then the new z axis: R = Rx Ry Rz.
 
     Args:
-        quaternion: (n, 4) xyzw, of any length but 0.
+        quaternion: (n, 4) xyzw, of any length but 0. breaks: see `unwrapped`.
     """
     x, y, z, w = normalized(quaternion).T
     first = np.arctan2(2.0 * (x * w - y * z), 1.0 - 2.0 * (x * x + y * y))
     second = np.arcsin(np.clip(2.0 * (x * z + y * w), -1.0, 1.0))
     third = np.arctan2(2.0 * (z * w - x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.unwrap(np.stack([first, second, third], axis=-1), axis=0)
+    return unwrapped(np.stack([first, second, third], axis=-1), breaks)
 
 
 def hinge_coordinates(q: Array, velocity: Array, axis: Array) -> tuple[Array, Array]:

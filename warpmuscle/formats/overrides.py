@@ -57,19 +57,38 @@ def with_values(scene: Scene, values: Mapping[str, Any] | None) -> Scene:
     return overridden(scene, [Override(str(key), value) for key, value in as_kind(dict, values, "set").items()])
 
 
-def overridden(scene: Scene, overrides: Sequence[Override], file: Path | None = None) -> Scene:
-    """The scene with these changes, one after the other; it is not changed itself.
+@dataclass(frozen=True)
+class Changed:
+    """A scene with some changes, which may not be sound before others have followed."""
 
-    Raises:
-        SceneError: with file, line and key of the override that cannot be made, or that leaves no sound scene.
-    """
-    touched: dict[str, Override] = {}
+    scene: Scene
+    touched: Mapping[str, Override]  # by path of what it has changed
+
+
+def changed(before: Changed, overrides: Sequence[Override], file: Path | None = None) -> Changed:
+    """The same with further changes, one after the other; raises SceneError as `overridden`."""
+    scene, touched = before.scene, dict(before.touched)
     for override in overrides:
         try:
             scene, paths = _applied(scene, override)
         except SceneError as error:
             raise _placed(error, override, file) from None
         touched |= dict.fromkeys(paths, override)
+    return Changed(scene, touched)
+
+
+def overridden(scene: Scene, overrides: Sequence[Override], file: Path | None = None) -> Scene:
+    """The scene with these changes, one after the other; it is not changed itself.
+
+    Raises:
+        SceneError: with file, line and key of the override that cannot be made, or that leaves no sound scene.
+    """
+    return sound(changed(Changed(scene, {}), overrides, file), file)
+
+
+def sound(found: Changed, file: Path | None = None) -> Scene:
+    """The scene with its changes, checked; raises SceneError as `overridden`."""
+    scene, touched = found.scene, found.touched
     try:
         scene = with_recorded_start(scene, [Path() if file is None else file.parent])
         check_scene(scene)

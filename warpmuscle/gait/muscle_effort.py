@@ -20,7 +20,9 @@ from warpmuscle.scene.masses import at_common_tension, body_mass
 
 TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
 LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
-_MODELS = {"wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA}
+_MODELS = {
+    "wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA, "margaria": effort.MARGARIA,
+}  # fmt: skip
 
 
 BHARGAVA_NET, BHARGAVA_STRICT = "cost of transport, Bhargava net", "cost of transport, Bhargava strict"

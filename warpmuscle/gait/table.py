@@ -12,7 +12,7 @@ from warpmuscle.gait.device_work import POSITIVE, WORK
 from warpmuscle.gait.device_work import UNIT as WORK_UNIT
 from warpmuscle.gait.joint_moments import MOMENTS_AT
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
-from warpmuscle.gait.quality import AT, Measures
+from warpmuscle.gait.quality import ACTIVE, AT, VARIABILITY, Measures
 from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
 from warpmuscle.scene.people.pinzone import MOMENTS
 from warpmuscle.scene.people.pinzone import SOURCE as PEOPLE
@@ -27,6 +27,8 @@ _UNITS = {
     "step length": "m",
     "step width": "m",
     "cadence": "steps/min",
+    VARIABILITY: "mm",
+    ACTIVE: "0 to 1",
     "stance": _CYCLE,
     "double support": _CYCLE,
     "flight": _CYCLE,
@@ -84,7 +86,7 @@ _POINTS = {
 DECIMALS = {
     "SD": 2, "m/s": 2, "m": 2, "steps/min": 0, "deg": 1, "half-widths": 2, "% of the cycle": 1, "body weights": 2,
     "N m/kg": 2, "cm": 1, "% of the time": 0, "correlation": 2,
-    "W/kg": 1, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
+    "W/kg": 1, "W": 0, "J/(kg m)": 1, "%": 0, "0 to 1": 3, "% of the spectrum": 1, "cm a step": 1, "mm": 1, "kg": 1,
     WORK_UNIT: 3, "% of the foot": 0, "% beyond chance": 0,
 }  # fmt: skip
 _RUNNING = {"stance": "40", "double support": "0", "flight": "20"}  # toe-off is at 40 % of the cycle

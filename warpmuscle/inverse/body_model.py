@@ -55,6 +55,17 @@ class Dynamics(NamedTuple):
     orientation: Floats  # (n, B, 4) of bodies
 
 
+class DynamicsOnDevice(NamedTuple):
+    """The same as arrays on the device, of vectors and quaternions where `Dynamics` has a last axis for them."""
+
+    effort: wp.array
+    followed: wp.array
+    moment: wp.array
+    force: wp.array
+    position: wp.array
+    orientation: wp.array
+
+
 @dataclass(frozen=True)
 class MuscleFrames:
     """Muscles in n frames, as arrays on the device of at least so many rows."""
@@ -147,10 +158,12 @@ class BodyModel:
 
     def dynamics(self, states: States, loads: BodyLoads) -> Dynamics:
         """Inverse dynamics of all frames, without muscles."""
-        parts = [self._dynamics(states, loads, part) for part in self.chunks(len(states.coordinates))]
+        chunks = self.chunks(len(states.coordinates))
+        parts = [[one.numpy() for one in self.dynamics_on_device(states, loads, part)] for part in chunks]
         return Dynamics(*(np.concatenate(arrays).astype(np.float64) for arrays in zip(*parts, strict=True)))
 
-    def _dynamics(self, states: States, loads: BodyLoads, part: slice) -> tuple[Floats, ...]:
+    def dynamics_on_device(self, states: States, loads: BodyLoads, part: slice) -> DynamicsOnDevice:
+        """The same of some frames, as arrays on the device."""
         stages, n = self.stages(states, part), part.stop - part.start
         on = dynamics.BodyLoads()
         on.body = to_device(loads.body, int, self.device)
@@ -162,7 +175,7 @@ class BodyModel:
         rate = to_device(states.rates[part], float, self.device)
         inputs = [stages.model, stages.state, stages.workspace, rate, on]
         wp.launch(dynamics.inverse_dynamics, n, inputs, outputs, device=self.device)
-        return tuple(array.numpy() for array in outputs)
+        return DynamicsOnDevice(*outputs)
 
     def muscle_frames(self, states: States, part: slice, tendon: Floats | None = None) -> MuscleFrames:
         """Muscles in some frames, on the device.

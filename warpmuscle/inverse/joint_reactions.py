@@ -6,26 +6,31 @@ the body that it acts on. Reserves act through the joints, so that their moments
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import to_device
+from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel, Dynamics
+from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import Prepared, prepare
 from warpmuscle.inverse.joint_frames import FrameOnBody, JointFrames, joint_frames
 from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.kernels.inverse import joint_reactions as kernels
 from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of
 from warpmuscle.model.routes import path_kind
 
+_JOINTS: WeakKeyDictionary[BodyModel, list[JointFrames]] = WeakKeyDictionary()  # of models that are in use
 SIDES, FRAMES = ("child", "parent"), ("child", "parent", "ground")
 
 
@@ -99,26 +104,24 @@ def reactions_of(
         raise ArgumentError(
             f'on is "child" or "parent", and frame "child", "parent" or "ground", not {on!r}, {frame!r}'
         )
-    if dynamics is None:
-        dynamics = body.dynamics(trials.states, trials.loads)
-    moment, force = dynamics.moment, dynamics.force
+    tension = None
     if activations is not None:
         lengths = [len(one.times) for one in activations]
         if lengths != [len(one) for one in trials.times]:
             raise ArgumentError(
                 f"numbers of frames: {lengths} of activations, {[len(one) for one in trials.times]} of the motions"
             )
-        pulled = muscle_wrenches(body, trials, np.concatenate([one.force for one in activations]))
-        moment, force = moment - pulled[0], force - pulled[1]
+        tension = np.concatenate([one.force for one in activations])
     joints = joints_of(body)
-    names = body.topology.bodies
-    arrays = [_reaction(body, one, dynamics, moment, force, on, frame) for one in joints]
+    table = structs_to_device(kernels.ReactionJoint, _columns(body, joints, on, frame), body.device)
+    parts = [
+        _reactions(body, trials, table, tension, dynamics, part) for part in body.chunks(len(trials.states.coordinates))
+    ]
+    stacked = [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
     bodies = tuple((one.child if on == "child" else one.parent).body for one in joints)
     axes = tuple(
         "ground" if frame == "ground" else (one.child if frame == "child" else one.parent).body for one in joints
     )
-    assert all(one.child.body in names for one in joints)
-    stacked = [np.stack([array[k] for array in arrays], axis=1) for k in range(3)]
     return [
         JointReactions(tuple(one.name for one in joints), bodies, axes, times, *own)
         for times, *own in zip(trials.times, *map(trials.split, stacked), strict=True)
@@ -126,7 +129,13 @@ def reactions_of(
 
 
 def joints_of(body: BodyModel) -> list[JointFrames]:
-    """The joints of a model: as its `.osim` has them, or else all of the scene's."""
+    """The joints of a model: as its `.osim` has them, or else all of the scene's; its file is read once."""
+    if body not in _JOINTS:
+        _JOINTS[body] = _joints_of(body)
+    return _JOINTS[body]
+
+
+def _joints_of(body: BodyModel) -> list[JointFrames]:
     if body.file is not None:
         every = joint_frames(body.file)
         return [one for one in every if one.child.body in body.topology.bodies]
@@ -142,11 +151,11 @@ def joints_of(body: BodyModel) -> list[JointFrames]:
     return found
 
 
-def muscle_wrenches(body: BodyModel, trials: Prepared, tension: Floats) -> tuple[Floats, Floats]:
-    """Moments (n, B, 3), N m, and forces (n, B, 3), N, of muscles upon what each joint carries, world axes.
+def muscle_wrenches(body: BodyModel, states: States, part: slice, tension: Floats) -> tuple[wp.array, wp.array]:
+    """Moments (n, B), N m, and forces (n, B), N, of muscles upon what each joint carries, world axes, on the device.
 
     Args:
-        tension: (n, M) N.
+        part: which frames. tension: (n, M) N, of these.
     """
     muscles = [body.muscle(name) for name in body.muscles]
     without = next((name for name in body.muscles if body.muscle(name).polynomial or body.muscle(name).pulleys), None)
@@ -154,50 +163,60 @@ def muscle_wrenches(body: BodyModel, trials: Prepared, tension: Floats) -> tuple
         raise ArgumentError(f"muscle {without!r} has a path without lines of action, a polynomial or pulleys; "
                             "joint reactions take paths of points")  # fmt: skip
     kernel = muscle_wrenches_of(path_kind(muscles, body.scene.character, body.table.most_levers))
-    bodies, found = len(body.topology.bodies), []
-    for part in body.chunks(len(tension)):
-        stages, n = body.stages(trials.states, part), part.stop - part.start
-        line, moment, force = (
-            wp.zeros((n, count), dtype=wp.vec3, device=body.device) for count in (2 * bodies, bodies, bodies)
-        )
-        pulled = to_device(tension[part], float, body.device)
-        inputs = [stages.model, stages.state, stages.workspace, pulled]
-        wp.launch(kernel, n, inputs, [line, moment, force], device=body.device)
-        found.append((moment.numpy().astype(np.float64), force.numpy().astype(np.float64)))
-    moments, forces = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
-    return moments, forces
+    bodies, n = len(body.topology.bodies), part.stop - part.start
+    stages = body.stages(states, part)
+    line, moment, force = (
+        wp.zeros((n, count), dtype=wp.vec3, device=body.device) for count in (2 * bodies, bodies, bodies)
+    )
+    inputs = [stages.model, stages.state, stages.workspace, to_device(tension, float, body.device)]
+    wp.launch(kernel, n, inputs, [line, moment, force], device=body.device)
+    return moment, force
 
 
-def _reaction(
-    body: BodyModel, joint: JointFrames, dynamics: Dynamics, moment: Floats, force: Floats, on: str, frame: str
-) -> tuple[Floats, Floats, Floats]:
-    """Force, moment and point (n, 3) of a joint."""
+def _reactions(
+    body: BodyModel, trials: Prepared, joints: wp.array, tension: Floats | None, dynamics: Dynamics | None, part: slice
+) -> list[Floats]:
+    """Forces, moments and points (n, J, 3) of some frames."""
+    device, n = body.device, part.stop - part.start
+    wrenches = kernels.JointWrenches()
+    if dynamics is None:
+        found = body.dynamics_on_device(trials.states, trials.loads, part)
+        for name in ("moment", "force", "position", "orientation"):
+            setattr(wrenches, name, getattr(found, name))
+    else:
+        for name in ("moment", "force", "position"):
+            setattr(wrenches, name, to_device(getattr(dynamics, name)[part], wp.vec3, device))
+        wrenches.orientation = to_device(dynamics.orientation[part], wp.quat, device)
+    if tension is not None:
+        pulled = muscle_wrenches(body, trials.states, part, tension[part])
+        wrenches.pulled_moment, wrenches.pulled_force = pulled
+    outputs = [wp.empty((n, len(joints)), dtype=wp.vec3, device=device) for _ in range(3)]
+    wp.launch(kernels.joint_reactions, (n, len(joints)), [joints, wrenches], outputs, device=device)
+    return [array.numpy().astype(np.float64) for array in outputs]
+
+
+def _columns(body: BodyModel, joints: list[JointFrames], on: str, frame: str) -> dict[str, Any]:
+    """Joints as the device has them, by column; see `kernels.inverse.joint_reactions.ReactionJoint`."""
     names = body.topology.bodies
-    number = names.index(joint.child.body)
-    sign = 1.0 if on == "child" else -1.0
-    acting = joint.child if on == "child" else joint.parent
-    origin = _places(body, dynamics, acting)
-    own_force = sign * force[:, number]
-    arm = dynamics.position[:, number] - origin
-    own_moment = sign * moment[:, number] + np.cross(arm, own_force)
-    shown = {"child": joint.child, "parent": joint.parent}.get(frame)
-    vectors = [own_force, own_moment, origin]
-    if shown is None or shown.body not in names:  # the ground
-        shown_force, shown_moment, place = (values @ TO_OPENSIM.T for values in vectors)
-        return shown_force, shown_moment, place
-    axes, back = shown.axes, conjugate(dynamics.orientation[:, names.index(shown.body)])
-    center = _places(body, dynamics, FrameOnBody(shown.body, np.zeros(3), axes, np.zeros(3)))
-    turned = [rotate(back, values) @ axes for values in (own_force, own_moment, origin - center)]
-    return turned[0], turned[1], turned[2] + shown.center
+    found: defaultdict[str, list[Any]] = defaultdict(list)
+    for joint in joints:
+        acting = joint.child if on == "child" else joint.parent
+        shown = joint.parent if frame == "parent" else joint.child
+        ground = frame == "ground" or shown.body not in names
+        found["body"].append(names.index(joint.child.body))
+        found["sign"].append(1.0 if on == "child" else -1.0)
+        found["acting"].append(names.index(acting.body) if acting.body in names else -1)
+        found["place"].append(acting.origin - _from_joint(body, acting.body))
+        found["shown"].append(-1 if ground else names.index(shown.body))
+        found["origin"].append(np.zeros(3) if ground else -_from_joint(body, shown.body))
+        found["turn"].append(TO_OPENSIM if ground else shown.axes.T)
+        found["center"].append(np.zeros(3) if ground else shown.center)
+    return {name: np.array(values) for name, values in found.items()}
 
 
-def _places(body: BodyModel, dynamics: Dynamics, frame: FrameOnBody) -> Floats:
-    """Where a frame's origin is, (n, 3) m, world."""
-    if frame.body not in body.topology.bodies:
-        return np.zeros((len(dynamics.position), 3)) + frame.origin
-    number = body.topology.bodies.index(frame.body)
-    offset = frame.origin
-    if number > 0:
-        name = body.topology.joints[number - 1]
-        offset = offset - np.array(body.scene.character.joints[name].position_in_child, dtype=np.float64)
-    return dynamics.position[:, number] + rotate(dynamics.orientation[:, number], np.broadcast_to(offset, (1, 3)))
+def _from_joint(body: BodyModel, name: str) -> Floats:
+    """Where a body's joint is from its centre of mass, (3,) m; nowhere else of the root and the ground."""
+    if name not in body.topology.bodies[1:]:
+        return np.zeros(3)
+    joint = body.topology.joints[body.topology.bodies.index(name) - 1]
+    return np.array(body.scene.character.joints[joint].position_in_child, dtype=np.float64)

@@ -24,8 +24,9 @@ from warpmuscle.formats.opensim_setups import Tasks, read_tasks
 from warpmuscle.inverse.chain import Chain, chain_of
 from warpmuscle.inverse.files import read_coordinates, read_markers, write_columns, write_coordinates
 from warpmuscle.inverse.fit_plan import Problem
-from warpmuscle.inverse.marker_checks import check_size, chosen_markers, notes_on
+from warpmuscle.inverse.marker_checks import check_size, chosen_markers, misfits, noted, notes_on
 from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
+from warpmuscle.inverse.recorded_markers import MarkerSums
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.devices import find_device
@@ -145,18 +146,26 @@ class _Trial:
     def __init__(
         self, scene: Scene, chain: Chain, given: MarkersLike, weights: Mapping[str, float] | None, tasks: Tasks | None
     ) -> None:
-        self.what = "" if isinstance(given, Markers) else f"{given}: "
+        self.file = None if isinstance(given, Markers) else Path(given)
+        self.what = "" if self.file is None else f"{given}: "
         markers = given if isinstance(given, Markers) else read_markers(Path(given))
         try:
             self.markers = _within(markers, tasks.times if tasks is not None else None)
             own = None if weights is None else dict(weights)
             self.weights = chosen_markers(list(chain.markers), self.markers, own)
-            columns = [self.markers.names.index(name) for name in self.weights]
-            self.positions = _turned(self.markers.positions[:, columns], TO_OPENSIM)  # world axes of scenes
-            check_size(chain, list(self.weights), self.positions)
         except SignalError as error:
-            raise SignalError(error.message, file=None if isinstance(given, Markers) else Path(given)) from None
+            raise self.told(error) from None
+        self.columns = [self.markers.names.index(name) for name in self.weights]
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
+
+    def told(self, error: SignalError) -> SignalError:
+        """An error with the file of the recording."""
+        return SignalError(error.message, file=self.file)
+
+    def positions(self) -> Floats:
+        """Positions (F, K, 3) of the markers that count, ground axes; a view where these are all."""
+        every = self.columns == list(range(len(self.markers.names)))
+        return self.markers.positions if every else self.markers.positions[:, self.columns]
 
 
 def _turned(vectors: Floats, turn: Floats) -> Floats:
@@ -210,12 +219,8 @@ def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> 
     """
     chain = chain_of(scene)
     trial = _Trial(scene, chain, still, tasks.markers or None, replace(tasks, times=None))
-    problem = Problem(
-        trial.positions, np.array(list(trial.weights.values())), (0,), trial.task_weights, trial.targets
-    )  # fmt: skip
-    places = [chain.markers[name] for name in trial.weights]
-    fit = MarkerFitter(chain, places, find_device(device)).fit(problem)
-    return chain, fit.values, fit.errors
+    fit = _fit(chain, [trial], find_device(device))[1]
+    return chain, fit.values, _turned(fit.errors, TO_OPENSIM)
 
 
 def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
@@ -227,32 +232,55 @@ def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
 
 def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) -> list[Kinematics]:
     """Trials of the same markers and weights, fitted together."""
+    problem, fit, sums = _fit(chain, trials, device)
+    names, starts = list(trials[0].weights), np.array(problem.starts)
+    told = noted(chain, names, fit, sums, starts)
+    listed, values = chain.all_values(fit.values)
+    found = []
+    for trial, first, may in zip(trials, problem.starts, told.tolist(), strict=True):
+        part = slice(first, first + len(trial.markers.times))
+        own = Fit(fit.values[part], fit.errors[part], fit.iterations[part], fit.loose[part])
+        notes = _notes(names, chain, problem.positions[part], own) if may else ()
+        found.append(
+            Kinematics(
+                Coordinates(listed, trial.markers.times, values[part]), tuple(names), problem.positions[part],
+                own.errors, own.iterations, notes, scene,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _fit(chain: Chain, trials: list[_Trial], device: object) -> tuple[Problem, Fit, MarkerSums]:
+    """Trials of the same markers as one problem, what comes of it, and sums by trial.
+
+    Raises:
+        SignalError: a recorded body is of another size than the model, or no frame shows three markers.
+    """
     names = list(trials[0].weights)
-    counts = [len(trial.positions) for trial in trials]
+    counts = [len(trial.markers.times) for trial in trials]
     starts = tuple(int(x) for x in np.cumsum([0, *counts[:-1]]))
-    varying = any(len(trial.targets) > 1 for trial in trials)
     targets = trials[0].targets
-    if varying:
+    if any(len(trial.targets) > 1 for trial in trials):
         targets = np.concatenate(
             [np.broadcast_to(t.targets, (n, targets.shape[1])) for t, n in zip(trials, counts, strict=True)]
         )
+    every = [trial.positions() for trial in trials]
     problem = Problem(
-        np.concatenate([trial.positions for trial in trials]), np.array(list(trials[0].weights.values())), starts,
-        trials[0].task_weights, targets,
+        every[0] if len(every) == 1 else np.concatenate(every), np.array(list(trials[0].weights.values())), starts,
+        trials[0].task_weights, targets, TO_OPENSIM,
     )  # fmt: skip
-    fit = MarkerFitter(chain, [chain.markers[name] for name in names], device).fit(problem)
-    return [_kinematics(scene, chain, trial, _part(fit, slice(s, s + n)))
-            for trial, s, n in zip(trials, starts, counts, strict=True)]  # fmt: skip
+    fitter = MarkerFitter(chain, [chain.markers[name] for name in names], device)
+    recorded = fitter.recorded(problem)
+    for k in misfits(chain, names, problem.positions, recorded.seen, recorded.far, np.array(starts)).tolist():
+        try:
+            check_size(chain, names, _turned(problem.positions[starts[k] : starts[k] + counts[k]], TO_OPENSIM))
+        except SignalError as error:
+            raise trials[k].told(error) from None
+    fit = fitter.fit(problem, recorded)
+    return problem, fit, recorded.sums(starts)
 
 
-def _part(fit: Fit, frames: slice) -> Fit:
-    return Fit(fit.values[frames], fit.errors[frames], fit.iterations[frames], fit.loose[frames])
-
-
-def _kinematics(scene: Scene, chain: Chain, trial: _Trial, fit: Fit) -> Kinematics:
-    names, values = chain.all_values(fit.values)
-    notes = notes_on(list(trial.weights), chain, trial.positions, fit)
-    return Kinematics(
-        Coordinates(names, trial.markers.times, values), tuple(trial.weights), _turned(trial.positions, TO_OPENSIM.T),
-        _turned(fit.errors, TO_OPENSIM.T), fit.iterations, tuple(notes), scene,
-    )  # fmt: skip
+def _notes(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> tuple[str, ...]:
+    """What is to be known of a fit in ground axes."""
+    turned = replace(fit, errors=_turned(fit.errors, TO_OPENSIM))
+    return tuple(notes_on(names, chain, _turned(positions, TO_OPENSIM), turned))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
@@ -12,6 +13,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.chain import Chain
 from warpmuscle.inverse.fit_plan import seen_in, squared_lengths
 from warpmuscle.inverse.marker_fit import Fit
+from warpmuscle.inverse.recorded_markers import BEYOND, MarkerSums
 from warpmuscle.inverse.trial import Markers
 from warpmuscle.markers.files import UNITS
 
@@ -21,7 +23,7 @@ FAR = 0.1  # m, that a marker misses: more than skin moves
 OUTLYING = 4.0  # times the median of all markers
 SWAPPED = 0.5  # of the error, that is left once two labels are exchanged
 LISTED = 6
-BEYOND = 1e5  # m, that no marker of any unit is away
+NEAR = 1e-6  # part by which sums in another order may be off
 UPRIGHT = -0.3  # correlation of heights in the model with recorded ones, below which a body is upside down
 
 
@@ -36,8 +38,12 @@ def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, fl
             raise SignalError(f"marker {name!r}: a weight must be 0 or more, not {weight:g}")
         if name not in model and name not in markers.names:
             raise SignalError(f"a weight is of the marker {name!r}, which neither the model nor the recording has")
-    seen = np.asarray(seen_in(markers.positions).any(axis=0))
-    common = [name for name, there in zip(markers.names, seen.tolist(), strict=True) if there and name in model]
+    at_first = seen_in(markers.positions[0]).tolist()
+    common = [
+        name
+        for k, name in enumerate(markers.names)
+        if name in model and (at_first[k] or seen_in(markers.positions[:, k]).any())
+    ]
     found = {name: 1.0 if weights is None else weights.get(name, 0.0) for name in common}
     found = {name: weight for name, weight in found.items() if weight > 0.0}
     if len(found) < FEWEST:
@@ -73,6 +79,46 @@ def check_size(chain: Chain, names: Sequence[str], positions: Floats) -> None:
         elif expected / ALIKE < size / metres < expected * ALIKE:
             hint = f"its numbers fit if they are in m rather than in {unit}; give the unit"
     raise SignalError(f"the recorded body is {size / max(expected, 1e-12):.3g} times as large as the model: {hint}")
+
+
+def misfits(
+    chain: Chain, names: Sequence[str], positions: Floats, seen: Integers, far: NDArray[np.bool_], starts: Integers
+) -> Integers:
+    """Recordings of which `check_size` has something to say, (n,), by the sizes of bodies in their fullest frames.
+
+    Args:
+        positions: (F, K, 3) of all. seen: (F,) how many markers a frame shows. far: (F,) whether one is far away.
+        starts: (T,) first frames.
+    """
+    ends = [*starts[1:].tolist(), len(seen)]
+    fullest = [first + int(seen[first:end].argmax()) for first, end in zip(starts.tolist(), ends, strict=True)]
+    there, body = positions[fullest], chain.resting(names)
+    known = seen_in(there)[..., None]
+    sizes = []
+    for places in (there, np.broadcast_to(body, there.shape)):
+        count = known.sum(axis=1)
+        off = np.where(known, places, 0.0)
+        off = np.where(known, off - (off.sum(axis=1) / count)[:, None], 0.0)
+        sizes.append(np.sqrt((np.square(off).sum(axis=1) / count).mean(axis=1)))
+    usual = (sizes[1] / ALIKE * (1.0 + NEAR) < sizes[0]) & (sizes[0] < sizes[1] * ALIKE * (1.0 - NEAR))
+    return np.flatnonzero(~usual | np.logical_or.reduceat(far, starts))
+
+
+def noted(chain: Chain, names: Sequence[str], fit: Fit, sums: MarkerSums, starts: Integers) -> NDArray[np.bool_]:
+    """Whether there may be something to note of each recording (T,); `notes_on` says what.
+
+    Args:
+        fit: of all frames of all recordings. starts: (T,) first frames.
+    """
+    frames = np.logical_or.reduceat(fit.loose.any(axis=1) | (fit.iterations < 0), starts)
+    with np.errstate(all="ignore"):
+        rms = np.sqrt(sums.squares / sums.seen)
+        usual = np.nanmedian(rms, axis=1)
+        off = (rms > np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)).any(axis=1)
+    recorded, model = sums.height / np.maximum(sums.seen, 1), chain.resting(names)[:, 1]
+    recorded, model = recorded - recorded.mean(axis=1, keepdims=True), model - model.mean()
+    along, sizes = recorded @ model, np.sqrt(np.square(recorded).sum(axis=1) * np.square(model).sum())
+    return np.asarray(frames | off | ~(usual <= FAR * (1.0 - NEAR)) | ~(along > (UPRIGHT + NEAR) * sizes))
 
 
 def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> list[str]:
@@ -133,19 +179,22 @@ def _swaps(names: list[str], positions: Floats, errors: Floats, bad: list[int]) 
 def _loose(chain: Chain, fit: Fit) -> list[str]:
     """Coordinates that markers do not tell: everywhere, or in some frames."""
     loose = np.asarray(fit.loose, bool)
-    always = [name for k, name in enumerate(chain.coordinates) if loose[:, k].all()]
+    if not loose.any():
+        return []
+    everywhere, whole = np.asarray(loose.all(axis=0)), np.asarray(loose.all(axis=1))
+    always = [name for name, nowhere in zip(chain.coordinates, everywhere.tolist(), strict=True) if nowhere]
     notes = []
     if always:
         notes.append(f"no marker tells {_listed(always)}: they stay as the model starts")
     gaps: dict[bytes, list[str]] = {}  # coordinates by the frames in which they are not told
     for k, name in enumerate(chain.coordinates):
-        only = loose[:, k] & ~loose.all(axis=1)
-        if only.any() and name not in always:
+        only = loose[:, k] & ~whole
+        if not everywhere[k] and only.any():
             gaps.setdefault(only.tobytes(), []).append(name)
     for pattern, names in gaps.items():
         frames = np.flatnonzero(np.frombuffer(pattern, bool))
         notes.append(_gap(f"markers that tell {_listed(names)} are missing", frames))
-    nothing = np.flatnonzero(loose.all(axis=1))
+    nothing = np.flatnonzero(whole)
     if len(nothing):
         notes.append(_gap("no marker is seen", nothing))
     return notes

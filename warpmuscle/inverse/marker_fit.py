@@ -18,9 +18,9 @@ from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.inverse.chain import Chain, Place
 from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in
+from warpmuscle.inverse.recorded_markers import RecordedMarkers
 from warpmuscle.kernels import marker_fit_structs as structs
 from warpmuscle.kernels.body_structs import CubicPiece
-from warpmuscle.kernels.inverse import marker_frames
 from warpmuscle.kernels.inverse.marker_fit import fit_markers
 from warpmuscle.scene.opensim_root import root_values
 
@@ -33,51 +33,9 @@ class Fit:
     """What was found in F frames."""
 
     values: Floats  # (F, C) rad or m
-    errors: Floats  # (F, K, 3) m, measured less fitted, NaN where a marker is missing
+    errors: Floats  # (F, K, 3) m, measured less fitted, in the axes recorded; NaN where a marker is missing
     iterations: Integers  # (F,), negative if they were not enough
     loose: NDArray[np.bool_]  # (F, C), whether markers do not tell a coordinate
-
-
-class _Recorded:
-    """The markers of a problem on a device, and the errors that are found there.
-
-    Attributes:
-        squares: (F,) weighted mean squares of the errors of frames that have been fitted, m^2.
-    """
-
-    def __init__(self, problem: Problem, order: Integers, device: Any) -> None:
-        self._device, self.squares = device, np.zeros(len(problem.positions))
-        self._positions = _doubles(problem.positions, device)
-        self._order = to_device(order, int, device)
-        self._weights = to_device(np.asarray(problem.weights)[order], float, device)
-        self._errors = wp.full(problem.positions.shape[:2], wp.vec3(0.0), dtype=wp.vec3, device=device)
-
-    def take(self, frames: Integers, base: Floats, data: Any) -> wp.array:
-        """Put the markers of some frames into the data of a fit, from places (n, 3) on; the frames on the device."""
-        number, shape = to_device(frames, int, self._device), (len(frames), len(self._order))
-        data.measured = wp.empty(shape, dtype=wp.vec3, device=self._device)
-        data.weight = wp.empty(shape, dtype=float, device=self._device)
-        data.error = wp.zeros(shape, dtype=wp.vec3, device=self._device)
-        inputs = [self._positions, self._weights, self._order, number, _doubles(base, self._device)]
-        wp.launch(marker_frames.take_frames, shape, inputs, [data.measured, data.weight], device=self._device)
-        return number
-
-    def put(self, frames: Integers, number: wp.array, data: Any, better: bool) -> NDArray[np.bool_]:
-        """Keep the errors of these frames, or of those that fit better than before; which are kept, (n,)."""
-        found = wp.empty(len(frames), dtype=wp.float64, device=self._device)
-        wp.launch(marker_frames.mean_squares, len(frames), [data.error, data.weight], [found], device=self._device)
-        squares = found.numpy()
-        kept = squares < self.squares[frames] if better else np.ones(len(frames), bool)
-        self.squares[frames[kept]] = squares[kept]
-        rows = to_device(np.flatnonzero(kept), int, self._device)
-        shape = (len(rows), len(self._order))
-        inputs = [data.error, self._positions, self._order, number, rows]
-        wp.launch(marker_frames.put_errors, shape, inputs, [self._errors], device=self._device)
-        return kept
-
-    def errors(self) -> Floats:
-        """Errors (F, K, 3) of all frames, m, NaN where a marker is missing."""
-        return np.asarray(self._errors.numpy().astype(np.float64))
 
 
 class MarkerFitter:
@@ -98,8 +56,15 @@ class MarkerFitter:
         columns = {"element": np.array([p.element for p in placed]), "point": np.array([p.point for p in placed])}
         self._markers = structs_to_device(structs.FitMarker, columns, device)
 
-    def fit(self, problem: Problem) -> Fit:
+    def recorded(self, problem: Problem) -> RecordedMarkers:
+        """The markers of a problem on the device."""
+        return RecordedMarkers(problem, self._order, self.device)
+
+    def fit(self, problem: Problem, recorded: RecordedMarkers | None = None) -> Fit:
         """The coordinates that fit best, all frames at once.
+
+        Args:
+            recorded: the markers of the problem, if they are on the device already.
 
         Raises:
             SignalError: no frame of a recording shows three markers.
@@ -109,7 +74,8 @@ class MarkerFitter:
             np.zeros((count, coordinates)), np.zeros((0, 0, 3)), np.zeros(count, np.int32),
             np.zeros((count, coordinates), bool),
         )  # fmt: skip
-        plan, recorded = Plan(problem), _Recorded(problem, self._order, self.device)
+        recorded = recorded or self.recorded(problem)
+        plan = Plan(problem, recorded.seen)
         self._solve(problem, recorded, plan.first, self._cold_starts(problem, plan.coarse), found)
         again, starts = plan.doubtful(found.values[plan.first], recorded.squares[plan.first])
         self._solve(problem, recorded, again, starts, found, better=True)
@@ -133,19 +99,24 @@ class MarkerFitter:
             return values
         resting = chain.poses(np.array(chain.neutral)[None])
         body = chain.places(resting, self._places)[0]
-        turn, shift = aligned(body, problem.positions[frames], problem.weights)
+        turn, shift = aligned(body, problem.places(frames), problem.weights)
         last = len(root.rotations) + len(root.translations) - 1
         at = chain.places(resting, [Place(last, -_vector(root.position_in_child))])[0, 0]
         moved = np.einsum("fij,j->fi", turn, at) + shift
         turned = (Rotation.from_matrix(turn) * Rotation.from_quat(resting[0][0, last])).as_quat()
-        ends = np.cumsum([len(part) for part in parts])[:-1]
-        pairs = zip(np.split(moved, ends), np.split(turned, ends), strict=True)
-        found = [root_values(chain.opensim, place, orientation) for place, orientation in pairs]
-        values[:, : len(chain.opensim.root_coordinates)] = np.concatenate(found)
+        breaks = np.cumsum([len(part) for part in parts])[:-1]
+        found = root_values(chain.opensim, moved, turned, breaks)
+        values[:, : len(chain.opensim.root_coordinates)] = found
         return values
 
     def _solve(
-        self, problem: Problem, recorded: _Recorded, frames: Integers, starts: Floats, found: Fit, better: bool = False
+        self,
+        problem: Problem,
+        recorded: RecordedMarkers,
+        frames: Integers,
+        starts: Floats,
+        found: Fit,
+        better: bool = False,
     ) -> None:
         """Fit some frames from some values on, and put what comes of it into what was found; or only what is better."""
         if not len(frames):
@@ -197,11 +168,6 @@ class MarkerFitter:
         scratch = _scratch(rows, len(chain.elements), len(chain.coordinates), device)
         for first in range(0, count, rows):
             wp.launch(fit_markers, min(rows, count - first), [first, given, data, scratch], device=device)
-
-
-def _doubles(places: Floats, device: Any) -> wp.array:
-    """Places (..., 3) in double precision: a room is large beside what a marker misses by."""
-    return wp.array(np.ascontiguousarray(places, np.float64), dtype=wp.vec3d, device=device)
 
 
 def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Floats]:

@@ -6,15 +6,19 @@ from warpmuscle.kernels.reflex_structs import ReflexSpan
 
 UNKNOWN, EARLY_STANCE, LATE_STANCE, LIFTOFF, SWING, LANDING = 0, 1, 2, 3, 4, 5  # states of a leg
 FIBRE_LENGTH, FIBRE_VELOCITY, FIBRE_FORCE, ANGLE, ANGLE_RATE, LEAN, LEAN_RATE = 0, 1, 2, 3, 4, 5, 6  # what is sensed
-NOTHING = -1  # in the place of a sensor
+POSITION, SPEED, TURN, TURN_RATE, BALANCE, BALANCE_SPEED = 7, 8, 9, 10, 11, 12
+NOTHING = -1  # in the place of a sensor, or of the pivot of a balance: the middle between both feet
+LINEAR, FLAT, CONSTANT, POLYNOMIAL = 0, 1, 2, 3  # shapes of patterns
 
 
 @wp.struct
 class GaitSensor:
     """What is sensed once a control step, and remembered for late reflexes."""
 
-    kind: int  # FIBRE_LENGTH ... LEAN_RATE
-    source: int  # the muscle, or the body on the joint
+    kind: int  # FIBRE_LENGTH ... BALANCE_SPEED
+    source: int  # the muscle, the body on the joint, or the body
+    place: wp.vec3  # m, of a point from the body's centre of mass, in its axes
+    along: wp.vec3  # a point's direction in the world, an axis in the body, or a direction in the root
 
 
 @wp.struct
@@ -49,6 +53,18 @@ class GaitThresholds:
     late_stance: float
     liftoff: float
     least: float  # excitation that a muscle always has
+    noise: float  # standard deviation of excitations, and what each one's own adds to it
+    noise_share: float
+
+
+@wp.struct
+class GaitPatternPlan:
+    """What stays the same of a pattern of a muscle's excitation over time."""
+
+    first: int  # its knots
+    end: int
+    shape: int  # LINEAR, FLAT, CONSTANT or POLYNOMIAL
+    states: int  # bit k - 1 for each state k in which it acts
 
 
 @wp.struct
@@ -61,7 +77,12 @@ class GaitStates:
     span: wp.array[ReflexSpan]  # (muscles,)
     plan: wp.array[StateReflexPlan]  # (terms,)
     row: wp.array2d[StateReflexRow]  # (rows, terms)
-    thresholds: wp.array2d[GaitThresholds]  # (rows, 1)
+    thresholds: wp.array2d[GaitThresholds]  # (rows, 2) of the left and the right leg
+    pattern_span: wp.array[ReflexSpan]  # (muscles,)
+    pattern: wp.array[GaitPatternPlan]  # (patterns,) none where the scene has none
+    knot: wp.array2d[wp.vec2]  # (rows, knots) time, s, and value
+    control_step: float  # s
+    noise_seed: int
 
 
 @wp.struct
@@ -69,4 +90,5 @@ class GaitMemory:
     """What instances remember of it."""
 
     phase: wp.array2d[int]  # (instances, 2) state of the left and the right leg
+    began: wp.array2d[int]  # (instances, patterns) control step since which a pattern acts, or NOTHING
     heard: wp.array3d[float]  # (instances, control steps, sensors) a ring, see `activation.delayed_slot`

@@ -19,7 +19,9 @@ STABLE: dict[str, tuple[str, ...]] = {  # by module
     "force.forces": ("ForceKind", "Wrench"),
     "contact.hunt_crossley": ("friction_coefficient", "hertz_force", "smooth_hertz_force"),
     "control.joint_values": ("joint_coordinate", "joint_speed", "joint_speeds"),
-    "muscle.metabolics": ("bhargava_power", "bhargava_strict_power", "umberger_power", "wang_power"),
+    "muscle.metabolics": (
+        "bhargava_power", "bhargava_strict_power", "margaria_power", "umberger_power", "wang_power",
+    ),
     "muscle.muscle": (
         "along_tendon", "bounded_fibre_length", "compliant_force", "compliant_step", "equilibrium_speed",
         "fibre_damping", "fibre_equilibrium", "fibre_force", "pennation_cosine", "rigid_fibre_length",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -17,7 +18,7 @@ from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
 from warpmuscle.model.parts import check_custom
 from warpmuscle.model.structure import Structure, structure_of
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute
+from warpmuscle.scene.parameters import Parameter, free_parameters, pinned, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 
 SHOWN = 4  # names in a message
@@ -28,24 +29,55 @@ def unused_parameters(scene: Scene) -> list[str]:
 
     Such are properties of muscles that act on no joint that muscles drive, or gains of a joint with a fixed child.
     """
-    objective = msgspec.structs.replace(scene.objective, tracking=0.0)
-    scene = msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])  # of no effect on the others
+    scene = of_the_body(scene)
     check_scene(scene)
+    return unused_in(scene, [(free_parameters(scene), start_values(scene))], lambda _, values: values)[0]
+
+
+def of_the_body(scene: Scene) -> Scene:
+    """The scene without what has no effect on whether other numbers are used; itself if there is nothing such."""
+    if scene.tracking is None and not scene.stages and scene.objective.tracking == 0.0:
+        return scene
+    objective = msgspec.structs.replace(scene.objective, tracking=0.0)
+    return msgspec.structs.replace(scene, objective=objective, tracking=None, stages=[])
+
+
+def unused_in(
+    scene: Scene, several: Sequence[tuple[list[Parameter], Floats]], values_of: Callable[[int, Floats], Floats]
+) -> list[list[str]]:
+    """The same of several scenes that one stands for, each by its parameters and their start values.
+
+    Args:
+        scene: the one, checked, as of `of_the_body`. values_of: its values (n, P) of those (n, own) of a scene, by its
+            number.
+    """
     check_custom(scene)
-    parameters, start, structure = free_parameters(scene), start_values(scene), structure_of(scene)
-    count = 2 * len(parameters) + 1
-    taken = {len(array) for array in _used(scene, structure, start)}
-    while count in taken:  # so that arrays of this length are those with a row an instance
-        count += 1
-    values = np.tile(start, (count, 1))
-    for index, parameter in enumerate(parameters):
-        values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
+    structure, rows = structure_of(scene), []
+    for parameters, start in several:
+        values = np.tile(start, (2 * len(parameters) + 1, 1))
+        for index, parameter in enumerate(parameters):
+            values[1 + 2 * index, index], values[2 + 2 * index, index] = parameter.min, parameter.max
+        rows.append(values)
+    own = [values_of(number, values) for number, values in enumerate(rows)]
+    count = sum(map(len, own))
+    taken = {len(array) for array in _used(scene, structure, own[0][0])}
+    filling = 0
+    while count + filling in taken:  # so that arrays of this length are those with a row an instance
+        filling += 1
+    joint = np.concatenate([*own, *[own[-1][-1:]] * filling])
+    first = np.repeat(np.cumsum([0, *map(len, own[:-1])]), list(map(len, own)))
     differs = np.zeros(count, dtype=bool)
-    for array in _used(scene, structure, values):
-        if len(array) == count:
-            flat = np.ascontiguousarray(array).reshape(count, -1).view(np.uint8)
-            differs |= np.any(flat != flat[0], axis=1)
-    used = differs[1 : 2 * len(parameters) : 2] | differs[2 : 2 * len(parameters) + 1 : 2]
+    for array in _used(scene, structure, joint):
+        if len(array) == len(joint):
+            flat = np.ascontiguousarray(array).reshape(len(joint), -1).view(np.uint8)[:count]
+            differs |= np.any(flat != flat[first], axis=1)
+    parts = np.split(differs, np.cumsum(list(map(len, own)))[:-1])
+    return [_unused(parameters, part) for (parameters, _), part in zip(several, parts, strict=True)]
+
+
+def _unused(parameters: list[Parameter], differs: NDArray[np.bool_]) -> list[str]:
+    """Names of those that make no difference at their ends, (1 + 2 P,) in turn."""
+    used = differs[1::2] | differs[2::2]
     return [
         parameter.name
         for index, parameter in enumerate(parameters)
@@ -76,12 +108,17 @@ def without_unused(scene: Scene) -> tuple[Scene, list[str]]:
         Error: nothing uses any of its free parameters.
     """
     names = unused_parameters(scene)
+    return without(scene, names), names
+
+
+def without(scene: Scene, names: list[str]) -> Scene:
+    """The scene without its unused parameters, whose names are these; see `without_unused`."""
     if not names:
-        return scene, names
+        return scene
     used = [parameter.name for parameter in free_parameters(scene) if parameter.name not in names]
     if not used:
         raise Error(f"nothing uses what is free, so that there is nothing to search for: {in_short(names)}")
-    return pinned(scene, start_values(scene), used), names
+    return pinned(scene, start_values(scene), used)
 
 
 def in_short(names: list[str]) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from warpmuscle.core.arguments import as_path, as_truth, as_whole
 from warpmuscle.core.errors import UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
-from warpmuscle.model.unused_parameters import in_short, without_unused
+from warpmuscle.model.unused_parameters import in_short, unused_parameters, without
 from warpmuscle.optimization.curriculum import Curriculum
 from warpmuscle.optimization.evaluation import BatchEvaluator
 from warpmuscle.optimization.options import (
@@ -136,12 +136,23 @@ def searched(scene: Scene) -> Scene:
     Raises:
         Error: it has no free parameters, or none that anything uses, or it weighs nothing and has no feet.
     """
+    scene = weighed(scene)
+    return searched_without(scene, unused_parameters(scene))
+
+
+def weighed(scene: Scene) -> Scene:
+    """The scene with an objective and free parameters; raises Error as `searched`."""
     scene = with_usual_objective(scene)
     required_parameters(scene)
-    scene, unused = without_unused(scene)
+    return scene
+
+
+def searched_without(scene: Scene, unused: list[str]) -> Scene:
+    """The scene as it is searched, of which nothing uses these parameters; raises Error if they are all."""
+    scene = without(scene, unused)
     if unused:
         said = f"nothing uses {in_short(unused)}: left as given, and not searched for"
-        warnings.warn(said, UnusedParameterWarning, stacklevel=3)
+        warnings.warn(said, UnusedParameterWarning, stacklevel=4)
     return scene
 
 

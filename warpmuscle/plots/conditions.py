@@ -12,6 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import GRAY, PALETTE, grid, legible, top_legend
 
 COLUMNS, MOST_TICKS = 3, 6
+MOST_SLANTED = 7  # words side by side under a panel; more of them stand upright
 LEGEND = 0.25  # in, above all panels
 _SHIFT = 0.12  # of a condition that is a word, between series
 
@@ -53,7 +54,8 @@ def draw_conditions(axis: str, conditions: Sequence[float | str], panels: Sequen
             _line(axes, x + (number * _SHIFT if words else 0.0), lines, PALETTE[number % len(PALETTE)], words)
         axes.set(title=legible(panel.title), ylabel=panel.unit)
         if words:
-            axes.set_xticks(x, [legible(str(word)) for word in conditions], rotation=30, ha="right", fontsize=7)
+            texts, many = [legible(str(word)) for word in conditions], len(conditions) > MOST_SLANTED
+            axes.set_xticks(x, texts, rotation=90 if many else 30, ha="center" if many else "right", fontsize=7)
         else:
             axes.set_xlabel(legible(axis))
             if len(x) <= MOST_TICKS:

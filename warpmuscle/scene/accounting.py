@@ -23,6 +23,7 @@ FORMULAS = {
     "wang": Formula("Wang 2012", "positive", 1.51),
     "umberger": Formula("Umberger 2010", "net", 1.2),
     "bhargava": Formula("Bhargava 2004", "net", 1.2),
+    "margaria": Formula("Margaria 1968", "positive", 1.2),
 }
 
 

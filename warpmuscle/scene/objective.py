@@ -66,7 +66,7 @@ class Objective(_Weights):
     target_speed: Annotated[Number, "m/s"] = 1.0  # forward
     ground_force_bound: Annotated[Number, "1"] = 1.5  # body weights, vertical, on each foot
     head_body: str = "head"
-    metabolic_model: Literal["wang", "umberger", "bhargava"] = "wang"  # sources stand in `accounting.py`
+    metabolic_model: Literal["wang", "umberger", "bhargava", "margaria"] = "wang"  # sources stand in `accounting.py`
     metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
     basal_rate: Annotated[Number | None, "W/kg"] = None  # at rest; by default that of the model
     torque_by_joint: Annotated[dict[str, Number], "1"] = {}  # how often a joint's feedback torque counts; others once

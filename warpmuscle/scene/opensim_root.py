@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, rows
-from warpmuscle.core.pose import about, euler_xyz, multiply, normalized, rotate, twist_angle
+from warpmuscle.core.pose import about, euler_xyz, multiply, normalized, rotate, twist_angle, unwrapped
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.scene import Character, Joint, OpenSim
@@ -68,17 +69,18 @@ def root_motion(opensim: OpenSim, values: Floats) -> RootMotion:
     return RootMotion(position + arm, orientation, moving + np.cross(turning, arm[:, None]), turning)
 
 
-def root_values(opensim: OpenSim, position: Floats, orientation: Floats) -> Floats:
+def root_values(opensim: OpenSim, position: Floats, orientation: Floats, breaks: ArrayLike = ()) -> Floats:
     """The coordinates (n, R), rad and m, of a root that is there: centre of mass (n, 3), m, and orientation (n, 4).
 
-    Angles are continuous from state to state.
+    Args:
+        breaks: states at which others begin; angles are continuous from state to state but there.
     """
     joint = opensim.root
     if joint is None:
         return np.zeros((len(position), 0))
     turned = normalized(orientation)
     place = position + rotate(turned, rows(joint.position_in_child)) - rows(joint.position_in_parent)
-    columns = _angles(joint, turned)
+    columns = _angles(joint, turned, breaks)
     lines = [_line(translation) for translation in joint.translations]
     if lines:
         with np.errstate(invalid="ignore"):  # what is not finite stays so
@@ -87,11 +89,11 @@ def root_values(opensim: OpenSim, position: Floats, orientation: Floats) -> Floa
     return np.stack(columns, axis=1) if columns else np.zeros((len(position), 0))
 
 
-def _angles(joint: Joint, orientation: Floats) -> list[Floats]:
+def _angles(joint: Joint, orientation: Floats, breaks: ArrayLike) -> list[Floats]:
     """Coordinates of one rotation, or of three about axes at right angles."""
     lines = [_line(rotation) for rotation in joint.rotations]
     if len(lines) < 2:
-        angles = [np.unwrap(twist_angle(orientation, axis)) for axis, _, _ in lines]
+        angles = [unwrapped(twist_angle(orientation, axis), breaks) for axis, _, _ in lines]
         return [(angle - shift) / slope for angle, (_, slope, shift) in zip(angles, lines, strict=True)]
     axes = np.array([axis for axis, _, _ in lines])
     handed = np.linalg.det(axes)  # 1, or -1 if they are left-handed
@@ -99,7 +101,7 @@ def _angles(joint: Joint, orientation: Floats) -> list[Floats]:
         raise ValueError("the rotations of a free root are about axes at right angles")
     basis = axes * [[1.0], [1.0], [handed]]
     inside = np.concatenate([orientation[:, :3] @ basis.T, orientation[:, 3:]], axis=1)
-    angles = list((euler_xyz(inside) * [1.0, 1.0, handed]).T)
+    angles = list((euler_xyz(inside, breaks) * [1.0, 1.0, handed]).T)
     return [(angle - shift) / slope for angle, (_, slope, shift) in zip(angles, lines, strict=True)]
 
 

@@ -12,7 +12,7 @@ import os
 import secrets
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from warpmuscle.formats import toml
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
+from warpmuscle.scene import Scene
 from warpmuscle.sweep.finished import FinishedRuns
 from warpmuscle.sweep.origin import origin
 from warpmuscle.sweep.plan import Plan, SweepRun
@@ -168,7 +169,7 @@ class Folder:
         entries = entries_of(plan)
         if (self.path / MANIFEST).exists():
             earlier = self.manifest()
-            self._compare(earlier, entries, plan.file)
+            self._compare(earlier, entries, plan)
             if earlier.device != device:
                 raise ResultError(
                     f"{self.path}: this sweep began on {earlier.device}, and on {device} its costs would differ in the "
@@ -186,9 +187,16 @@ class Folder:
             raise ResultError(str(error)) from None
         return manifest
 
-    def _compare(self, earlier: Manifest, entries: Sequence[RunEntry], file: Path) -> None:
+    def _compare(self, earlier: Manifest, entries: Sequence[RunEntry], plan: Plan) -> None:
         """Raise ResultError if a run of earlier is another now, or gone, or nothing but their order has changed."""
         before, now = ({entry.name: entry.digest for entry in runs} for runs in (earlier.runs, entries))
+        texts: dict[int, object] = {}
+        for run in plan.runs:
+            known = before.get(run.name, now[run.name])
+            if known != now[run.name]:
+                if known != digest(run, texts, toml.dumps):
+                    break
+                now[run.name] = known
         if list(before.items()) == list(now.items()):
             return
         gone = [name for name in before if name not in now]
@@ -199,8 +207,8 @@ class Folder:
             f"run {gone[0]!r} is gone" if gone else "the order of its runs is another"
         )  # fmt: skip
         raise ResultError(
-            f"{file}: this sweep, or its scene, has changed since it began: {what}; take the earlier one to go on, or "
-            f"another --output, or remove {self.path} to begin anew"
+            f"{plan.file}: this sweep, or its scene, has changed since it began: {what}; take the earlier one to go "
+            f"on, or another --output, or remove {self.path} to begin anew"
         )
 
     def states(self, manifest: Manifest) -> list[RunState]:
@@ -286,7 +294,7 @@ class Folder:
 
 def entries_of(plan: Plan) -> tuple[RunEntry, ...]:
     """The runs of a plan as a manifest has them."""
-    texts: dict[int, str] = {}  # of scenes, of which many runs may have the same one
+    texts: dict[int, object] = {}  # of scenes, of which many runs may have the same one
     return tuple(
         RunEntry(run.name, digest(run, texts), run.candidates, run.seed, dict(run.axes), dict(run.units))
         for run in plan.runs
@@ -326,10 +334,15 @@ def has_ended(path: Path) -> bool:
         return False
 
 
-def digest(run: SweepRun, texts: dict[int, str]) -> str:
-    """A digest of all that the result of a run depends on; `texts` keeps those of scenes from one run to the next."""
+def digest(run: SweepRun, texts: dict[int, object], text: Callable[[Scene], object] = msgspec.msgpack.encode) -> str:
+    """A digest of all that the result of a run depends on.
+
+    Args:
+        texts: keeps those of scenes from one run to the next. text: all of a scene; sweeps that began with versions
+            before this one have digests of their TOML, which takes a hundred times as long.
+    """
     if id(run.scene) not in texts:
-        texts[id(run.scene)] = toml.dumps(run.scene)
+        texts[id(run.scene)] = text(run.scene)
     options = sorted(asdict(run.options).items(), key=lambda item: item[0])
     parts: tuple[object, ...] = (texts[id(run.scene)], run.seed, options)
     if run.training is not None:

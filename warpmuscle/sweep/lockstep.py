@@ -18,7 +18,6 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.formats import toml
-from warpmuscle.optimization.optimize import searched
 from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.optimization.replay import Replay
@@ -27,7 +26,7 @@ from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.results.records import ParameterTable, Result, best_of, parameter_table
 from warpmuscle.results.stamped import Stamps
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import constant, free_parameters
+from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.finished import FinishedJournal
@@ -37,7 +36,7 @@ from warpmuscle.sweep.pruning.referee import Referee
 from warpmuscle.sweep.pruning.rule import Rule
 from warpmuscle.sweep.rounds import Known, Rounds
 from warpmuscle.sweep.task import Task
-from warpmuscle.sweep.union import MergedScene, groups
+from warpmuscle.sweep.union import MergedScene, groups, searched_scenes, unchanged, weighed_scenes
 
 LEAST_WINDOW, MOST_WINDOW = 64, 2048  # runs side by side
 SHARE_OF_BATCH = 16  # candidates of a run in a batch, about, for the window to fill it
@@ -81,34 +80,31 @@ def run_together(
     Raises:
         KeyboardInterrupt: what was evaluated is in the journal.
     """
-    failed: dict[str, str] = {}
-    prepared: dict[int, _Prepared] = {}
-    wrong: dict[int, str] = {}
-    for scene in {id(task.scene): task.scene for task in tasks}.values():
-        try:
-            prepared[id(scene)] = _prepared(scene)
-        except Error as error:
-            wrong[id(scene)] = str(error)
-    failed |= {task.name: wrong[id(task.scene)] for task in tasks if id(task.scene) in wrong}
-    keys = list(prepared)
-    scenes = [prepared[key].scene for key in keys]
-    with constant(scenes):
-        for group in groups(scenes):
-            index = {keys[number]: place for place, number in enumerate(group)}
-            mine = [task for task in tasks if id(task.scene) in index]
-            try:
-                engine = _Group([prepared[keys[number]] for number in group], folder, device, threads, tell, finished)
-            except Error as error:  # such as of a gait to track that cannot be read
-                failed |= {task.name: str(error) for task in mine}
-                continue
-            failed |= engine.run(mine, [index[id(task.scene)] for task in mine], known, pruning)
+    given = list({id(task.scene): task.scene for task in tasks}.values())
+    weighed = weighed_scenes(given)
+    with unchanged(scene for scene in weighed if isinstance(scene, Scene)):
+        found = searched_scenes(weighed)
+        wrong = {id(scene): str(own) for scene, own in zip(given, found, strict=True) if isinstance(own, Error)}
+        keys = [id(scene) for scene in given if id(scene) not in wrong]
+        scenes = [own for own in found if isinstance(own, Scene)]
+        failed = {task.name: wrong[id(task.scene)] for task in tasks if id(task.scene) in wrong}
+        with unchanged(scenes):
+            for group in groups(scenes):
+                index = {keys[number]: place for place, number in enumerate(group)}
+                mine = [task for task in tasks if id(task.scene) in index]
+                try:
+                    prepared = [_prepared(scenes[number]) for number in group]
+                    engine = _Group(prepared, folder, device, threads, tell, finished)
+                except Error as error:  # such as of a gait to track that cannot be read
+                    failed |= {task.name: str(error) for task in mine}
+                    continue
+                failed |= engine.run(mine, [index[id(task.scene)] for task in mine], known, pruning)
     return failed
 
 
 def _prepared(scene: Scene) -> _Prepared:
-    """What runs of a scene have in common; raises Error if it cannot be searched."""
-    own = searched(scene)
-    return _Prepared(own, toml.dumps(own), parameter_table(free_parameters(own)))
+    """What runs of a scene have in common, which is as it is searched."""
+    return _Prepared(scene, toml.dumps(scene), parameter_table(free_parameters(scene)))
 
 
 class _Group:

@@ -38,19 +38,20 @@ import itertools
 import math
 import re
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.names import file_name
 from warpmuscle.formats import load
-from warpmuscle.formats.overrides import Override, overridden
+from warpmuscle.formats.overrides import Changed, Override, changed, sound
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization import stages
 from warpmuscle.optimization.options import GREATEST_SEED, check_options
@@ -65,6 +66,7 @@ from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
+from warpmuscle.sweep.refinement.asked import WITHOUT_POINTS, Refinement, refinement_of
 from warpmuscle.sweep.samples import Sample, sampled
 from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
@@ -125,6 +127,7 @@ class Plan:
     runs: tuple[SweepRun, ...]
     study: Study | None = None  # that the runs are to show something in
     prune: Rule | None = None  # by which runs that are behind are stopped
+    refinement: Refinement | None = None  # by which further points are chosen
 
     @property
     def trains(self) -> bool:
@@ -161,12 +164,9 @@ def read(
     path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
     try:
-        plan = _plan(path, source, _asked(to_type(source.data, _File), seeds, options or {}), trusted)
+        return _plan(path, source, _asked(to_type(source.data, _File), seeds, options or {}), trusted)
     except SceneError as error:
         raise source.placed(error) from None
-    if trusted:
-        plan.trust()
-    return plan
 
 
 def _asked(file: _File, seeds: int | None, options: Mapping[str, Any]) -> _File:
@@ -180,16 +180,29 @@ def _asked(file: _File, seeds: int | None, options: Mapping[str, Any]) -> _File:
 
 
 def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
+    common = [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()]
+    base = _Base(path, file, common, trusted)
+
+    def made(chosen: Floats | None) -> Plan:
+        plan = _made(path, source, file, base, chosen, made)
+        if trusted:
+            plan.trust()
+        return plan
+
+    return made(None)
+
+
+def _made(
+    path: Path, source: Source, file: _File, base: _Base, chosen: Floats | None, again: Callable[[Floats], Plan]
+) -> Plan:
+    """The plan of a file whose adaptive points are these beside the first ones; `again` makes one of others."""
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
     grids = [axes_of(source, place, table) for place, table in tables.items()] or [[]]
-    points = [] if file.sample is None else [sampled(source, file.sample)]
-    grids = [[*points, *axes] for axes in grids]
+    sample = None if file.sample is None else sampled(source, file.sample, chosen)
+    grids = [[*([] if sample is None else [sample.choices]), *axes] for axes in grids]
     count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
     check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
     entries: list[tuple[Choice, ...]] = [(entry_of(source, index, entry),) for index, entry in enumerate(file.run)]
-    base = _Base(
-        path, file, [Override(key, value, source.line(f"set.{key}")) for key, value in file.set.items()], trusted
-    )
     runs: list[SweepRun] = []
     taken: dict[str, int] = {}  # names, and the last number that was put behind each
     for entry in entries or [()]:
@@ -205,7 +218,9 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
     study = None if file.study is None else study_of(file.study, name, [run.axes for run in runs])
     staged = any(run.scene.stages for run in runs)
     rule = rule_of(file.prune, [(run.axes, run.candidates) for run in runs], file.training, file.study, staged)
-    return Plan(path, name, source.text, tuple(runs), study, rule)
+    refused = {name: getattr(file, name) is not None for name in WITHOUT_POINTS}
+    refinement = None if file.sample is None or sample is None else refinement_of(file.sample, sample, again, refused)
+    return Plan(path, name, source.text, tuple(runs), study, rule, refinement)
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
@@ -219,7 +234,9 @@ class _Base:
     def __init__(self, path: Path, file: _File, common: Sequence[Override], trusted: bool) -> None:
         self._path, self._file, self._common, self._trusted = path, file, common, trusted
         self._scenes: dict[str, Scene] = {}
-        self._changed: dict[str, Scene] = {}  # by what changes them: runs that differ in their seeds share one
+        # By what changes them, with what decides whether they can be searched: runs that differ in seeds share one.
+        self._changed: dict[str, tuple[Scene, str]] = {}
+        self._begun: dict[str, Changed] = {}
         self._found: dict[str, tuple[SearchOptions, int]] = {}
         self._units: dict[tuple[str, ...], str] = {}
 
@@ -250,10 +267,11 @@ class _Base:
             raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
         what = repr((scene_name, [(o.key, o.value) for o in in_scene]))
         if what not in self._changed:
-            given = self._scene(scene_name, changes.get("scene"))
-            changed = overridden(given, [*self._common, *in_scene], self._path)
-            self._changed[what] = without_only_stage(changed)  # what has stages shares no batches
-        scene = self._changed[what]
+            given = self._with_common(scene_name, changes.get("scene"))
+            own = sound(changed(given, in_scene, self._path), self._path)
+            own = without_only_stage(own)  # what has stages shares no batches
+            self._changed[what] = own, what if own.stages else repr([p.name for p in free_parameters(own)])
+        scene, kind = self._changed[what]
         axes: dict[str, float | str] = {}
         for choice in chosen:
             axes |= {choice.axis or "run": choice.value, **choice.beside}
@@ -262,13 +280,20 @@ class _Base:
             nothing = SearchOptions("", candidates=0)
             units = self._units_of(scene, chosen)
             return SweepRun(_name(chosen, taken), scene, seed, nothing, plan.iterations or 0, axes, units, plan)
-        what = repr((what, sorted(search.items(), key=lambda item: item[0])))
+        what = repr((kind, sorted(search.items(), key=lambda item: item[0])))
         if what not in self._found:
             self._found[what] = self._searched(search, scene, seed, changes, not taken)
         options, candidates = self._found[what]
         return SweepRun(
             _name(chosen, taken), scene, seed, options, candidates, axes, self._units_of(scene, chosen)
         )  # fmt: skip
+
+    def _with_common(self, name: Any, override: Override | None) -> Changed:
+        """The scene of a name with what all runs change."""
+        key = repr(name)
+        if key not in self._begun:
+            self._begun[key] = changed(Changed(self._scene(name, override), {}), self._common, self._path)
+        return self._begun[key]
 
     def _searched(
         self, search: dict[str, Any], scene: Scene, seed: int, changes: dict[str, Override], first: bool

@@ -18,9 +18,10 @@ from warpmuscle.sweep.board import Board, SweepProgress, Tell
 from warpmuscle.sweep.folder import Folder, Manifest
 from warpmuscle.sweep.gather import gather
 from warpmuscle.sweep.local import run_here
-from warpmuscle.sweep.named_code import named_by
+from warpmuscle.sweep.named_code import NamedCode, named_by
 from warpmuscle.sweep.part import part_of
 from warpmuscle.sweep.plan import Plan, read
+from warpmuscle.sweep.refinement.rounds import in_rounds
 from warpmuscle.sweep.rounds import remove_known
 from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.trainings import gather_trainings, run_trainings
@@ -100,28 +101,57 @@ def sweep(
         return _train(plan, folder, target, device, threads, command, progress)
     if plan.prune is not None and (part is not None or cluster is not None):
         raise Error("runs that compete go side by side on one machine; leave the parts, the cluster or [prune] out")
-    rivals = ["" if plan.prune is None else plan.prune.rivals(run.axes, run.candidates) for run in plan.runs]
-    tasks = [Task(run.name, run.scene, run.seed, run.options, command, key)
-             for run, key in zip(plan.runs, rivals, strict=True)]  # fmt: skip
-    if cluster is not None:
-        from warpmuscle.sweep.cluster import Cluster
 
-        with Cluster(cluster, device, threads) as on, folder.at_work():
-            manifest = folder.begin(plan, on.device_kind)
-            board = Board(folder, manifest, progress)
-            failed = on.run(board.left(tasks), folder, manifest, share, board.look, code)
-            gathered = _finish(folder, manifest, board, target, command)
-    else:
-        found = find_devices(device)[0]
-        with folder.at_work():
-            manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
-            board = Board(folder, manifest, progress)
-            failed = run_here(
-                board.left(tasks) if plan.prune is None else tasks, folder.path, devices_name(device), threads,
-                board.report, board.finished, plan.prune,
-            )  # fmt: skip
-            gathered = _finish(folder, manifest, board, target, command)
-    return SweepResult(manifest, folder, gathered, failed)
+    def once(own: Plan, last: bool) -> SweepResult:
+        if trust:
+            own.trust()
+        where = target if last else None
+        if cluster is not None:
+            return _on_cluster(own, folder, where, cluster, device, threads, share, command, progress, code)
+        return _here(own, folder, where, device, threads, command, progress)
+
+    if plan.refinement is None:
+        return once(plan, True)
+    if part is not None:
+        raise Error("adaptive points follow from the results of all others; leave the parts out")
+    return in_rounds(plan, folder, once, lambda done: done.manifest)
+
+
+def _tasks(plan: Plan, command: str) -> list[Task]:
+    """The runs of a plan as tasks."""
+    rivals = ["" if plan.prune is None else plan.prune.rivals(run.axes, run.candidates) for run in plan.runs]
+    return [Task(run.name, run.scene, run.seed, run.options, command, key)
+            for run, key in zip(plan.runs, rivals, strict=True)]  # fmt: skip
+
+
+def _on_cluster(
+    plan: Plan, folder: Folder, output: Path | None, cluster: str, device: str | None, threads: int | None,
+    share: int | None, command: str, progress: Tell | None, code: NamedCode,
+) -> SweepResult:  # fmt: skip
+    """Run all optimisations on a cluster; see `sweep`."""
+    from warpmuscle.sweep.cluster import Cluster
+
+    with Cluster(cluster, device, threads) as on, folder.at_work():
+        manifest = folder.begin(plan, on.device_kind)
+        board = Board(folder, manifest, progress)
+        failed = on.run(board.left(_tasks(plan, command)), folder, manifest, share, board.look, code)
+        return SweepResult(manifest, folder, _finish(folder, manifest, board, output, command), failed)
+
+
+def _here(
+    plan: Plan, folder: Folder, output: Path | None, device: str | None, threads: int | None, command: str,
+    progress: Tell | None,
+) -> SweepResult:  # fmt: skip
+    """Run all optimisations on this machine; see `sweep`."""
+    found, tasks = find_devices(device)[0], _tasks(plan, command)
+    with folder.at_work():
+        manifest = folder.begin(plan, "cpu" if found.is_cpu else "cuda")
+        board = Board(folder, manifest, progress)
+        failed = run_here(
+            board.left(tasks) if plan.prune is None else tasks, folder.path, devices_name(device), threads,
+            board.report, board.finished, plan.prune,
+        )  # fmt: skip
+        return SweepResult(manifest, folder, _finish(folder, manifest, board, output, command), failed)
 
 
 def _train(

@@ -1,5 +1,6 @@
 """SCONE's own scenarios and parameters, where they are at hand: they walk here as they do there."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,51 @@ def test_h0914_walks_for_10_s_by_its_parameters_and_by_its_own_starts(folder: Pa
     status, motion = run(scene, 10.0)
     assert status == Status.COMPLETED
     assert motion.com[-1, 2] > 7.0
+
+
+@pytest.fixture
+def tutorial(folder: Path, tmp_path: Path) -> Callable[[str], Scene]:
+    """A tutorial on impaired walking, with the model H0914 in place of OpenSim's, which is not beside it."""
+    (tmp_path / "data").mkdir()
+    for name in ("ControllerGH2010.scone", "InitStateGait10.sto", "H0914.hfd"):
+        (tmp_path / "data" / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / "data" / "MeasureGait05.scone").write_bytes((folder / "MeasureGait10.scone").read_bytes())
+
+    def read(start: str) -> Scene:
+        text = next(folder.glob(f"Tutorial_{start}*.scone")).read_text()
+        text = text.replace("ModelOpenSim3", "ModelHyfydy").replace("Human0914.osim", "H0914.hfd")
+        (tmp_path / "tutorial.scone").write_text(text)
+        return load(tmp_path / "tutorial.scone", ignored=[])
+
+    return read
+
+
+def test_tutorials_on_impaired_walking_change_muscles_and_reflexes(folder: Path, tutorial: Callable[[str], Scene]):
+    healthy = load(folder / "H0914.hfd", ignored=[]).character.muscles
+    weak, short, spastic = (tutorial(name) for name in ("5a", "5b", "5c"))
+    for name, muscle in healthy.items():
+        calf, ham = name[:-2] in ("soleus", "gastroc"), name.startswith("hamstrings")
+        assert weak.character.muscles[name].f_max == pytest.approx(muscle.f_max * (0.2 if calf else 1.0))
+        assert short.character.muscles[name].l_opt == pytest.approx(muscle.l_opt * (0.75 if ham else 1.0))
+    assert spastic.gait_states is not None
+    added = spastic.gait_states.reflexes["HyperReflexia_gastroc"]
+    assert (added.muscle, added.constant, added.force_gain, added.delay) == ("gastroc", 0.1, 1.0, 0.02)
+    assert len(added.during) == 5
+
+
+@pytest.mark.parametrize("name", ["5a", "5c"])
+def test_legs_with_numbers_of_their_own_that_are_equal_walk_as_legs_that_share_them(
+    name: str, tutorial: Callable[[str], Scene], folder: Path, tmp_path: Path
+):
+    alike = tutorial(name)
+    file = tmp_path / "data" / "ControllerGH2010.scone"
+    file.write_text(file.read_text().replace("symmetric = 1", "symmetric = 0"))
+    own = tutorial(name)
+    assert len(free_parameters(own)) == 2 * len(free_parameters(alike))
+    (status, motion), (other, expected) = run(own, 1.0), run(alike, 1.0)
+    assert status == other
+    np.testing.assert_array_equal(motion.com, expected.com)
+    np.testing.assert_array_equal(motion.muscle_excitation, expected.muscle_excitation)
 
 
 def test_every_parameter_of_a_benchmark_has_its_place(folder: Path):

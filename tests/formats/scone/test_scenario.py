@@ -24,6 +24,10 @@ VALUES = [
 ]  # fmt: skip
 
 
+TILTED = "DofReflex { target = seat source = tilt"
+POINT = "BodyPointReflex { direction [ 0 1 0 ] target = seat "
+
+
 def read(folder: Path, **texts: str) -> Scene:
     return load(small_scone.write(folder, **texts), ignored=[])
 
@@ -148,7 +152,7 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
     assert (muscles["calf_l"].f_max, muscles["calf_r"].f_max) == (pytest.approx(600.0), 3000.0)
     assert (muscles["seat_r"].l_opt, muscles["seat_l"].l_opt) == (0.1, 0.12)
     assert scene.gait_states is not None
-    spastic = scene.gait_states.reflexes["calf"]
+    spastic = scene.gait_states.reflexes["Spastic_calf"]
     assert len(spastic.during) == 5
     assert (spastic.constant, spastic.force_gain) == (0.1, 1.0)
 
@@ -157,11 +161,15 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
     ("where", "old", "new", "said"),
     [
         ("controller", "GaitStateController", "SpinalController", "controller.scone:3: SpinalController: not known in"),
-        ("controller", "MuscleReflex {", "BodyPointReflex {", "controller.scone:10: BodyPointReflex: not known in"),
+        ("controller", "MuscleReflex {", "BodyPainReflex {", "controller.scone:10: BodyPainReflex: not known in"),
         ("controller", "target = calf", "target = claf", "there is no muscle 'claf' in the model, nor claf_l"),
-        ("controller", "source = tilt", "source = trunk_x", "of the root only its turn 'tilt' can be sensed"),
+        ("controller", "source = tilt", "source = trunk_x", "of the root only its turns can be sensed: 'tilt'"),
         ("controller", "Liftoff", "Lift", "there is no state 'Lift'; there are EarlyStance"),
-        ("controller", "symmetric = 1", "symmetric = 0", "legs with parameters of their own are not known"),
+        ("controller", TILTED, "BodyPointReflex { target = seat", "no `source` in"),
+        ("controller", TILTED, "BodyPointReflex { target = seat source = leg", "there is no `direction` in it"),
+        ("controller", TILTED, POINT + "source = head", "there is no body 'head'"),
+        ("controller", TILTED, POINT + "source = leg KA = 1", "accelerations of points"),
+        ("controller", TILTED, "ComPivotReflex { dir [ 0 0 0 ] target = seat", "no length"),
         ("controller", "KF = ~1.2<-10,10>", "KX = 1", "KX: not known in `MuscleReflex`"),
         ("controller", "delay = 0.020", "delay = -1", "gait_states.reflexes.S00111_calf.delay: must not be negative"),
         ("controller", "delay = 0.020", "delay = 1e9", "the limit `delay`"),

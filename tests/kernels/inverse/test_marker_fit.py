@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from leg_model import chain_of, leg, markers_of, walk
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.formats.external_loads import TO_OPENSIM
-from warpmuscle.inverse.fit_plan import Problem
+from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Problem, _outlying
 from warpmuscle.inverse.marker_fit import MarkerFitter
 
 AGREED = 2e-5  # rad or m, of float32
@@ -136,3 +136,42 @@ def test_the_subject_may_face_anywhere_and_lie_down(chain, heading):
     problem = problem_of(chain, values, noise=0.0)
     found = fitted(chain, problem)
     assert np.abs(found.errors).max() < 1e-4
+
+
+def test_sums_of_recordings_are_those_of_numpy(chain):
+    start_warp()
+    random = np.random.default_rng(5)
+    problem = problem_of(chain, walk(chain), starts=(0, 11, 12))
+    count = len(problem.weights)
+    positions = problem.positions @ TO_OPENSIM.T
+    positions[random.random(positions.shape[:2]) < 0.2] = np.nan
+    positions[7, 2] = 3e5
+    weights = np.where(np.arange(count) == 1, 0.0, problem.weights)
+    turned = Problem(positions, weights, problem.starts, problem.task_weights, problem.targets, TO_OPENSIM)
+    fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
+    recorded = fitter.recorded(turned)
+    seen = np.isfinite(positions).all(axis=2)
+    assert np.array_equal(recorded.seen, (seen & (weights > 0.0)).sum(axis=1))
+    assert np.flatnonzero(recorded.far).tolist() == [7]
+    positions[7, 2] = np.nan
+    turned = Problem(positions, weights, problem.starts, problem.task_weights, problem.targets, TO_OPENSIM)
+    recorded = fitter.recorded(turned)
+    fit, sums = fitter.fit(turned, recorded), recorded.sums(turned.starts)
+    places = chain.places(chain.poses(fit.values), list(chain.markers.values())) @ TO_OPENSIM.T
+    assert np.nanmax(np.abs(fit.errors - (positions - places))) < 1e-5
+    for k, part in enumerate((slice(0, 11), slice(11, 12), slice(12, None))):
+        known = np.isfinite(positions[part]).all(axis=2)
+        assert np.array_equal(sums.seen[k], known.sum(axis=0))
+        assert sums.squares[k] == pytest.approx(np.nansum(fit.errors[part] ** 2, axis=(0, 2)), rel=1e-12)
+        assert sums.height[k] == pytest.approx(np.nansum(positions[part, :, 1], axis=0), rel=1e-12)
+
+
+def test_frames_that_fit_badly_are_told_from_the_median_of_their_recording():
+    random = np.random.default_rng(2)
+    counts = [1, 2, 7, 10, 33]
+    ends = np.cumsum(counts)
+    squares = random.lognormal(-7.0, 2.0, ends[-1])
+    found = np.split(_outlying(squares, ends - counts, ends), ends[:-1])
+    for own, part in zip(found, np.split(squares, ends[:-1]), strict=True):
+        assert np.array_equal(own, part > WORSE * np.median(part) + BEYOND)
+    assert np.concatenate(found).any()

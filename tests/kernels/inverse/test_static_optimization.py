@@ -102,6 +102,21 @@ def test_bits_depend_on_no_other_frame(body):
     assert np.array_equal(np.concatenate(parts), whole.activation)
 
 
+def test_frames_whose_balance_is_rounding_are_given_up_soon_and_solved_in_double_precision(body):
+    problem = Problem(body, 8.0)  # far beyond what muscles can do: multipliers of weak reserves are huge
+    solver = Solver(body, problem.trials, ActivationOptions(reserve=1e-2, least=0.01), ())
+    part = slice(0, 20)
+    one = solver.launch(problem.effort, body.muscle_frames(problem.trials.states, part), part)
+    one.run()
+    assert (one.outputs[2].numpy() < 0).any()
+    one.mend()
+    steps = one.outputs[2].numpy()
+    assert (steps > 0).all()
+    solved = solver.run(problem.effort, None)
+    assert np.array_equal(solved.iterations, steps)
+    assert problem.balance(solved, 1e-2).max() < 1e-3  # multipliers come back in single precision
+
+
 def test_the_order_in_memory_that_gpus_like_changes_no_bit(body, monkeypatch):
     problem = Problem(body)
     _, plain = problem.solved(reserve=0.5)

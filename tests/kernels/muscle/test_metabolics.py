@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from probes import evaluate
 
-from metabolic_powers import bhargava, umberger, wang
+from metabolic_powers import bhargava, margaria, umberger, wang
 from warpmuscle.kernels.muscle import metabolics
 
 COUNT = 400
@@ -24,6 +24,7 @@ def states(seed: int = 0) -> dict[str, np.ndarray]:
     [
         (metabolics.bhargava_power, bhargava, {}),
         (metabolics.wang_power, wang, {}),
+        (metabolics.margaria_power, margaria, {}),
         (metabolics.umberger_power, umberger, {"v_max": V_MAX, "l_opt": L_OPT}),
     ],
 )
@@ -45,6 +46,13 @@ def test_a_resting_muscle_costs_nothing_but_umbergers_least_heat():
     for function in (metabolics.wang_power, metabolics.bhargava_power):
         assert evaluate(function, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, 1.0) == 0.0
     assert evaluate(metabolics.umberger_power, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 2.0, 1.0, V_MAX, L_OPT) == 2.0
+
+
+def test_lifting_takes_four_times_its_work_and_lowering_five_sixths():
+    lifted, lowered, held = (
+        evaluate(metabolics.margaria_power, 1.0, 1.0, 1.0, v, 600.0, 1.0, 0.5, 2.0, 1.0) for v in (-0.5, 0.5, 0.0)
+    )
+    assert (lifted, lowered, held) == pytest.approx((1200.0, 250.0, 0.0))
 
 
 def test_a_slow_muscle_held_fully_active_at_its_optimum_costs_114_watts_a_kilogram():

@@ -77,6 +77,20 @@ def test_changes_are_of_pairs_of_seeds_over_the_measured_reference(tmp_path: Pat
     assert (score.kind, score.conditions, score.part, score.error) == pytest.approx(("slope", 1, 0.5, 40.0))
 
 
+def test_studies_are_scored_by_themselves_where_several_have_conditions_of_a_kind(tmp_path: Path):
+    other = {"study": "b", "metabolic_power_nd": 0.10}
+    level, up = LEVEL | other | {"identifier": "level b"}, UP | other | {"identifier": "up b"}
+    records = records_of(tmp_path, LEVEL, UP, level, up | {"metabolic_power_nd": 0.12})
+    powers = {"level": 0.2, "up": 0.24, "level b": 0.2, "up b": 0.22}
+    found = {name: {1: Prediction({FORMULA: power}, 0.25)} for name, power in powers.items()}
+    rows = {one.kind: one for one in scores([one for one in changes(records, found) if one.quantity == FORMULA])}
+    assert list(rows) == ["slope", f"slope, {LEVEL['study']}", "slope, b"]
+    assert [one.conditions for one in rows.values()] == [2, 1, 1]
+    assert rows["slope, b"].part == pytest.approx(1.0)  # 20 of 20 %
+    assert rows[f"slope, {LEVEL['study']}"].part == pytest.approx(0.5)  # 40 of 80 %
+    assert rows["slope"].part == pytest.approx((80.0 * 40.0 + 20.0 * 20.0) / (80.0**2 + 20.0**2))
+
+
 def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
     def curves(hip: float) -> dict:
         shape = {"hip_flexion_deg": [hip] * 5, "knee_angle_deg": [-10.0] * 5, "ankle_angle_deg": [0.0, 1, 2, 3, 4]}

@@ -8,13 +8,15 @@ import pytest
 
 import command_line
 from warpmuscle.core.errors import Error
+from warpmuscle.formats import load
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
+from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.study import page as study_page
-from warpmuscle.sweep.study.measured import StudyResult, measured
+from warpmuscle.sweep.study.measured import MeasuredRun, StudyResult, _rows, in_all, measured
 
 TEXT = """
 scene = "fwalk"
@@ -67,6 +69,15 @@ def test_measures_are_those_of_the_best_motions(found: StudyResult, folder: Path
         assert cell.spread.median == pytest.approx(np.median(speeds))
 
 
+def test_power_in_all_is_that_of_body_and_loads():
+    scene = load("reflex_planar")
+    plain = substitute(scene, start_values(scene))
+    assert in_all({"metabolic power": 5.0}, plain) == {"metabolic power in all": pytest.approx(5.0 * 70.4)}
+    plain.character.bodies["torso"].mass += 16.0
+    assert in_all({"metabolic power": 5.0}, plain) == {"metabolic power in all": pytest.approx(5.0 * 86.4)}
+    assert in_all({"metabolic power": None}, plain) == {}
+
+
 def test_what_is_expected_stays_open_with_two_seeds(found: StudyResult):
     assert [(held.expected.measure, held.cell.condition, held.verdict) for held in found.held] == [
         ("speed", 1.2, "open"), ("cadence", 1.2, "open"),
@@ -79,6 +90,16 @@ def test_a_measure_that_no_run_gives_is_named(folder: Path, tmp_path: Path):
     plan = read(file)
     with pytest.raises(Error, match="the study asks for 'step lenght'; did you mean 'step length'"):
         measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
+
+
+def test_a_study_whose_runs_all_fell_shows_their_costs(folder: Path, tmp_path: Path):
+    file = tmp_path / "loads.toml"
+    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    runs = [MeasuredRun(run, 1.0, "", False, {"cost": 2e6}, "fell") for run in read(file).runs]
+    study = read(file).study
+    assert study is not None
+    rows = _rows(study, runs)
+    assert [(row.measure, row.cells[0].walked) for row in rows] == [("cost", 0)]
 
 
 def test_the_page_has_every_number_and_nothing_that_runs(found: StudyResult, folder: Path):

@@ -42,7 +42,7 @@ def adaptation(
 ) -> None:
     """Search for walks under measured conditions, and compare the changes that they predict with those of people.
 
-    Changes of metabolic power, by six formulas, of stride frequency, and of angles, with speed, slope and load. Given
+    Changes of metabolic power, by seven formulas, of stride frequency, and of angles, with speed, slope and load. Given
     again, the command goes on where it was.
     Example: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6
     """

@@ -1,72 +1,58 @@
-"""States of gait and reflexes of a scene from a SCONE controller, with the names of its parameters."""
+"""States of gait, reflexes, patterns and noise of a scene from a SCONE controller, with the names of its parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 
 import numpy as np
 
-from warpmuscle.formats.scone.numbers import AUTO_FACTOR, FreeNumber, as_scene_number, read_number
-from warpmuscle.formats.scone.parameters import Parameter
+from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.scone.joints import Coordinate
+from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, key_of
 from warpmuscle.formats.scone.zml import Node
-from warpmuscle.scene import Character, GaitReflex, GaitStates, Scene
-from warpmuscle.scene.gait_states.part import ROOT, STATES, sided
+from warpmuscle.scene import Character, GaitStates, Scene
+from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, OwnThresholds, Shape, Side, State
 from warpmuscle.scene.number import Number
 
-STATE_NAMES = dict(zip(("EarlyStance", "LateStance", "Liftoff", "Swing", "Landing"), STATES, strict=True))
+STATE_NAMES: dict[str, State] = dict(
+    zip(("EarlyStance", "LateStance", "Liftoff", "Swing", "Landing"), STATES, strict=True)
+)
 LABELS = ("name", "signature_prefix", "signature_postfix", "symmetric", "auto_std_factor")
 THRESHOLDS = {
     "stance_load_threshold": "stance_load", "swing_load_threshold": "swing_load", "landing_threshold": "landing",
     "late_stance_threshold": "late_stance", "liftoff_threshold": "liftoff",
 }  # fmt: skip
-OF_MUSCLE = {  # numbers of a MuscleReflex
-    "C0": "constant", "KL": "length_gain", "L0": "length_offset", "KV": "velocity_gain", "V0": "velocity_offset",
-    "KF": "force_gain", "F0": "force_offset",
+LEGS = {"left": "leg0_l.", "right": "leg1_r."}  # how names of one leg's thresholds begin
+ONES: tuple[Side, Side] = ("left", "right")
+FUNCTIONS: dict[str, Shape] = {
+    "PieceWiseLinear": "linear", "PieceWiseConstant": "constant", "Polynomial": "polynomial",
 }  # fmt: skip
-OF_JOINT = {
-    "C0": "constant", "KP": "angle_gain", "P0": "angle_target", "KV": "rate_gain", "V0": "rate_target",
-}  # fmt: skip
-NEGATIVE_MUSCLE = {"allow_neg_L": ("length", True), "allow_neg_V": ("velocity", False), "allow_neg_F": ("force", True)}
-NEGATIVE_JOINT = {"allow_neg_P": ("angle", True), "allow_neg_V": ("rate", True)}
+MOST_KNOTS = 99
 
 
-@dataclass
-class Bindings:
-    """Values of parameters, and where in the scene they went."""
-
-    values: Mapping[str, Parameter] = field(default_factory=dict)
-    places: dict[str, str] = field(default_factory=dict)  # paths in the scene, by name of the parameter
-    means: dict[str, FreeNumber] = field(default_factory=dict)
-    std_factor: float = AUTO_FACTOR
-
-    def number(self, node: Node, name: str, place: str) -> Number:
-        """The number of a node, which as a free one has this name, and starts from its best value if there is one."""
-        found = read_number(node, self.std_factor)
-        if isinstance(found, FreeNumber):
-            self.places[name], self.means[name] = place, found
-        known = self.values.get(name)
-        return as_scene_number(found, None if known is None else known.best)
-
-
-def read_controllers(nodes: Iterable[Node], scene: Scene, root: list[str], bindings: Bindings) -> None:
+def read_controllers(
+    nodes: Iterable[Node], scene: Scene, root: Mapping[str, Coordinate], bindings: Bindings, notes: Notes
+) -> None:
     """Put the controller of a scenario into a scene.
 
     Args:
-        root: names of the root's coordinates.
+        root: the root's coordinates. notes: gets what is taken otherwise.
 
     Raises:
         SceneError: something of it is not known, with file and line.
     """
     for node in nodes:
-        _Reader(scene, root, bindings).controller(node)
+        _Reader(scene, root, bindings, notes).controller(node)
 
 
 class _Reader:
     """Reads the controllers of one scenario."""
 
-    def __init__(self, scene: Scene, root: list[str], bindings: Bindings) -> None:
-        self._scene, self._root, self._bindings = scene, root, bindings
+    def __init__(self, scene: Scene, root: Mapping[str, Coordinate], bindings: Bindings, notes: Notes) -> None:
+        self._scene, self._bindings = scene, bindings
+        self._reflexes = ReflexReader(scene, root, bindings, notes)
+        self._notes = notes
 
     def controller(self, node: Node) -> None:
         """A controller of a kind that is known."""
@@ -86,28 +72,27 @@ class _Reader:
                 self.controller(child)
 
     def gait_states(self, node: Node) -> None:
-        """The states of both legs, and what reflexes act in them."""
+        """The states of both legs, and what acts in them."""
         before = self._bindings.std_factor
         self._bindings.std_factor = node.number_of("auto_std_factor", before)
         _labels(node)
-        if not node.truth_of("symmetric", True):
-            node.fail("legs with parameters of their own are not known here; give symmetric = 1")
+        symmetric = node.truth_of("symmetric", True)
         states = self._states(node)
-        for key, name in THRESHOLDS.items():
-            found = node.find(key)
-            if found is not None:
-                setattr(states, name, self._bindings.number(found, key, f"gait_states.{name}"))
+        self._thresholds(node, states, symmetric)
         if (length := node.find("override_leg_length")) is not None:
             states.leg_length = length.number()
         if node.number_of("leg_load_sensor_delay", 0.0) != 0.0:
             node.fail("a leg_load_sensor_delay other than 0 is not known here")
         for one in node.need("ConditionalControllers").every("ConditionalController"):
             words = one.need("states").text().replace(",", ";").split(";")
+            sides = self._legs(one, symmetric)
             for group in words:
                 during = [self._state(one, word) for word in group.split()]
                 mask = "".join("1" if state in during else "0" for state in reversed(STATES))
-                for child in one.every("ReflexController"):
-                    self._reflexes(child, during, f"S{mask}.")
+                acting = Acting(during, f"S{mask}.", sides)
+                for child in one.every("ReflexController", "FeedForwardController"):
+                    read = self._group if child.key == "ReflexController" else self._patterns
+                    read(child, acting)
                     child.tell_unused()
             one.tell_unused()
         node.need("ConditionalControllers").tell_unused()
@@ -115,9 +100,55 @@ class _Reader:
 
     def reflexes(self, node: Node) -> None:
         """Reflexes that always act."""
-        self._reflexes(node, list(STATES), "")
+        self._group(node, self._always(node))
 
-    def _state(self, node: Node, word: str) -> str:
+    def feed_forward(self, node: Node) -> None:
+        """Patterns over the time of the simulation."""
+        self._patterns(node, self._always(node))
+
+    def noise(self, node: Node) -> None:
+        """Noise of all excitations."""
+        noise = GaitNoise()
+        for word, name in (("base_noise", "base"), ("proportional_noise", "proportional")):
+            if (found := node.find(word)) is not None:
+                setattr(noise, name, self._bindings.number(found, word, f"gait_states.noise.{name}"))
+        seed = node.number_of("random_seed", float(noise.seed))
+        if not (seed.is_integer() and 0 <= seed < 2**31):
+            node.fail(f"its random_seed must be a whole number from 0 on, is {seed:g}")
+        noise.seed = int(seed)
+        _labels(node)
+        self._states(node).noise = noise
+
+    def _always(self, node: Node) -> Acting:
+        name = node.string_of("name")
+        sides: tuple[Side, ...] = ("both",) if node.truth_of("symmetric", True) else ONES
+        return Acting(STATES, f"{name}." if name else "", sides)
+
+    def _legs(self, node: Node, symmetric: bool) -> tuple[Side, ...]:
+        """The legs that a controller of some states is of."""
+        legs = node.string_of("legs").lower()
+        if legs not in ("", "left", "right", "l", "r"):
+            node.fail(f"there are no legs {legs!r}, but left and right")
+        if legs:
+            return ("left",) if legs.startswith("l") else ("right",)
+        return ("both",) if symmetric else ONES
+
+    def _thresholds(self, node: Node, states: GaitStates, symmetric: bool) -> None:
+        """At what legs come from state to state, each at its own numbers unless they are alike."""
+        if not symmetric:
+            states.right = states.right or OwnThresholds()
+        for key, name in THRESHOLDS.items():
+            found = node.find(key)
+            if found is None:
+                continue
+            if states.right is None or symmetric:
+                setattr(states, name, self._bindings.number(found, key, f"gait_states.{name}"))
+            else:
+                left, right = (f"{prefix}{key}" for prefix in LEGS.values())
+                setattr(states, name, self._bindings.number(found, left, f"gait_states.{name}"))
+                setattr(states.right, name, self._bindings.number(found, right, f"gait_states.right.{name}"))
+
+    def _state(self, node: Node, word: str) -> State:
         if word not in STATE_NAMES:
             node.fail(f"there is no state {word!r}; there are {', '.join(STATE_NAMES)}")
         return STATE_NAMES[word]
@@ -128,67 +159,68 @@ class _Reader:
             self._scene.gait_states = GaitStates({}, base=base, leg_length=length)
         return self._scene.gait_states
 
-    def _reflexes(self, node: Node, during: list[str], prefix: str) -> None:
+    def _group(self, node: Node, acting: Acting) -> None:
+        """The reflexes of a controller."""
         _labels(node)
+        if not node.truth_of("dual_sided", True):
+            node.fail("only reflexes of both legs are known here: leave out dual_sided")
+        reflexes = self._states(node).reflexes
         for group in [node, *node.every("Reflexes")]:
             for child in group.children:
                 if child.key in REFLEXES:
                     child.used = True
-                    self._reflex(child, during, prefix)
+                    self._reflexes.read(child, acting, reflexes)
             if group is not node:
                 group.tell_unused("reflexes are " + ", ".join(REFLEXES))
 
-    def _reflex(self, node: Node, during: list[str], prefix: str) -> None:
-        states, kind = self._states(node), node.key
-        target, source = node.need("target"), node.find("source")
-        muscle, sensed = target.text(), "" if source is None else source.text()
-        own = muscle if not sensed or sensed == muscle else f"{muscle}-{sensed}"
-        own = node.string_of("par_name") or own
-        key = key_of(f"{prefix}{own}", states.reflexes)
-        place = f"gait_states.reflexes.{key}"
-        reflex = GaitReflex(muscle, during=list(during))  # type: ignore[arg-type]
-        self._known(target, muscle, self._scene.character.muscles, "muscle")
-        names, negative = (OF_JOINT, NEGATIVE_JOINT) if kind == "DofReflex" else (OF_MUSCLE, NEGATIVE_MUSCLE)
-        if kind == "DofReflex":
-            if source is None:
-                node.fail("there is no `source` in it")
-            reflex.joint = ROOT if sensed in self._root else sensed
-            if reflex.joint != ROOT:
-                self._known(source, sensed, self._scene.character.joints, "joint")
-            elif self._root and sensed != self._root[0]:
-                source.fail(f"of the root only its turn {self._root[0]!r} can be sensed")
-        elif sensed and source is not None:
-            reflex.of = "" if sensed == muscle else sensed
-            self._known(source, sensed, self._scene.character.muscles, "muscle")
-        for word, name in names.items():
-            found = node.find(word)
-            if found is not None:
-                setattr(reflex, name, self._bindings.number(found, f"{prefix}{own}.{word}", f"{place}.{name}"))
-        reflex.positive = [signal for word, (signal, usual) in negative.items() if not node.truth_of(word, usual)]  # type: ignore[misc]
-        if (delay := node.find("delay")) is not None:
-            reflex.delay = self._bindings.number(delay, f"{prefix}{own}.delay", f"{place}.delay")
-        if kind == "ConditionalMuscleReflex":
-            self._condition(node, reflex, f"{prefix}{own}", place)
-        if node.number_of("condition", 0.0) != 0.0:
-            node.fail("a condition of the sign is not known here")
-        node.tell_unused()
-        states.reflexes[key] = reflex
+    def _patterns(self, node: Node, acting: Acting) -> None:
+        """A pattern of each muscle that is included, alike for both legs or one for each."""
+        _labels(node)
+        function = node.find("Function", *FUNCTIONS, *(f"{name}Function" for name in FUNCTIONS))
+        if function is None:
+            node.fail(f"there is no function in it; there are {', '.join(FUNCTIONS)}")
+        word = function.need("type").text() if function.key == "Function" else function.key
+        if word.removesuffix("Function") not in FUNCTIONS:
+            function.fail(f"there is no function {word!r}; there are {', '.join(FUNCTIONS)}")
+        shape = FUNCTIONS[word.removesuffix("Function")]
+        include, exclude = node.string_of("include", "*"), node.string_of("exclude")
+        muscles = self._scene.character.muscles
+        names = dict.fromkeys(
+            name.removesuffix("_l").removesuffix("_r")
+            for name in muscles
+            if _matches(name, include) and not _matches(name, exclude)
+        )
+        if not names:
+            node.fail(f"no muscle is included: {include!r} without {exclude!r}")
+        patterns = self._states(node).patterns
+        for side in acting.sides:
+            for name in names:
+                own = f"{acting.prefix}{name}{SUFFIX[side]}"
+                key = key_of(own, patterns)
+                self._reflexes.known(node, name, muscles, "muscle")
+                numbers = self._knots(function, shape, own, f"gait_states.patterns.{key}")
+                flat = function.truth_of("flat_extrapolation", False)
+                patterns[key] = GaitPattern(
+                    name, numbers[0], during=list(acting.during), side=side, shape=shape, intervals=numbers[1],
+                    flat=flat and shape == "linear",
+                )  # fmt: skip
+        function.tell_unused()
 
-    def _condition(self, node: Node, reflex: GaitReflex, own: str, place: str) -> None:
-        """The joint that silences a reflex beyond an interval."""
-        joint = node.need("dof")
-        reflex.within_joint = joint.text()
-        self._known(joint, joint.text(), self._scene.character.joints, "joint")
-        for word, name in (("pos_min", "within_low"), ("pos_max", "within_high")):
-            found = node.find(word)
-            if found is not None:
-                number = self._bindings.number(found, f"{own}-{joint.text()}.{word}", f"{place}.{name}")
-                setattr(reflex, name, number)
-
-    def _known(self, node: Node, name: str, names: Mapping[str, object], what: str) -> None:
-        for side in "lr":
-            if sided(name, names, side) not in names:
-                node.fail(f"there is no {what} {name!r} in the model, nor {name}_{side}")
+    def _knots(self, node: Node, shape: Shape, own: str, place: str) -> tuple[list[Number], list[Number]]:
+        """The values and the intervals of a pattern, each with a name of its own."""
+        if shape == "polynomial":
+            degree = node.find("degree", "order") or node.need("degree")
+            terms = [node.need(f"coefficient{k}") for k in range(_count(degree, 0) + 1)]
+            numbers = [self._bindings.number(x, f"{own}.C{k}", f"{place}.values.{k}") for k, x in enumerate(terms)]
+            return numbers, []
+        knots, value = _count(node.need("control_points"), 1), node.need("control_point_y")
+        values = [self._bindings.number(value, f"{own}.Y{k}", f"{place}.values.{k}") for k in range(knots)]
+        if knots == 1:
+            node.find("control_point_dt")
+            return values, []
+        step = node.need("control_point_dt")
+        steps = [self._bindings.number(step, f"{own}.DT{k}", f"{place}.intervals.{k}") for k in range(knots - 1)]
+        return values, steps
 
 
 def leg_of(character: Character) -> tuple[str, float]:
@@ -204,23 +236,28 @@ def leg_of(character: Character) -> tuple[str, float]:
     return character.root, length or 1.0
 
 
+def _count(node: Node, least: int) -> int:
+    """A whole number of knots or coefficients."""
+    number = node.number()
+    if not (number.is_integer() and least <= number <= MOST_KNOTS):
+        node.fail(f"must be a whole number from {least} to {MOST_KNOTS}, is {number:g}")
+    return int(number)
+
+
+def _matches(name: str, patterns: str) -> bool:
+    """Whether a name is one of some patterns with * and ?, which semicolons separate."""
+    return any(fnmatchcase(name, pattern.strip()) for pattern in patterns.split(";") if pattern.strip())
+
+
 def _labels(node: Node) -> None:
     for label in LABELS:
         node.find(label)
 
 
-def key_of(name: str, taken: Mapping[str, object]) -> str:
-    """A key of a scene for a name of SCONE's, which no other one has."""
-    key = name.replace(".", "_")
-    number = 2
-    while key in taken:
-        key, number = f"{name.replace('.', '_')}_{number}", number + 1
-    return key
-
-
-REFLEXES = ("MuscleReflex", "ConditionalMuscleReflex", "DofReflex")
 CONTROLLERS: dict[str, Callable[[_Reader, Node], None]] = {
     "GaitStateController": _Reader.gait_states,
     "ReflexController": _Reader.reflexes,
+    "FeedForwardController": _Reader.feed_forward,
+    "NoiseController": _Reader.noise,
     "CompositeController": _Reader.composite,
 }

@@ -8,12 +8,13 @@ from pathlib import Path
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import load_model
-from warpmuscle.formats.scone.controller import CONTROLLERS, Bindings, read_controllers
+from warpmuscle.formats.scone.controller import CONTROLLERS, read_controllers
 from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.measures import MEASURES, read_measures
 from warpmuscle.formats.scone.model import HyfydyModel, Options, read_model
 from warpmuscle.formats.scone.numbers import FreeNumber, read_number
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters
+from warpmuscle.formats.scone.reflexes import Bindings
 from warpmuscle.formats.scone.start import matches, put_load, put_start, read_states
 from warpmuscle.formats.scone.zml import Node, find_beside, parse
 from warpmuscle.scene import Scene
@@ -103,7 +104,8 @@ class _Scenario:
         scene = found.scene
         scene.name, scene.time_step = self._path.stem, TIME_STEP
         scene.duration = objective.number_of("max_duration", 10.0)
-        read_controllers(objective.every(*CONTROLLERS), scene, found.root, self._bindings)
+        root = {name: found.coordinates[name] for name in found.root if name in found.coordinates}
+        read_controllers(objective.every(*CONTROLLERS), scene, root, self._bindings, self._notes)
         read_measures(objective.every(*MEASURES), scene, self._notes)
         objective.tell_unused(f"controllers are {', '.join(CONTROLLERS)}, measures {', '.join(MEASURES)}")
         if scene.gait_states is not None:

@@ -6,10 +6,11 @@ import re
 from pathlib import Path
 
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.scone.controller import OF_JOINT, OF_MUSCLE, THRESHOLDS
+from warpmuscle.formats.scone.controller import LEGS, THRESHOLDS
 from warpmuscle.formats.scone.numbers import AUTO_FACTOR, LEAST_SPREAD
 from warpmuscle.formats.scone.parameters import Parameter, write_parameters
-from warpmuscle.scene import GaitReflex, Scene
+from warpmuscle.formats.scone.reflexes import OF_ANGLE, OF_MUSCLE, OF_POSITION
+from warpmuscle.scene import GaitReflex, GaitStates, Scene
 from warpmuscle.scene.parameters import free_parameters
 
 PREFIX = re.compile(r"(S[01]{5})_(.+)")
@@ -21,24 +22,46 @@ def parameter_name(path: str, scene: Scene) -> str:
     table, _, rest = path.partition(".")
     if table != "gait_states" or scene.gait_states is None:
         return ""
+    if rest.startswith("patterns."):
+        return _pattern_name(rest.removeprefix("patterns."), scene.gait_states)
     reflex, _, field = rest.removeprefix("reflexes.").rpartition(".")
-    if not reflex:
-        return next((word for word, own in THRESHOLDS.items() if own == field), "")
+    if reflex == "noise":
+        return f"{field}_noise"
+    if reflex in ("", "right"):
+        leg = LEGS["right" if reflex else "left"] if scene.gait_states.right is not None else ""
+        return next((f"{leg}{word}" for word, own in THRESHOLDS.items() if own == field), "")
     one = scene.gait_states.reflexes.get(reflex)
     if one is None:
         return ""
-    found = PREFIX.fullmatch(reflex)
-    name = f"{found[1]}.{found[2]}" if found is not None else reflex
+    name = _prefixed(reflex)
     word = _word(one, field)
     if field in ("within_low", "within_high"):
         return f"{name}-{one.within_joint}.{word}"
     return f"{name}.{word}" if word else ""
 
 
+def _prefixed(key: str) -> str:
+    """The name of a key, which may begin with states."""
+    found = PREFIX.fullmatch(key)
+    return f"{found[1]}.{found[2]}" if found is not None else key
+
+
+def _pattern_name(path: str, states: GaitStates) -> str:
+    """SCONE's name of a value or an interval of a pattern."""
+    key, _, rest = path.partition(".")
+    field, _, index = rest.partition(".")
+    if key not in states.patterns or not index.isdigit():
+        return ""
+    value = "C" if states.patterns[key].shape == "polynomial" else "Y"
+    return f"{_prefixed(key)}.{value if field == 'values' else 'DT'}{index}"
+
+
 def _word(reflex: GaitReflex, field: str) -> str:
     """What SCONE calls a number of a reflex."""
     own = {"delay": "delay", "within_low": "pos_min", "within_high": "pos_max"}
-    for word, name in (OF_JOINT if reflex.joint else OF_MUSCLE).items():
+    positions = reflex.point is not None or reflex.balance is not None
+    angles = bool(reflex.joint) or reflex.turn is not None
+    for word, name in (OF_POSITION if positions else OF_ANGLE if angles else OF_MUSCLE).items():
         own.setdefault(name, word)
     return own.get(field, "")
 

@@ -7,24 +7,18 @@ renewed once a control step, from what was sensed a reflex's delay ago and from 
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.spatial import heading
 from warpmuscle.kernels.contact.contact import body_weight
-from warpmuscle.kernels.control.reflex import forward_lean
+from warpmuscle.kernels.control.gait_patterns import noise_of, patterns, renew_patterns
+from warpmuscle.kernels.control.gait_sensors import sensed
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.gait_state_structs import (
-    ANGLE,
-    ANGLE_RATE,
     EARLY_STANCE,
-    FIBRE_LENGTH,
-    FIBRE_VELOCITY,
     LANDING,
     LATE_STANCE,
-    LEAN_RATE,
     LIFTOFF,
     NOTHING,
     SWING,
     UNKNOWN,
-    GaitSensor,
     GaitThresholds,
     StateReflexRow,
 )
@@ -46,15 +40,15 @@ def first_state(ahead: float, other_ahead: float, loaded: bool, other_loaded: bo
 
 @func
 def next_state(
-    now: int, ahead: float, other_ahead: float, load: float, other_load: float, limits: GaitThresholds
+    now: int, ahead: float, other_ahead: float, load: float, other_loaded: bool, limits: GaitThresholds
 ) -> int:
     """The state of a leg after a control step; it goes one state on at most.
 
     Args:
-        now: before. ahead, other_ahead: of both feet in front of the base, m. load, other_load: on both, body weights.
+        now: before. ahead, other_ahead: of both feet in front of the base, m. load: on the leg, body weights.
+        other_loaded: whether the other leg carries what lets it stand. limits: of the leg.
     """
     loaded = load > limits.stance_load
-    other_loaded = other_load > limits.stance_load
     behind = other_loaded and ahead < other_ahead
     if now == UNKNOWN:
         return first_state(ahead, other_ahead, loaded, other_loaded, limits)
@@ -95,33 +89,20 @@ def leg_weight(instance: int, side: int, model: ModelRef, state: StateRef) -> fl
 @func
 def renew_states(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Both legs' states, each by what was before. One lane calls it."""
-    limits = at(model.gait.thresholds, instance, 0)
+    limits = at(model.gait.thresholds, instance, LEFT)
+    right_limits = at(model.gait.thresholds, instance, 1 - LEFT)
     base = centre_of_mass(instance, model.gait.base, model, work)[2]
     left = centre_of_mass(instance, model.feet.left, model, work)[2] - base
     right = centre_of_mass(instance, model.feet.right, model, work)[2] - base
     left_load = leg_weight(instance, LEFT, model, state)
     right_load = leg_weight(instance, 1 - LEFT, model, state)
     phase = state.gait.phase
-    phase[instance, LEFT] = next_state(phase[instance, LEFT], left, right, left_load, right_load, limits)
-    phase[instance, 1 - LEFT] = next_state(phase[instance, 1 - LEFT], right, left, right_load, left_load, limits)
-
-
-@func
-def sensed(instance: int, sensor: GaitSensor, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
-    """What a sensor tells: of muscles as they were in the step before, else as it is."""
-    kind = sensor.kind
-    source = sensor.source
-    if kind < ANGLE:
-        fibre = state.muscles.sensed[instance, source]
-        return wp.where(kind == FIBRE_LENGTH, fibre[0], wp.where(kind == FIBRE_VELOCITY, fibre[1], fibre[2]))
-    plan = model.skeleton.plan[source]
-    if kind == ANGLE:
-        return state.coordinates[instance, plan.coordinate_start]
-    if kind == ANGLE_RATE:
-        return state.speeds[instance, plan.speed_start]
-    up = work.rotation[source] * wp.vec3(0.0, 1.0, 0.0)
-    lean = forward_lean(up, work.angular_velocity[source], heading(work.orientation[0]))
-    return wp.where(kind == LEAN_RATE, lean[1], lean[0])
+    phase[instance, LEFT] = next_state(
+        phase[instance, LEFT], left, right, left_load, right_load > right_limits.stance_load, limits
+    )
+    phase[instance, 1 - LEFT] = next_state(
+        phase[instance, 1 - LEFT], right, left, right_load, left_load > limits.stance_load, right_limits
+    )
 
 
 @func
@@ -133,7 +114,7 @@ def heard(instance: int, sensor: int, control_step: int, delay_steps: int, state
 
 @func
 def state_excitation(instance: int, muscle: int, control_step: int, model: ModelRef, state: StateRef) -> float:
-    """Excitation of a muscle by the reflexes that act in the state of its leg, from the least one to 1."""
+    """Excitation of a muscle by what acts in the state of its leg, with its noise, from the least one to 1."""
     gait = model.gait
     span = gait.span[muscle]
     bit = 1 << (state.gait.phase[instance, span.side] - 1)
@@ -150,7 +131,10 @@ def state_excitation(instance: int, muscle: int, control_step: int, model: Model
             if plan.sensor != NOTHING:
                 signal = heard(instance, plan.sensor, control_step, row.delay_steps, state)
             total += state_reflex_term(signal, row, plan.positive)
-    return wp.clamp(total, at(gait.thresholds, instance, 0).least, 1.0)
+    limits = at(gait.thresholds, instance, 0)
+    total += patterns(instance, muscle, control_step, model, state)
+    total += noise_of(total, muscle, control_step, limits, gait.noise_seed)
+    return wp.clamp(total, limits.least, 1.0)
 
 
 @func
@@ -166,6 +150,7 @@ def gait_state_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
         slot = control_step & (state.gait.heard.shape[1] - 1)
         if lane == 0:
             renew_states(instance, model, state, work)
+            renew_patterns(instance, control_step, model, state)
         for s in range(lane, gait.sensor.shape[0], lanes):
             state.gait.heard[instance, slot, s] = sensed(instance, gait.sensor[s], model, state, work)
         synchronize()

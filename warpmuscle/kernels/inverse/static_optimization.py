@@ -13,7 +13,7 @@ matrices are small. A group of a run of frames is a thread's; within a run, boun
 before.
 
 Where muscles do not suffice, multipliers of reserves are so large that single precision does not tell how muscles
-balance each other: such frames are solved again in double precision.
+balance each other: such frames stop coming closer, and are solved again in double precision, from where they are.
 """
 
 from functools import cache
@@ -28,25 +28,23 @@ from warpmuscle.kernels.inverse.static_optimization_steps import (
     Frames,
     Group,
     Groups,
-    Types,
     balance_of,
     begin_of,
     step_length_of,
-    types_of,
 )
 
 ITERATIONS = 60  # of Newton's method at most
 BALANCED = 2.0e-5  # of what a coordinate's muscles can make, (sum B^2 + D^2)^1/2, that the balance may miss
 LEAST_PIVOT = 1.0e-7  # of a diagonal entry
+CLOSE, STALLED = 1.0e-3, 2  # a balance that is missed by less, and is not halved so often, is rounding
 
 
 @cache
-def newton_step_of(types: Types) -> Any:
+def newton_step_of(real: Any) -> Any:
     """The Warp function (n, H, h, d) of d = -H^-1 h by Cholesky's factors, in place of the lower half of H."""
-    real, vector, matrix = types.real, types.vector, types.matrix
 
     @wp.func
-    def newton_step(n: int, hessian: wp.ref[matrix], h: wp.ref[vector], d: wp.ref[vector]):
+    def newton_step(n: int, hessian: wp.array2d[real], h: wp.array[real], d: wp.array[real]):
         for i in range(n):
             diagonal = hessian[i, i]
             for j in range(i):
@@ -84,12 +82,13 @@ def static_optimization_of(
 
     What the kernel takes and gives:
         runs: (2, runs) first frames of runs, and those after their last. activation: (frames, muscles).
-        multiplier: (frames, speeds). iterations: (frames, groups), -1 where the balance was not reached.
+        multiplier: (frames, speeds); in double precision also where the search begins.
+        iterations: (frames, groups), -1 where the balance was not reached.
     """
-    types = types_of(coordinates, muscles, rates, real)
-    vector, matrix, by_muscle, bounds = types.vector, types.matrix, types.by_muscle, types.bounds
-    begin, balance, newton_step = begin_of(types, rates), balance_of(law, types, rates), newton_step_of(types)
-    step_length = step_length_of(law, types, rates)
+    begin, balance, newton_step = begin_of(rates, real), balance_of(law, rates, real), newton_step_of(real)
+    step_length, single = step_length_of(law, rates, real), real is wp.float32
+    n, m = max(coordinates, 1), max(muscles, 1)
+    bounds = m if rates else 1
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
@@ -104,37 +103,47 @@ def static_optimization_of(
         g.coordinates = groups.first_coordinate[group + 1] - g.first
         g.first_muscle = groups.first_muscle[group]
         g.muscles = groups.first_muscle[group + 1] - g.first_muscle
-        all_groups = groups
-        all_frames = frames
-        costs = cost
-        y = by_muscle()
-        dy = by_muscle()
-        lows = bounds()
-        highs = bounds()
-        x = vector()
-        d = vector()
-        h = vector()
-        scale = vector()
-        hessian = matrix()
+        y = wp.zeros(shape=m, dtype=real)
+        dy = wp.zeros(shape=m, dtype=real)
+        lows = wp.zeros(shape=bounds, dtype=real)
+        highs = wp.zeros(shape=bounds, dtype=real)
+        x = wp.zeros(shape=n, dtype=real)
+        d = wp.zeros(shape=n, dtype=real)
+        h = wp.zeros(shape=n, dtype=real)
+        scale = wp.zeros(shape=n, dtype=real)
+        hessian = wp.zeros(shape=(n, n), dtype=real)
         for f in range(runs[0, run], runs[1, run]):
             g.frame = f
-            begin(g, runs[0, run], all_groups, all_frames, costs, activation, lows, highs, scale, x)
+            begin(g, runs[0, run], groups, frames, cost, activation, lows, highs, scale, x)
             count = wp.int32(0)
+            known = wp.int32(0)  # whether it goes on
+            if wp.static(not single):
+                for i in range(g.coordinates):
+                    nearly = multiplier[f, groups.coordinate[g.first + i]]
+                    if wp.isfinite(nearly) and nearly != 0.0:
+                        x[i] = real(nearly)
+                        known = 1
             done = wp.int32(0)
+            before = real(1.0e30)
+            stalled = wp.int32(0)
             while done == 0:
-                balance(g, all_groups, all_frames, costs, lows, highs, x, activation, y, h, hessian)
+                balance(count + known, g, groups, frames, cost, lows, highs, x, activation, y, h, hessian)
                 error = real(0.0)
                 for i in range(g.coordinates):
                     error = wp.max(error, wp.abs(h[i]) * scale[i])
+                if wp.static(single):  # noqa: SIM102, with `and` it would be compiled in all the same
+                    if error < real(CLOSE) and error > real(0.5) * before:
+                        stalled += 1
+                before = error
                 if error < real(BALANCED):
                     done = 1
-                elif count == ITERATIONS or not (error < real(1.0e30)):
+                elif count == ITERATIONS or stalled == STALLED or not (error < real(1.0e30)):
                     done = 1
                     count = -1
                 else:
                     count += 1
                     newton_step(g.coordinates, hessian, h, d)
-                    t = step_length(g, all_groups, all_frames, costs, lows, highs, x, h, d, y, dy)
+                    t = step_length(g, groups, frames, cost, lows, highs, x, h, d, y, dy)
                     for i in range(g.coordinates):
                         x[i] = x[i] + t * d[i]
             for i in range(g.coordinates):

@@ -4,7 +4,7 @@ See `static_optimization.py` for the method.
 """
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import warp as wp
 
@@ -60,25 +60,6 @@ class Group:
     muscles: int
 
 
-class Types(NamedTuple):
-    """Vectors and matrices that have room for a group, in a precision."""
-
-    real: Any
-    vector: Any  # (coordinates,)
-    matrix: Any  # (coordinates, coordinates)
-    by_muscle: Any  # (muscles,)
-    bounds: Any  # (muscles,), or (1,) where bounds do not follow from the frame before
-
-
-@cache
-def types_of(coordinates: int, muscles: int, rates: bool, real: Any) -> Types:
-    """The types for groups of so many coordinates and muscles at most; see `static_optimization_of`."""
-    n, m = max(coordinates, 1), max(muscles, 1)
-    vector, by_muscle = (wp.types.vector(length=count, dtype=real) for count in (n, m))
-    bounds = wp.types.vector(length=m if rates else 1, dtype=real)
-    return Types(real, vector, wp.types.matrix(shape=(n, n), dtype=real), by_muscle, bounds)
-
-
 @cache
 def activation_of(law: int, real: Any) -> Any:
     """The Warp function (y, gain, shift, exponent, low, high) -> activation and its slope by y, in a precision.
@@ -104,19 +85,17 @@ def activation_of(law: int, real: Any) -> Any:
 
 
 @cache
-def begin_of(types: Types, rates: bool) -> Any:
+def begin_of(rates: bool, real: Any) -> Any:
     """The Warp function that begins a frame: bounds by muscle, scales by coordinate, and no multipliers.
 
     Args:
         rates: see `static_optimization_of`. A scale is 1 over what muscles and reserve of a coordinate can make.
     """
-    real, vector, bounds = types.real, types.vector, types.bounds
 
     @wp.func
     def begin(
-        g: Group, start: int, groups: wp.ref[Groups], frames: wp.ref[Frames], cost: wp.ref[Cost],
-        activation: wp.array2d[float], lows: wp.ref[bounds], highs: wp.ref[bounds], scale: wp.ref[vector],
-        x: wp.ref[vector],
+        g: Group, start: int, groups: Groups, frames: Frames, cost: Cost, activation: wp.array2d[float],
+        lows: wp.array[real], highs: wp.array[real], scale: wp.array[real], x: wp.array[real],
     ):  # fmt: skip
         f = g.frame
         for i in range(g.coordinates):
@@ -146,16 +125,14 @@ def begin_of(types: Types, rates: bool) -> Any:
 
 
 @cache
-def answer_of(law: int, types: Types, rates: bool) -> Any:
+def answer_of(law: int, rates: bool, real: Any) -> Any:
     """The Warp function of the activation with which a muscle answers y, and its slope by y."""
-    real, bounds, answer = types.real, types.bounds, activation_of(law, types.real)
-    pair = wp.types.vector(length=2, dtype=real)
+    answer, pair = activation_of(law, real), wp.types.vector(length=2, dtype=real)
 
     @wp.func
     def answered(
-        y: real, g: Group, j: int, groups: wp.ref[Groups], cost: wp.ref[Cost], lows: wp.ref[bounds],
-        highs: wp.ref[bounds],
-    ) -> pair:  # fmt: skip
+        y: real, g: Group, j: int, groups: Groups, cost: Cost, lows: wp.array[real], highs: wp.array[real]
+    ) -> pair:
         muscle = groups.muscle[g.first_muscle + j]
         costs = wp.min(g.frame, cost.gain.shape[0] - 1)
         least = real(cost.low[muscle])
@@ -171,16 +148,19 @@ def answer_of(law: int, types: Types, rates: bool) -> Any:
 
 
 @cache
-def balance_of(law: int, types: Types, rates: bool) -> Any:
-    """The Warp function that puts in activations, y = B^T m by muscle, the balance h, and its slope H by m."""
-    real, vector, matrix, by_muscle, bounds = types
-    answered = answer_of(law, types, rates)
+def balance_of(law: int, rates: bool, real: Any) -> Any:
+    """The Warp function that puts in activations, y = B^T m by muscle, the balance h, and its slope H by m.
+
+    At the start (`step` 0) muscles count as free of their bounds, at which most of them are: without them H would have
+    the reserves alone, and a step many times too long.
+    """
+    answered = answer_of(law, rates, real)
 
     @wp.func
     def balance(
-        g: Group, groups: wp.ref[Groups], frames: wp.ref[Frames], cost: wp.ref[Cost], lows: wp.ref[bounds],
-        highs: wp.ref[bounds], x: wp.ref[vector], activation: wp.array2d[float], y: wp.ref[by_muscle],
-        h: wp.ref[vector], hessian: wp.ref[matrix],
+        step: int, g: Group, groups: Groups, frames: Frames, cost: Cost, lows: wp.array[real], highs: wp.array[real],
+        x: wp.array[real], activation: wp.array2d[float], y: wp.array[real], h: wp.array[real],
+        hessian: wp.array2d[real],
     ):  # fmt: skip
         f = g.frame
         for i in range(g.coordinates):
@@ -205,8 +185,11 @@ def balance_of(law: int, types: Types, rates: bool) -> Any:
             for e in range(begin, end):
                 i = groups.place[e]
                 h[i] = h[i] + real(frames.moment_arm[f, groups.lever[e]]) * pull
-            if a[1] > real(0.0):
-                slope = a[1] * force * force
+            slope = a[1]
+            if step == 0:
+                slope = real(cost.gain[wp.min(f, cost.gain.shape[0] - 1), muscle])
+            if slope > real(0.0):
+                slope *= force * force
                 for e in range(begin, end):
                     i = groups.place[e]
                     part = real(frames.moment_arm[f, groups.lever[e]]) * slope
@@ -218,19 +201,17 @@ def balance_of(law: int, types: Types, rates: bool) -> Any:
 
 
 @cache
-def step_length_of(law: int, types: Types, rates: bool) -> Any:
+def step_length_of(law: int, rates: bool, real: Any) -> Any:
     """The Warp function of the step along d to where the slope of the convex function is zero.
 
     The slope rises with the step: the zero is found by its own rate, within a bracket.
     """
-    real, vector, _, by_muscle, bounds = types
-    answered = answer_of(law, types, rates)
+    answered = answer_of(law, rates, real)
 
     @wp.func
     def step_length(
-        g: Group, groups: wp.ref[Groups], frames: wp.ref[Frames], cost: wp.ref[Cost], lows: wp.ref[bounds],
-        highs: wp.ref[bounds], x: wp.ref[vector], h: wp.ref[vector], d: wp.ref[vector], y: wp.ref[by_muscle],
-        dy: wp.ref[by_muscle],
+        g: Group, groups: Groups, frames: Frames, cost: Cost, lows: wp.array[real], highs: wp.array[real],
+        x: wp.array[real], h: wp.array[real], d: wp.array[real], y: wp.array[real], dy: wp.array[real],
     ) -> real:  # fmt: skip
         start = real(0.0)
         constant = real(0.0)

@@ -12,17 +12,17 @@ from warpmuscle.kernels.objective import term_functions as terms
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, at
 
-WANG, UMBERGER, BHARGAVA, BHARGAVA_STRICT = 0, 1, 2, 3
+WANG, UMBERGER, BHARGAVA, BHARGAVA_STRICT, MARGARIA = 0, 1, 2, 3, 4
 
 
 @cache
 def muscle_effort_of(own: Shaped | None = None) -> Any:
     """The kernel `muscle_effort` for muscles whose curves have shapes of their own."""
-    passive_force, wang, umberger, bhargava, strict = (
+    passive_force, wang, umberger, bhargava, strict, margaria = (
         with_curves(function, own)
         for function in (
             terms.passive_force, terms.metabolic_wang, terms.metabolic_umberger, terms.metabolic_bhargava,
-            terms.metabolic_bhargava_strict,
+            terms.metabolic_bhargava_strict, terms.metabolic_margaria,
         )
     )  # fmt: skip
 
@@ -53,6 +53,8 @@ def muscle_effort_of(own: Shaped | None = None) -> Any:
             power[i, m] = umberger(0, m, w, model)
         elif metabolic_model == BHARGAVA:
             power[i, m] = bhargava(0, m, w, model)
+        elif metabolic_model == MARGARIA:
+            power[i, m] = margaria(0, m, w, model)
         else:
             power[i, m] = strict(0, m, w, model)
 

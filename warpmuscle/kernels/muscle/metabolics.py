@@ -1,4 +1,4 @@
-"""Metabolic power of a muscle by three published models, W.
+"""Metabolic power of a muscle by four published models, W.
 
 All take the state of one muscle: activation and excitation 0..1; length of the fibre over l_opt; lengthening speed of
 the fibre in m/s; force of the contractile element without its passive part, N; `iso`: active force-length multiplier;
@@ -10,6 +10,7 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 
+UP, DOWN = 0.25, 1.2  # efficiencies of fibres that shorten, and that lengthen
 EFFORT_POWER = 0.6  # of the activation in Umberger's heat rates
 AEROBIC = 1.5  # scaling of his heat rates
 
@@ -51,6 +52,19 @@ def bhargava_power(
     if speed <= 0.0:
         heat -= 0.25 * force * speed
     return heat + fibre_work(force, speed, negative_share)
+
+
+@func
+def margaria_power(
+    activation: float, excitation: float, length: float, speed: float, force: float, iso: float, slow: float,
+    mass: float, negative_share: float,
+) -> float:  # fmt: skip
+    """Work alone: of fibres that shorten at 25 %, of those that lengthen at -120 % (Margaria 1968, of steep slopes).
+
+    Force without work costs nothing. What lengthening costs is in it, so `negative_share` does not count.
+    """
+    power = -force * speed
+    return wp.where(power > 0.0, power / UP, -power / DOWN)
 
 
 @func

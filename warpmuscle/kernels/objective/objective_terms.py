@@ -16,7 +16,7 @@ _TERMS = (
     Term("effort_cubed", "s", "activation cubed, summed over muscles and time", "muscle"),
     Term(
         "metabolic", "J", "metabolic energy of the muscles, and of the body at rest", "muscle",
-        models=("wang", "umberger", "bhargava"),
+        models=("wang", "umberger", "bhargava", "margaria"),
     ),
     Term(
         "cost_of_transport", "J/(kg m)", "metabolic energy over body mass and distance, counted as 1 m at least",

@@ -15,7 +15,13 @@ from warpmuscle.kernels.contact.contact import body_weight
 from warpmuscle.kernels.contact.gait_cycle import foot_part, step_part
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.muscle.metabolics import bhargava_power, bhargava_strict_power, umberger_power, wang_power
+from warpmuscle.kernels.muscle.metabolics import (
+    bhargava_power,
+    bhargava_strict_power,
+    margaria_power,
+    umberger_power,
+    wang_power,
+)
 from warpmuscle.kernels.muscle.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.objective.declaration import Scope
 from warpmuscle.kernels.objective.failure import turn_between
@@ -94,6 +100,17 @@ def metabolic_bhargava_strict(instance: int, m: int, w: MuscleWork, model: Model
     row = at(model.muscles.row, instance, m)
     l_opt = row.l_opt
     return bhargava_strict_power(
+        w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
+        row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
+    )  # fmt: skip
+
+
+@func
+def metabolic_margaria(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
+    """Metabolic power, W, see `metabolics.margaria_power`."""
+    row = at(model.muscles.row, instance, m)
+    l_opt = row.l_opt
+    return margaria_power(
         w.activation, w.excitation, w.length / l_opt, w.speed, contractile_force(instance, m, w, model), 0.0,
         row.slow_fibres, at(model.muscles.mass, instance, m), model.negative_share,
     )  # fmt: skip

@@ -12,23 +12,55 @@ import msgspec
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.part import Part
 
-STATES = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
 State = Literal["early_stance", "late_stance", "liftoff", "swing", "landing"]
-Signal = Literal["length", "velocity", "force", "angle", "rate"]
+STATES: tuple[State, ...] = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
+Signal = Literal["length", "velocity", "force", "angle", "rate", "position", "speed"]
+Side = Literal["both", "left", "right"]
+Shape = Literal["linear", "constant", "polynomial"]
+Fixed = tuple[float, float, float]
 ROOT = "root"  # what `joint` calls the lean of the root
+
+
+class SensedPoint(Part):
+    """A point of a body, sensed along a direction of the world, whose length is a factor: where it is, and how fast."""
+
+    body: str
+    direction: Annotated[Fixed, "1"]
+    place: Annotated[Fixed, "m"] = (0.0, 0.0, 0.0)  # from the body's centre of mass, in its axes
+
+
+class SensedTurn(Part):
+    """How far a body is turned about one of its axes: its rotation vector, rad, times this axis."""
+
+    body: str
+    axis: Annotated[Fixed, "1"]  # in the body, for a muscle of the right leg
+    mirrored: bool = True  # in the sagittal plane, for one of the left leg
+
+
+class SensedBalance(Part):
+    """Where the centre of mass is from a body, along a level direction that turns with the root, and how fast it goes.
+
+    For a muscle of the left leg the direction is mirrored in the sagittal plane.
+    """
+
+    direction: Annotated[Fixed, "1"]  # in the root, for a muscle of the right leg
+    pivot: str = ""  # the body; the middle between both feet if empty
 
 
 class GaitReflex(Part):
     """What some signals add to a muscle's excitation while its leg is in some states.
 
     It is constant + length_gain (length - length_offset) and the same of velocity and force of muscle `of`, and
-    angle_gain (angle_target - angle) + rate_gain (rate_target - rate) of `joint`, all sensed `delay` ago. Of signals in
-    `positive` only what they add beyond 0 counts.
+    angle_gain (angle_target - angle) + rate_gain (rate_target - rate) of `joint` or `turn`, and
+    position_gain (position_target - position) + speed_gain (speed_target - speed) of `point` or `balance`, all sensed
+    `delay` ago. Of signals in `positive` only what they add beyond 0 counts.
     Names are without their side: `soleus` stands for `soleus_l` and `soleus_r`, or for `lsoleus` and `rsoleus`.
     """
 
     muscle: str
     during: list[State]
+    side: Side = "both"  # whose muscle it acts on: for legs that are not alike
+    opposite: bool = False  # what is sensed is of the other leg
     delay: Annotated[Number, "s"] = 0.0
     constant: Annotated[Number, "1"] = 0.0
     of: str = ""  # muscle that is sensed; the muscle itself if empty
@@ -43,10 +75,51 @@ class GaitReflex(Part):
     angle_target: Annotated[Number, "rad"] = 0.0
     rate_gain: Annotated[Number, "s/rad"] = 0.0
     rate_target: Annotated[Number, "rad/s"] = 0.0
+    turn: SensedTurn | None = None
+    point: SensedPoint | None = None
+    balance: SensedBalance | None = None
+    position_gain: Annotated[Number, "1/m"] = 0.0
+    position_target: Annotated[Number, "m"] = 0.0
+    speed_gain: Annotated[Number, "s/m"] = 0.0
+    speed_target: Annotated[Number, "m/s"] = 0.0
     positive: list[Signal] = msgspec.field(default_factory=lambda: list[Signal](["velocity"]))
     within_joint: str = ""  # beyond whose interval, and on the way further, the signals do not count
     within_low: Annotated[Number, "rad"] = -1.0e3
     within_high: Annotated[Number, "rad"] = 1.0e3
+
+
+class GaitPattern(Part):
+    """What is added to a muscle's excitation by the time since its leg came into some states, whatever is sensed.
+
+    `linear` goes straight from knot to knot, `constant` keeps a knot's value up to the next one, and of a `polynomial`
+    the values are the coefficients of time^0, time^1, and so on.
+    """
+
+    muscle: str
+    values: Annotated[list[Number], "1"]  # at the knots, the first of which is at 0
+    during: list[State] = msgspec.field(default_factory=lambda: list[State](STATES))
+    side: Side = "both"
+    shape: Shape = "linear"
+    intervals: Annotated[list[Number], "s"] = []  # from knot to knot
+    flat: bool = False  # of linear ones: beyond the last knot its value counts, not the line through the last two
+
+
+class OwnThresholds(Part):
+    """What differs for one leg; by default nothing."""
+
+    stance_load: Annotated[Number | None, "1"] = None
+    swing_load: Annotated[Number | None, "1"] = None
+    late_stance: Annotated[Number | None, "1"] = None
+    liftoff: Annotated[Number | None, "1"] = None
+    landing: Annotated[Number | None, "1"] = None
+
+
+class GaitNoise(Part):
+    """Noise of excitations: normal, drawn anew each control step, the same for all candidates of a search."""
+
+    base: Annotated[Number, "1"] = 0.0  # standard deviation
+    proportional: Annotated[Number, "1"] = 0.0  # the same of each excitation
+    seed: int = 123
 
 
 class GaitStates(Part):
@@ -66,6 +139,9 @@ class GaitStates(Part):
     landing: Annotated[Number, "1"] = 0.0
     control_step: Annotated[float, "s"] = 0.005
     least: Annotated[Number, "1"] = 0.01  # excitation that muscles always have
+    patterns: dict[str, GaitPattern] = {}  # by names of one's own
+    right: OwnThresholds | None = None  # of the right leg
+    noise: GaitNoise | None = None
 
 
 def sided(name: str, names: object, side: str) -> str:

@@ -30,6 +30,9 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
             raise SceneError("how often a torque counts is not negative", key=f"{key}.torque_by_joint.{joint}")
     if objective.basal_rate is not None:
         checks.not_negative(key, objective, "basal_rate")
+    if objective.metabolic_model == "margaria" and objective.metabolic_work == "net":
+        message = "the formula of Margaria says itself what lengthening fibres cost: leave it out"
+        raise SceneError(message, key=f"{key}.metabolic_work")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
     for name in ("tracking", *sorted(NORM_TERMS), "step_width"):

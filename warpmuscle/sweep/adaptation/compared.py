@@ -33,7 +33,7 @@ class Score:
     """How well changes of a quantity are predicted over the conditions of a kind."""
 
     quantity: str
-    kind: str
+    kind: str  # of KINDS, or one with the study that alone is counted
     conditions: int
     part: float  # of the measured changes, by least squares through 0; not a number where none was measured
     error: float  # root mean square, percent
@@ -72,18 +72,26 @@ def changes(records: Sequence[Record], found: Predictions) -> list[Change]:
 
 
 def scores(all_changes: Sequence[Change]) -> list[Score]:
-    """How well each quantity is predicted, by kind of condition."""
+    """How well each quantity is predicted by kind of condition, and by study where several have such conditions."""
     result = []
     for quantity in dict.fromkeys(change.quantity for change in all_changes):
         for kind in KINDS:
             mine = [one for one in all_changes if one.quantity == quantity and one.record.kind == kind]
             if not mine:
                 continue
-            x, y = (np.array([getattr(one, name) for one in mine]) for name in ("measured", "predicted"))
-            square = float(x @ x)
-            part = float(x @ y) / square if square > 0.0 else float("nan")
-            result.append(Score(quantity, kind, len(mine), part, float(np.sqrt(np.mean((y - x) ** 2)))))
+            result.append(_score(quantity, kind, mine))
+            studies = list(dict.fromkeys(one.record.study for one in mine))
+            for study in studies if len(studies) > 1 else ():
+                result.append(_score(quantity, f"{kind}, {study}", [one for one in mine if one.record.study == study]))
     return result
+
+
+def _score(quantity: str, kind: str, mine: Sequence[Change]) -> Score:
+    """How well some changes of a quantity are predicted."""
+    x, y = (np.array([getattr(one, name) for one in mine]) for name in ("measured", "predicted"))
+    square = float(x @ x)
+    part = float(x @ y) / square if square > 0.0 else float("nan")
+    return Score(quantity, kind, len(mine), part, float(np.sqrt(np.mean((y - x) ** 2))))
 
 
 def angle_changes(records: Sequence[Record], found: Predictions) -> list[AngleChange]:

@@ -27,6 +27,7 @@ FORMULAS = {
     "Wang, positive work": ("wang", "positive"), "Wang, net work": ("wang", "net"),
     "Umberger, positive work": ("umberger", "positive"), "Umberger, net work": ("umberger", "net"),
     "Bhargava, positive work": ("bhargava", "positive"), "Bhargava, net work": ("bhargava", "net"),
+    "Margaria, 25 and -120 % of work": ("margaria", "positive"),
 }  # fmt: skip
 TITLES = ("Hip flexion", "Knee flexion", "Ankle dorsiflexion")
 

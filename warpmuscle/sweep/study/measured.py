@@ -17,6 +17,8 @@ from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.gait.table import unit_of
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
+from warpmuscle.scene import Scene
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.studies.conditions import (
     Cell,
@@ -35,6 +37,7 @@ from warpmuscle.sweep.run import SweepResult
 from warpmuscle.sweep.study.table import Study
 
 COST = "cost"  # a measure of any search
+POWER = "metabolic power in all"  # W, of the body with its loads
 UNSEEN = ("target speed", "norm band", " at")  # ends of names of what is no measure by itself
 
 
@@ -131,16 +134,25 @@ def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
             measures[name], units[name] = float(value), unit
     walked, why = Status(int(evaluations.status[best.index])) == Status.COMPLETED, ""
     try:
-        measures |= gait_measures(result.replays[0], recorded_scene(result))
+        scene = recorded_scene(result)
+        found = gait_measures(result.replays[0], scene)
+        measures |= found | in_all(found, scene)
     except Error as error:  # of what has no legs, or fell before a whole cycle
         why = str(error)
     return MeasuredRun(run, condition, series, walked, measures, why, units)
 
 
+def in_all(measures: Measures, scene: Scene) -> Measures:
+    """The metabolic power of a numeric scene's whole body with its loads, W, if that for each kilogram is known."""
+    power = measures.get("metabolic power")
+    return {} if power is None else {POWER: power * body_mass(scene.character)}
+
+
 def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
     given = dict.fromkeys(name for run in runs for name, value in run.measures.items() if value is not None)
-    names = _named(study, [name for name in given if not name.endswith(UNSEEN)])
-    units = {COST: ""} | {name: unit for run in runs for name, unit in run.units.items()}
+    any_walked = any(run.walked for run in runs)
+    names = _named(study, [name for name in given if not name.endswith(UNSEEN)], any_walked)
+    units = {COST: "", POWER: "W"} | {name: unit for run in runs for name, unit in run.units.items()}
     rows = []
     for series in dict.fromkeys(run.series for run in runs):
         mine = [run for run in runs if run.series == series]
@@ -160,12 +172,15 @@ def values_of(runs: Sequence[MeasuredRun], name: str) -> Floats:
     return np.array([np.nan if value is None else value for value in found], dtype=float)
 
 
-def _named(study: Study, given: Sequence[str]) -> list[str]:
-    """The measures that a study names, in its order; raises Error where it names one that no run gives."""
+def _named(study: Study, given: Sequence[str], walked: bool) -> list[str]:
+    """The measures that a study names, in its order; raises Error where it names one that no run gives.
+
+    Where none walked, only what there is: falls give next to nothing, and a table of costs is worth more than no table.
+    """
     found: dict[str, None] = {}
     for pattern in (*study.measures, *(expected.measure for expected in study.expected)):
         names = [name for name in given if name == pattern or fnmatchcase(name, pattern)]
-        if not names and not (study.usual and pattern in study.measures):
+        if not names and walked and not (study.usual and pattern in study.measures):
             known = ", ".join(given)
             raise Error(f"the study asks for {pattern!r}{near(pattern, given)}; its runs give: {known}")
         found |= dict.fromkeys(names)

@@ -14,10 +14,11 @@ from warpmuscle.plots.conditions import Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
 from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
-from warpmuscle.studies.conditions import CLEAR, Condition, has_value
+from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
 from warpmuscle.sweep.plan import Plan
-from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
+from warpmuscle.sweep.study.measured import COST, Held, Row, StudyResult, values_of
 
+NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
     "expected, or, where only a value was expected, has it. Contradicts: it lies on the other side, or does not have "
@@ -133,7 +134,7 @@ def _table(found: StudyResult, series: str, several: bool) -> dict[str, Any]:
         for cell in cells
     ]
     return {
-        "title": series if several else (found.study.condition or "Conditions"),
+        "title": series if several else _heading(found.study.condition),
         "heads": heads,
         "rows": [
             {
@@ -145,6 +146,11 @@ def _table(found: StudyResult, series: str, several: bool) -> dict[str, Any]:
             for row in rows
         ],
     }
+
+
+def _heading(axis: str) -> str:
+    """What sets conditions apart, unless they have but names."""
+    return "Conditions" if axis in NAMES else axis
 
 
 def _band(unit: str, cell: Any) -> str:
@@ -204,13 +210,17 @@ def _figure(found: StudyResult) -> Any:
     for measure in found.measures:
         rows = [row for row in found.rows if row.measure == measure]
         several = len(rows) > 1
-        panels.append(Panel(measure, rows[0].unit, tuple(_line(found, row, place, several) for row in rows)))
-    return draw_conditions(found.study.condition or "condition", conditions, panels)
+        title = "cost of the search" if measure == COST else measure
+        panels.append(Panel(title, rows[0].unit, tuple(_line(found, row, place, several) for row in rows)))
+    axis = "condition" if found.study.condition in NAMES else found.study.condition
+    return draw_conditions(axis, conditions, panels)
 
 
 def _line(found: StudyResult, row: Row, place: dict[Condition, int], several: bool) -> Lines:
-    runs = [run for run in found.runs if run.series == row.series]
+    runs = [run for run in found.runs if run.series == row.series and run.walked]
     spreads = {cell.condition: cell.spread for cell in row.cells}
+    if row.measure == COST:  # that of a fall is a million: it would leave nothing to see of the others
+        spreads = {c: spread_of(values_of([run for run in runs if run.condition == c], COST)) for c in spreads}
 
     def column(name: str) -> Any:
         return np.array([getattr(spreads[c], name) if c in spreads else np.nan for c in place])
