@@ -95,10 +95,7 @@ def reactions_of(
     Args:
         dynamics: of the trials, if it is known already.
     """
-    if on not in SIDES or frame not in FRAMES:
-        raise ArgumentError(
-            f'on is "child" or "parent", and frame "child", "parent" or "ground", not {on!r}, {frame!r}'
-        )
+    check_ends(on, frame)
     if dynamics is None:
         dynamics = body.dynamics(trials.states, trials.loads)
     moment, force = dynamics.moment, dynamics.force
@@ -110,18 +107,38 @@ def reactions_of(
             )
         pulled = muscle_wrenches(body, trials, np.concatenate([one.force for one in activations]))
         moment, force = moment - pulled[0], force - pulled[1]
+    return transmitted(body, trials.times, dynamics, moment, force, on, frame)
+
+
+def check_ends(on: str, frame: str) -> None:
+    """Raise ArgumentError where these are no ends of a joint."""
+    if on not in SIDES or frame not in FRAMES:
+        raise ArgumentError(
+            f'on is "child" or "parent", and frame "child", "parent" or "ground", not {on!r}, {frame!r}'
+        )
+
+
+def transmitted(
+    body: BodyModel, times: Sequence[Floats], dynamics: Dynamics, moment: Floats, force: Floats, on: str, frame: str
+) -> list[JointReactions]:
+    """Reactions of all joints by trial, whose frames follow one another.
+
+    Args:
+        dynamics: says where bodies are. moment, force: (n, B, 3) that each joint puts on its child, about its point.
+    """
     joints = joints_of(body)
     names = body.topology.bodies
-    arrays = [_reaction(body, one, dynamics, moment, force, on, frame) for one in joints]
+    found = [_reaction(body, one, dynamics, moment, force, on, frame) for one in joints]
     bodies = tuple((one.child if on == "child" else one.parent).body for one in joints)
     axes = tuple(
         "ground" if frame == "ground" else (one.child if frame == "child" else one.parent).body for one in joints
     )
     assert all(one.child.body in names for one in joints)
-    stacked = [np.stack([array[k] for array in arrays], axis=1) for k in range(3)]
+    ends = np.cumsum([len(own) for own in times])[:-1]
+    stacked = [np.split(np.stack([array[k] for array in found], axis=1), ends) for k in range(3)]
     return [
-        JointReactions(tuple(one.name for one in joints), bodies, axes, times, *own)
-        for times, *own in zip(trials.times, *map(trials.split, stacked), strict=True)
+        JointReactions(tuple(one.name for one in joints), bodies, axes, own, *arrays)
+        for own, *arrays in zip(times, *stacked, strict=True)
     ]
 
 
