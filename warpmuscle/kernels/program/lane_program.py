@@ -23,6 +23,8 @@ from warpmuscle.kernels.program.newton import Controls, along_of, control_of
 from warpmuscle.kernels.program.reduction import LEAST_PIVOT, place
 from warpmuscle.kernels.program.structs import Columns, Programs, ProgramWork
 
+REGISTERS = 96  # of a lane: with more, shared memory would have room for warps that registers have not
+
 
 @wp.struct
 class LaneWork:
@@ -202,7 +204,7 @@ def lane_program_of(lanes: int, doubles: int) -> Any:
     memory_of = program_memory(doubles)
 
     @wp.kernel(
-        module="unique", enable_backward=False,
+        module="unique", enable_backward=False, cuda_max_registers=REGISTERS,
         module_options={"enable_backward": False, "max_unroll": 1, "block_dim": LANES},
     )  # fmt: skip
     def kernel(
