@@ -33,7 +33,8 @@ STRANGE: list[Any] = [
 # Made by the package itself; or of trials and trainings, whose mistakes tests/inverse and tests/learning have.
 MADE = ("Motions", "Recording", "Result", "Run", "Scene", "Status", "Sweep")  # by this package or msgspec alone
 OF_TRIALS = (
-    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "scale", "static_optimization", "track",
+    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "run_reactions", "scale",
+    "static_optimization", "track",
 )  # fmt: skip
 
 
