@@ -107,7 +107,13 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
         "lengthrange": texts(lengths),
         "vmax": text(plain_number(given(muscle, model, "v_max"))),
         "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
-    } | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+    } | _smoothing(muscle, model) | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+
+
+def _smoothing(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
+    """Over what the time constant changes, where it does not change at once."""
+    width = plain_number(given(muscle, model, "activation_smoothing"))
+    return {"tausmooth": text(width)} if width > 0.0 else {}
 
 
 def _curves(shape: MujocoCurves) -> dict[str, str]:

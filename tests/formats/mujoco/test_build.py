@@ -118,7 +118,6 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path):
     ("old", "new", "what", "reason"),
     [
         ('damping="0.3"', 'damping="0.3" frictionloss="0.1"', "joint ankle", "friction has no effect"),
-        ('name="long" tendon', 'name="long" tausmooth="0.1" tendon', "actuator long", "tausmooth is not kept"),
         (
             "<keyframe>",
             '<equality><weld body1="foot"/></equality><keyframe>',

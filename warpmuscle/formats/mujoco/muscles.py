@@ -36,9 +36,6 @@ def build_muscles(
         if isinstance(found, str):
             reference.lose(f"actuator {name}", f"{found}; it is left out, and pulls on nothing")
             continue
-        if model.actuator_dynprm[actuator, 2] > 0.0:
-            reason = "tausmooth is not kept: the time constant changes at once as the excitation passes the activation"
-            reference.lose(f"actuator {name}", reason)
         muscles[name] = found
     if muscles:
         _settle(common, list(muscles.values()))
@@ -48,7 +45,7 @@ def build_muscles(
 
 def _settle(common: MuscleModel, muscles: list[Muscle]) -> None:
     """Give the model of all muscles the numbers that most of them have, and those their own no longer."""
-    for field in ("v_max", "rise_time", "fall_time", "curve_shape"):
+    for field in ("v_max", "rise_time", "fall_time", "activation_smoothing", "curve_shape"):
         values = [getattr(muscle, field) for muscle in muscles]
         most = max(values, key=values.count)
         setattr(common, field, most)
@@ -92,6 +89,7 @@ def _hill(model: Any, actuator: int, route: Route, gear: float) -> Muscle:
     return Muscle(
         path=route.path, wraps=route.wraps, polynomial=route.polynomial, f_max=max(f_max, SMALLEST) * gear,
         l_opt=l_opt / gear, l_slack=(first - low * l_opt) / gear, v_max=v_max, rise_time=rise, fall_time=fall,
+        activation_smoothing=float(model.actuator_dynprm[actuator, 2]),
         curve_shape=MujocoCurves(lmin, lmax, fpmax, fvmax),
     )  # fmt: skip
 

@@ -137,6 +137,7 @@ class Muscle(Part, kw_only=True):
     damping: Annotated[Number | None, "1"] = None
     rise_time: Annotated[Number | None, "s"] = None
     fall_time: Annotated[Number | None, "s"] = None
+    activation_smoothing: Annotated[Number | None, "1"] = None
     minimum_activation: Annotated[Number | None, "1"] = None
     tendon_strain: Annotated[Number | None, "1"] = None
     passive_strain: Annotated[Number | None, "1"] = None
@@ -153,6 +154,8 @@ class MuscleModel(Part):
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
     neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11); excited, the rate goes
     from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy.
+    `activation_smoothing`: of scaled rates, by how much excitation and activation differ where the time constant goes
+    smoothly from that of falling to that of rising (MuJoCo's `tausmooth`); at 0 it changes at once.
     `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
     muscles on light bodies stay stable; so are the dampers of the joints.
     `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
@@ -180,6 +183,7 @@ class MuscleModel(Part):
     activation: Literal["linear", "scaled", "neural", "excited"] = "linear"
     rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
+    activation_smoothing: Annotated[Number, "1"] = 0.0  # of scaled rates, see above
     neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows
     initial_activation: Annotated[Number, "1"] = 1.0e-4
     minimum_activation: Annotated[Number, "1"] = 0.0  # the activation is never less
