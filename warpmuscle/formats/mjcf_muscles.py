@@ -36,7 +36,10 @@ def add_muscles(model: Element, scene: Scene) -> int:
         around = wrap_geoms(tendons, name, muscle, scene.character)
         surfaces = {id(surface): key for key, surface in scene.character.surfaces.items()}
         tendon = SubElement(tendons, "spatial", _spring(name, muscle), name=name)
+        divisors = {branch.first - 1: branch.divisor for branch in muscle.branches}
         for index, point in enumerate(muscle.path):
+            if index in divisors:
+                SubElement(tendon, "pulley", divisor=text(plain_number(divisors[index])))
             if point.condition is None:
                 if point.body not in bodies:
                     message = f"{point.body!r} has no mass, so that MuJoCo knows no such body; put the point elsewhere"

@@ -127,12 +127,6 @@ def test_what_is_written_is_read_as_it_was(tmp_path: Path):
         ("<actuator>", '<actuator><motor name="m" tendon="long"/>', "actuator m", "is no muscle; it is left out"),
         ("<actuator>", '<actuator><motor name="m" joint="hip"/>', "actuator", "controls of m stay as they are"),
         ('<spatial name="long">', '<spatial name="long" range="0 1">', "tendon long", "limits have no effect"),
-        (
-            '<site site="l1"/>',
-            '<site site="l1"/><pulley divisor="2"/><site site="l1"/>',
-            "actuator long",
-            "over a pulley",
-        ),
         ("<worldbody>", '<option density="1"/><worldbody>', "option", "of a medium have no effect"),
     ],
 )

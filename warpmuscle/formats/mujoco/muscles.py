@@ -87,9 +87,9 @@ def _hill(model: Any, actuator: int, route: Route, gear: float) -> Muscle:
     f_max = force if force >= 0.0 else scale / max(float(model.actuator_acc0[actuator]), SMALLEST)
     rise, fall = (max(float(time), TIMES) for time in model.actuator_dynprm[actuator, :2])
     return Muscle(
-        path=route.path, wraps=route.wraps, polynomial=route.polynomial, f_max=max(f_max, SMALLEST) * gear,
-        l_opt=l_opt / gear, l_slack=(first - low * l_opt) / gear, v_max=v_max, rise_time=rise, fall_time=fall,
-        activation_smoothing=float(model.actuator_dynprm[actuator, 2]),
+        path=route.path, wraps=route.wraps, branches=route.branches, polynomial=route.polynomial,
+        f_max=max(f_max, SMALLEST) * gear, l_opt=l_opt / gear, l_slack=(first - low * l_opt) / gear, v_max=v_max,
+        rise_time=rise, fall_time=fall, activation_smoothing=float(model.actuator_dynprm[actuator, 2]),
         curve_shape=MujocoCurves(lmin, lmax, fpmax, fvmax),
     )  # fmt: skip
 
@@ -117,6 +117,7 @@ def _ligaments(reference: Reference, tendons: Tendons, taken: set[str]) -> dict[
         own = name if name not in taken else f"{name}_spring"
         spring = Ligament([1.0, 2.0], [0.0, 1.0], ends="linear")
         found[own] = Muscle(
-            path=route.path, wraps=route.wraps, f_max=stiffness * rest, l_opt=rest, l_slack=rest, curve_shape=spring
-        )
+            path=route.path, wraps=route.wraps, branches=route.branches, f_max=stiffness * rest, l_opt=rest,
+            l_slack=rest, curve_shape=spring,
+        )  # fmt: skip
     return found

@@ -111,7 +111,7 @@ def walk_of(
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    motions, wrapping = kind.motions > 0 and not wrench, kind.wraps > 0
+    motions, wrapping, branches = kind.motions > 0 and not wrench, kind.wraps > 0, kind.branches
     act, act_on_motions = act_of(kind, coordinate_joints, followers, wrench), act_on_motions_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
     row, number, arc_of = rows.row, rows.number, rows.length
@@ -149,12 +149,21 @@ def walk_of(
                 b = place(instance, span.first_point + stop, span.origin, model, state, work, slopes)
                 reached = b
                 fixed = model.routes.point[span.first_point + stop].fixed
+            share = wp.float32(1.0)
+            if wp.static(branches):
+                to_point = wp.where(stop < WRAP_BIT, stop, next_point)
+                share = at(model.routes.share, instance, span.first_point + to_point)
             if before != NOWHERE and fixed == 0:
                 d = b - a
                 length = wp.length(d)
-                total += length
+                if wp.static(branches):
+                    total += share * length
+                else:
+                    total += length
                 if wp.static(acting):
                     direction = d * (1.0 / wp.max(length, SHORTEST))
+                    if wp.static(branches):
+                        direction *= share
                     act(instance, span, a, left, reached, direction, before, stop, model, work, pulls)
                     if wp.static(motions):
                         if stop < WRAP_BIT:
@@ -169,7 +178,10 @@ def walk_of(
             slopes_before.of = slopes.of
             if wp.static(wrapping):
                 if onto >= 0:
-                    total += arc_of(bends.arc, onto)
+                    if wp.static(branches):
+                        total += share * arc_of(bends.arc, onto)
+                    else:
+                        total += arc_of(bends.arc, onto)
                     a = row(bends.second, onto)
                     left = a
                     if wp.static(count > 1) and number(bends.kept, onto) == 1:

@@ -97,6 +97,17 @@ class Wrap(Part):
     method: Literal["hybrid", "midpoint", "axial"] = "hybrid"
 
 
+class Branch(Part):
+    """A part of a path with a tension of its own: the path runs over a pulley there, as a tendon of MuJoCo's does.
+
+    Lengths of the branch count by 1/divisor, and it pulls with that part of the muscle's force. It is not joined to
+    the branch before: the way from the point before it counts nothing.
+    """
+
+    first: int  # point of the path, counted from 1, with which it begins; it ends before the next branch
+    divisor: Annotated[Number, "1"] = 1.0
+
+
 class PolynomialPath(Part):
     """The length of a muscle as a polynomial of joints' coordinates, in place of points.
 
@@ -113,14 +124,15 @@ class PolynomialPath(Part):
 class Muscle(Part, kw_only=True):
     """A musculotendon unit: where it runs, and the properties of fibre and tendon.
 
-    It has a path of points from origin to insertion, which may wrap around surfaces; or pulleys: then its length is
-    rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
+    It has a path of points from origin to insertion, which may wrap around surfaces and have branches; or pulleys: then
+    its length is rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
     From `tendon` on, what it has in place of the same of `MuscleModel`, whose it is where nothing is given.
     With a `curve_shape` of the type `path_actuator` or `ligament` it is none, but pulls along its path as these say.
     """
 
     path: list[ViaPoint] = []
     wraps: list[Wrap] = []
+    branches: list[Branch] = []
     polynomial: PolynomialPath | None = None
     pulleys: list[Pulley] = []
     rest_length: Annotated[Number | None, "m"] = None  # of the unit with its tendon; with pulleys only
