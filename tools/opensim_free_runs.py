@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 import warnings
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import msgspec
@@ -94,6 +95,19 @@ def theirs(
     return found
 
 
+def started(file: Path, starts: dict[str, float], folder: Path) -> Path:
+    """The model with other default values of some coordinates, written by OpenSim to a file in a folder."""
+    import opensim
+
+    opensim.Logger.setLevelString("off")
+    model = opensim.Model(str(file))
+    for name, value in starts.items():
+        model.updCoordinateSet().get(name).setDefaultValue(value)
+    model.initSystem()
+    model.printToXML(str(folder / file.name))
+    return folder / file.name
+
+
 def energies(file: Path, names: list[str], q: Floats, rate: Floats) -> Floats:
     """OpenSim's kinetic and potential energy (n, 2) of a model without forces at coordinates (n, K) and their rates."""
     import opensim
@@ -145,6 +159,7 @@ def ours(scene: Scene, rate: float) -> tuple[list[str], Floats, Floats, str]:
 def energy_drift(file: Path, scene: Scene, seconds: float, step: float) -> float:
     """The greatest change of energy of a free run without forces, over the greatest kinetic energy."""
     still = bare(scene)
+    still.ground = msgspec.structs.replace(still.ground, stiffness=0.0)
     character = msgspec.structs.replace(still.character, muscles={})
     still = excited(msgspec.structs.replace(still, character=character), np.zeros(1), {}, seconds, step)
     names, _, q, _ = ours(still, 1.0 / step)
@@ -155,12 +170,12 @@ def energy_drift(file: Path, scene: Scene, seconds: float, step: float) -> float
     return float(np.abs(total - total[0]).max() / max(kinetic.max(), 1e-9))
 
 
-def row(file: Path, seconds: float, step: float, seed: int) -> str:
+def row(file: Path, seconds: float, step: float, seed: int, hard_points: bool = False) -> str:
     """A row of the table."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            scene = wm.load(file)
+            scene = wm.load(file, hard_points=hard_points)
         except SceneError as error:
             return f"| {file.stem} | | | {error.message} | | | |"
     names = [name for name, muscle in scene.character.muscles.items() if not is_cable(muscle)]
@@ -188,13 +203,18 @@ def main(
     seconds: Annotated[float, typer.Option(help="Of motion.")] = 0.5,
     step: Annotated[float, typer.Option(help="Ours, s.")] = 2.0e-4,
     seed: Annotated[int, typer.Option(help="Of the excitations.")] = 1,
+    start: Annotated[list[str] | None, typer.Option(help="COORDINATE=VALUE to start at, rad or m.")] = None,
+    hard_points: Annotated[bool, typer.Option("--hard-points", help="As of `warpmuscle convert`.")] = False,
     output: Annotated[Path | None, typer.Option("-o", help="File for the table.")] = None,
 ) -> None:
     """Compare."""
     wp.config.log_level = wp.LOG_WARNING
     lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
+    starts = {name: float(value) for name, _, value in (word.partition("=") for word in start or [])}
     for file in models:
-        lines.append(row(file, seconds, step, seed))
+        with TemporaryDirectory() as folder:
+            own = with_process(started, file, starts, Path(folder)) if starts else file
+            lines.append(row(own, seconds, step, seed, hard_points))
         print(lines[-1], flush=True)
         if output is not None:
             output.write_text("\n".join(lines) + "\n")

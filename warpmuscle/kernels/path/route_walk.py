@@ -1,7 +1,8 @@
 """A walk along a route, from stop to stop: its length, and its moment arms.
 
 OpenSim's path round several surfaces has two places where it reaches or leaves each: segments run between those of the
-first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms.
+first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms. OpenSim leaves
+out of these what a point's motion does to a segment within one body; so do its own routes, and no others.
 """
 
 from functools import cache
@@ -111,6 +112,7 @@ def walk_of(
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
+    within_bodies = kind.exact or kind.smooth
     motions, wrapping, branches = kind.motions > 0 and not wrench, kind.wraps > 0, kind.branches
     act, act_on_motions = act_of(kind, coordinate_joints, followers, wrench), act_on_motions_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
@@ -127,6 +129,8 @@ def walk_of(
         a = wp.vec3(0.0)
         left = wp.vec3(0.0)
         before = int(NOWHERE)
+        body_before = wp.int32(0)
+        body = wp.int32(0)
         wraps = span.end_wrap - span.first_wrap
         points = span.end_point - span.first_point
         next_point = wp.int32(0)
@@ -149,6 +153,11 @@ def walk_of(
                 b = place(instance, span.first_point + stop, span.origin, model, state, work, slopes)
                 reached = b
                 fixed = model.routes.point[span.first_point + stop].fixed
+            if wp.static(motions and not within_bodies):
+                if stop < WRAP_BIT:
+                    body = model.routes.point[span.first_point + stop].body
+                else:
+                    body = model.routes.wrap[span.first_wrap + onto].body
             share = wp.float32(1.0)
             if wp.static(branches):
                 to_point = wp.where(stop < WRAP_BIT, stop, next_point)
@@ -166,15 +175,20 @@ def walk_of(
                         direction *= share
                     act(instance, span, a, left, reached, direction, before, stop, model, work, pulls)
                     if wp.static(motions):
-                        if stop < WRAP_BIT:
+                        moves = bool(True)
+                        if wp.static(not within_bodies):
+                            moves = body != body_before
+                        if moves and stop < WRAP_BIT:
                             act_on_motions(instance, span.first_point + stop, direction, slopes, model, work, arm)
-                        if before < WRAP_BIT:
+                        if moves and before < WRAP_BIT:
                             act_on_motions(
                                 instance, span.first_point + before, -direction, slopes_before, model, work, arm
                             )
             a = b
             left = reached
             before = stop
+            if wp.static(motions and not within_bodies):
+                body_before = body
             slopes_before.of = slopes.of
             if wp.static(wrapping):
                 if onto >= 0:
