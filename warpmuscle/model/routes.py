@@ -65,6 +65,7 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         character.wrapping == "smooth",
         character.wrapping == "mujoco",
         any(muscle.branches for muscle in routes),
+        character.moving_points == "opensim",
     )
 
 

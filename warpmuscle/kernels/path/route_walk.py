@@ -2,7 +2,7 @@
 
 OpenSim's path round several surfaces has two places where it reaches or leaves each: segments run between those of the
 first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms. OpenSim leaves
-out of these what a point's motion does to a segment within one body; so do its own routes, and no others.
+out of these what a point's motion does to a segment within one body, which may be asked for.
 """
 
 from functools import cache
@@ -112,7 +112,7 @@ def walk_of(
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    within_bodies = kind.exact or kind.smooth
+    within_bodies = not kind.across
     motions, wrapping, branches = kind.motions > 0 and not wrench, kind.wraps > 0, kind.branches
     act, act_on_motions = act_of(kind, coordinate_joints, followers, wrench), act_on_motions_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
