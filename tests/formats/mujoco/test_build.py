@@ -96,7 +96,7 @@ def test_shapes_touch_the_floor_where_they_are_spheres_and_capsules_and_the_rest
     assert [type(shape).__name__ for shape in foot.shapes] == ["Sphere"]
     assert foot.friction == pytest.approx(0.6)
     assert len(scene.character.bodies["leg"].shapes) == 1
-    assert ("body foot", "1 geom of it touch nothing: only spheres, capsules and upright boxes do") in [
+    assert ("body foot", "1 geom of it touches nothing: only spheres, capsules and upright boxes do") in [
         (one.text, one.reason) for one in lost
     ]
 

@@ -36,6 +36,8 @@ def build_muscles(
         if isinstance(found, str):
             reference.lose(f"actuator {name}", f"{found}; it is left out, and pulls on nothing")
             continue
+        if not (model.actuator_gainprm[actuator, :9] == model.actuator_biasprm[actuator, :9]).all():
+            reference.lose(f"actuator {name}", "its passive force has other numbers (biasprm) than its active one")
         muscles[name] = found
     if muscles:
         _settle(common, list(muscles.values()))
