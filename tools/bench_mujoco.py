@@ -3,8 +3,9 @@
     python tools/bench_mujoco.py FOLDER/myohand.xml FOLDER/myolegs.xml --instances 5120 --device cuda:0
     python tools/bench_mujoco.py FOLDER/myohand.xml FOLDER/myolegs.xml --instances 5120 --device cuda:0 --warp
 
-With `--warp`, MuJoCo Warp steps as many instances on the same device (`pip install mujoco-warp`). MuJoCo takes one step after the other on one core, a batch here as many at once as it has instances. Each is measured
-several times, of which the best counts.
+MuJoCo takes one step after the other on one core, a batch here as many at once as it has instances. Each is measured
+several times, of which the best counts. With `--warp`, MuJoCo Warp steps as many instances on the same device, too
+(`pip install mujoco-warp`).
 """
 
 from __future__ import annotations

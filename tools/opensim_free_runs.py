@@ -32,12 +32,13 @@ from warpmuscle.scene.muscles import is_cable
 from warpmuscle.simulation.rollout import Rollout
 
 Floats = NDArray[np.float64]
-ACCURACIES = (1.0e-4, 1.0e-6)
+ACCURACIES = (1.0e-4, 1.0e-5)
 START, MOST = 0.05, 0.5  # excitation at first, and the most that is drawn
 KNOTS = 3
 FRAMES = 50
 SHORTEST = 1.0e-9  # s, least step of OpenSim's
 LONGEST = 300.0  # s, of processor time for one run of OpenSim
+TURN = 2.0 * np.pi  # by which angles may differ
 COLUMNS = ("model", "muscles", "coordinates", "farthest apart", "at 0.1 s", "OpenSim's accuracies", "energy")
 
 
@@ -186,7 +187,8 @@ def row(file: Path, seconds: float, step: float, seed: int, hard_points: bool = 
     count = min(len(moments), *(len(run[name]) for run in (rough, fine) for name in shared))
     there, coarse = (np.column_stack([run[name][:count] for name in shared]) for run in (fine, rough))
     here = q[:count, [mine.index(name) for name in shared]]
-    off, own = np.abs(here - there), np.abs(coarse - there)
+    off, own = (np.abs(one - there) for one in (here, coarse))
+    off = np.minimum(off, np.abs(TURN - off))
     at, name = divmod(int(off.argmax()), len(shared))
     early = off[moments[:count] <= 0.1 + 1e-9].max()
     ended = "" if count == len(moments) else f"; OpenSim ends at {moments[count - 1]:.2g} s"

@@ -103,14 +103,18 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
     optimal = plain_number(muscle.l_slack) + plain_number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
     shape = given(muscle, model, "curve_shape")
     lengths = (optimal + (relative - 1.0) * plain_number(muscle.l_opt) / cosine for relative in _OPERATING)
-    return {
-        "ctrlrange": "0 1",
-        "force": text(plain_number(muscle.f_max) * cosine),
-        "range": texts(_OPERATING),
-        "lengthrange": texts(lengths),
-        "vmax": text(plain_number(given(muscle, model, "v_max"))),
-        "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
-    } | _smoothing(muscle, model) | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+    return (
+        {
+            "ctrlrange": "0 1",
+            "force": text(plain_number(muscle.f_max) * cosine),
+            "range": texts(_OPERATING),
+            "lengthrange": texts(lengths),
+            "vmax": text(plain_number(given(muscle, model, "v_max"))),
+            "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
+        }
+        | _smoothing(muscle, model)
+        | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+    )
 
 
 def _smoothing(muscle: Muscle, model: MuscleModel) -> dict[str, str]:

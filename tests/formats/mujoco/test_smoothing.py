@@ -94,5 +94,5 @@ def load_hopper_with_smoothing(folder: Path) -> wm.Scene:
 def test_other_dynamics_are_not_smoothed(model: Path, tmp_path: Path):
     scene = load(model, ignored=[])
     scene.muscle_model.activation = "linear"
-    with pytest.raises(SceneError, match="only `activation = .scaled.` is smoothed"):
+    with pytest.raises(SceneError, match="is smoothed; leave it out"):
         wm.Rollout(scene, 1, "cpu")

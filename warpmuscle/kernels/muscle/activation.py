@@ -33,9 +33,7 @@ def activation_rate(activation: float, excitation: float, rise_time: float, fall
 
 
 @func
-def smoothed_rate(
-    activation: float, excitation: float, rise_time: float, fall_time: float, smoothing: float
-) -> float:
+def smoothed_rate(activation: float, excitation: float, rise_time: float, fall_time: float, smoothing: float) -> float:
     """The same with a time constant that goes smoothly from one to the other, 1/s, as MuJoCo has it (`tausmooth`).
 
     tau = tau_fall + (tau_rise - tau_fall) s((u - a)/w + 1/2), with s(x) = x^3 (6 x^2 - 15 x + 10) within 0..1.

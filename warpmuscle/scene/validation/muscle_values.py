@@ -82,7 +82,7 @@ def _smoothing(checks: Checks, key: str, part: Muscle | MuscleModel, model: Musc
     """Time constants that change smoothly are those of rates that depend on the activation."""
     checks.not_negative(key, part, "activation_smoothing")
     if (model.legacy or model.ideal or model.activation != "scaled") and part.activation_smoothing != 0.0:
-        raise SceneError("only `activation = \"scaled\"` is smoothed; leave it out", key=f"{key}.activation_smoothing")
+        raise SceneError('only `activation = "scaled"` is smoothed; leave it out', key=f"{key}.activation_smoothing")
 
 
 def _shaped(part: Muscle | MuscleModel, model: MuscleModel) -> bool:
