@@ -108,6 +108,7 @@ def test_excitations_beyond_their_interval_count_as_its_ends(value: float, same_
     assert all(np.isfinite(values).all() for values in motions[0])
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 @pytest.mark.parametrize("kind", ["hinge", "universal"])
 def test_torques_do_the_work_of_efforts_along_the_speeds(kind: str):
     """From rest M dv = effort h in the first step, without gravity, muscles and contact."""
