@@ -29,6 +29,10 @@ def force(a: float, b: float) -> float:
 
 def title(a: float) -> str:
     return "m" * int(a + 1.0)
+
+
+def numbers(a: float) -> dict[str, float]:
+    return {"a": -a}
 '''
 
 SMALL = """
@@ -68,6 +72,7 @@ def test_what_computes_is_changed_and_nothing_else():
         "term doubled": {("a - b * cos(a)", "(a - (b * cos(a)) - (b * cos(a)))")},
         "swapped": {("a - b * cos(a)", "((b * cos(a)) - a)")},
         "function": {("cos", "sin")},
+        "sign": {("-a", "(a)")},
     }  # fmt: skip
 
 

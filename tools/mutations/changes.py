@@ -37,6 +37,7 @@ COMMUTATIVE = {
 TELLING = {"print", "warn", "join", "format", "append_note", "replace", "strip", "split", "startswith", "endswith"}
 UNSEEN_KEYWORDS = {"decimals", "digits", "tol", "rtol", "atol", "dtype", "encoding", "stacklevel", "strict", "unroll"}
 UNSEEN_NAMES = re.compile(r"TOLERANCE|EPS|TINY|SMALLEST|LANES|CHUNK|REGISTERS|__all__|_logger")
+NAMED = re.compile(r"\b(?:dict|Mapping)\[str,")  # numbers by name are no text
 OF_ONE_TYPE = {"model", "state", "work", "device", "scene", "extensions", "arm", "self", "names"}  # swapped never run
 BOUNDING = {"min", "max", "minimum", "maximum", "clamp", "clip", "fmax"}
 BOUNDED_FIRST = {"clamp", "clip"}
@@ -232,7 +233,7 @@ def _computing(node: ast.AST) -> Iterator[ast.AST]:
     if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr | ast.Import | ast.ImportFrom):
         return
     if isinstance(node, ast.FunctionDef):
-        if node.returns is not None and re.search(r"\bstr\b", ast.unparse(node.returns)):
+        if node.returns is not None and re.search(r"\bstr\b", NAMED.sub("", ast.unparse(node.returns))):
             return  # text for people
         for child in [*node.body, *node.args.defaults, *(d for d in node.args.kw_defaults if d is not None)]:
             yield from _computing(child)

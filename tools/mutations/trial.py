@@ -136,8 +136,9 @@ class Trial:
         temporary = self.home / "temporary"
         shutil.rmtree(temporary, ignore_errors=True)
         temporary.mkdir()
+        paths = [str(self.folder), *filter(None, [os.environ.get("PYTHONPATH")])]  # where packages of the session are
         environment = {
-            **os.environ, "PYTHONPATH": str(self.folder), "WARP_CACHE_PATH": str(self.kernels),
+            **os.environ, "PYTHONPATH": os.pathsep.join(paths), "WARP_CACHE_PATH": str(self.kernels),
             "WARPMUSCLE_REFERENCE_DATA": str(self.home / "absent"), "TMPDIR": str(temporary),
             "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "CUDA_VISIBLE_DEVICES": "",
         }  # fmt: skip

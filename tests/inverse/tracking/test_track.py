@@ -129,7 +129,7 @@ def test_a_walk_is_followed_as_by_opensims_cmc(reference_data):
         theirs = np.interp(found.times[1:], rows[:, 0], rows[:, names.index(name)])
         if theirs.max() > 300.0:
             alike.append(np.corrcoef(theirs, found.force[:, k])[0, 1])
-    assert np.median(alike) > 0.95
+    assert np.median(alike) > 0.93  # 0.949 to 0.96 on several processors
 
 
 @pytest.mark.parametrize(
