@@ -56,8 +56,30 @@ def start() -> None:
             return compile_(module, device, output_dir, *arguments, **options)
 
     wp.Module.load = counted
+    leave_out_unused_adjoints()
     if compile_ is not None:  # it is Warp's own affair; without it, workers compile what they have in common each
         wp.Module._compile = once
+
+
+def leave_out_unused_adjoints() -> None:
+    """Leave functions of structures that only derivatives call out of modules without derivatives.
+
+    They are a fifth of the text of a step, and compiled with it for nothing. Other functions are as they were.
+    """
+    from warp._src import codegen, context
+
+    template = getattr(codegen, "struct_template", "")
+    begin, end = template.find("static CUDA_CALLABLE void adj_{name}("), template.find("{tile_helper_body}")
+    builder = getattr(context, "ModuleBuilder", None)
+    if not 0 < begin < end or builder is None:  # another Warp
+        return
+    short, made = template[:begin] + template[end:], builder.codegen
+
+    def with_what_is_used(self: Any, device: str = "cpu", **options: Any) -> str:
+        codegen.struct_template = short if device == "cpu" and not self.options["enable_backward"] else template
+        return made(self, device, **options)
+
+    builder.codegen = with_what_is_used
 
 
 def _is_of_a_kind_or_test(module: Any) -> bool:
