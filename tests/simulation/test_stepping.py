@@ -132,6 +132,7 @@ def test_torques_do_the_work_of_efforts_along_the_speeds(kind: str):
     np.testing.assert_allclose(effort[:, :6], 0.0, atol=2e-4)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_torque_that_is_no_number_makes_its_instance_diverge_and_leaves_the_others_alone():
     rollout, plain = (
         Rollout(scene(actuation={"hip": Actuation("torque"), "knee": Actuation("torque")}), 3, "cpu") for _ in "ab"
