@@ -3,9 +3,9 @@
     python tools/judge_table.py walk56_person run56 policy.h5 --device cuda:0 -o table.md
     python tools/judge_table.py walk56_person run56 policy.h5 --device cpu -j 3 -o table.md    three at a time
 
-The numbers of each gait, as JSON, and what was printed about it are kept in a folder beside the table. What is there
-already is not judged again, so that an interrupted run goes on; remove a file, or the folder, to judge anew after a
-change.
+Rows that are asked besides, such as all disturbances at once, stand in tables of their own. The numbers of each gait,
+as JSON, and what was printed about it are kept in a folder beside the table. What is there already is not judged again,
+so that an interrupted run goes on; remove a file, or the folder, to judge anew after a change.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from warpmuscle.core.status import Status
 
 RUNS = 20  # with each disturbance
 WIDEST = 7  # gaits of a table
+PARTS = {"verdicts": "measure", "further": "besides"}  # of a judgement, and what the first column of each is called
 COMMANDED = {  # measures of a gait at each command, and what they are called
     "speed": "speed, m/s",
     "angles outside the norms": "angles outside the norms, SD",
@@ -55,24 +56,33 @@ def judged(source: str, folder: Path, further: Sequence[str]) -> dict[str, Any] 
 def table(gaits: dict[str, dict[str, Any]]) -> str:
     """A row a measure and a column a gait, in Markdown; one table each for gaits of the same bars, such as runs.
 
-    A value says if it is missed, does not count, since the gait is impossible, or is no judge at its speed.
+    A value says if it is missed, does not count, since the gait is impossible, or is no judge at its speed. What is
+    asked besides follows in tables of the same kind.
     """
-    kinds: dict[tuple[tuple[str, ...], ...], list[str]] = {}
-    for gait, found in gaits.items():
-        kinds.setdefault(tuple(_bar(one) for one in found["verdicts"]), []).append(gait)
     parts = [
-        _table(bars, {gait: gaits[gait] for gait in names[first : first + WIDEST]})
-        for bars, names in kinds.items()
+        _table(part, head, bars, {gait: gaits[gait] for gait in names[first : first + WIDEST]})
+        for part, head in PARTS.items()
+        for bars, names in _kinds(gaits, part).items()
         for first in range(0, len(names), WIDEST)
     ]
     return "\n".join([*parts, *(_commands(gait, found) for gait, found in gaits.items() if _takes_speed(found))])
 
 
-def _table(bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) -> str:
-    lines = [["measure", "unit", "must", "goal", *(f"`{Path(gait).stem}`" for gait in gaits)]]
+def _kinds(gaits: dict[str, dict[str, Any]], part: str) -> dict[tuple[tuple[str, ...], ...], list[str]]:
+    """Gaits by the bars that they have in a part of their judgements."""
+    kinds: dict[tuple[tuple[str, ...], ...], list[str]] = {}
+    for gait, found in gaits.items():
+        if found.get(part):
+            kinds.setdefault(tuple(_bar(one) for one in found[part]), []).append(gait)
+    return kinds
+
+
+def _table(part: str, head: str, bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) -> str:
+    lines = [[head, "unit", "must", "goal", *(f"`{Path(gait).stem}`" for gait in gaits)]]
     lines += [["---"] * len(lines[0])]
-    lines += [[*bar, *(_cell(found["verdicts"][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
-    lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found) for found in gaits.values())])
+    lines += [[*bar, *(_cell(found[part][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
+    if part == "verdicts":
+        lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found) for found in gaits.values())])
     return _markdown(lines)
 
 
@@ -102,7 +112,7 @@ def _bar(one: dict[str, Any]) -> tuple[str, ...]:
 def _ends(ends: Sequence[float | None]) -> str:
     low, high = ends
     if low is None:
-        return f"up to {high:g}"
+        return "" if high is None else f"up to {high:g}"
     return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
 
 
@@ -127,18 +137,20 @@ def main() -> int:
     parser.add_argument("sources", nargs="+", help="names of scenes, or files of scenes and policies")
     parser.add_argument("-o", "--output", type=Path, required=True, help="Markdown file")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="gaits at a time, which share the threads of a CPU")
+    parser.add_argument("--threads", type=int, help="of a CPU for each gait, in place of an even share of them")
     parser.add_argument("--device", help="as of warpmuscle judge")
     parser.add_argument("--pushes", type=int, help="as of warpmuscle judge")
     given = parser.parse_args()
-    if given.jobs < 1:
-        parser.error("--jobs must be 1 or more")
-    threads = max((os.cpu_count() or 1) // given.jobs, 1) if given.jobs > 1 else None
+    if min(given.jobs, 1 if given.threads is None else given.threads) < 1:
+        parser.error("--jobs and --threads must be 1 or more")
+    jobs = min(given.jobs, len(set(given.sources)))
+    threads = given.threads or (max((os.cpu_count() or 1) // jobs, 1) if jobs > 1 else None)
     options = {"device": given.device, "pushes": given.pushes, "threads": threads}
     further = [word for name, value in options.items() if value is not None for word in (f"--{name}", str(value))]
     folder = given.output.with_suffix(".judged")
     folder.mkdir(parents=True, exist_ok=True)
     found: dict[str, dict[str, Any] | None] = {}
-    with ThreadPoolExecutor(given.jobs) as pool:
+    with ThreadPoolExecutor(jobs) as pool:
         running = {pool.submit(judged, source, folder, further): source for source in dict.fromkeys(given.sources)}
         for one in as_completed(running):
             found[running[one]] = one.result()

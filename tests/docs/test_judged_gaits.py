@@ -4,24 +4,19 @@ import re
 import shlex
 from pathlib import Path
 
-from warpmuscle.studies.verdicts import OF_MUSCLES, RUN, WALK, Bar
+from warpmuscle.studies.verdicts import FURTHER_RUN, FURTHER_WALK, OF_MUSCLES, RUN, WALK, Bar, ends
 
 PAGE = (Path(__file__).parents[2] / "docs" / "explanation" / "gaits.md").read_text("utf-8")
-HEAD = "| measure | unit | must | goal |"
+HEAD, BESIDES = "| measure | unit | must | goal |", "| besides | unit | must | goal |"
 
 
-def tables() -> list[list[list[str]]]:
+def tables(head: str = HEAD) -> list[list[list[str]]]:
     """Cells of each table of judged gaits, without the line below its head."""
-    found = re.findall(rf"^{re.escape(HEAD)}.*\n(?:\|.*\n)+", PAGE, re.MULTILINE)
+    found = re.findall(rf"^{re.escape(head)}.*\n(?:\|.*\n)+", PAGE, re.MULTILINE)
     return [
         [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if "---" not in line]
         for text in found
     ]
-
-
-def ends(bar: tuple[float | None, float | None]) -> str:
-    low, high = bar
-    return f"up to {high:g}" if low is None else f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
 
 
 def rows(bars: tuple[Bar, ...]) -> list[list[str]]:
@@ -36,6 +31,14 @@ def test_tables_have_the_rows_that_a_judgement_has():
     assert all(one in known for one in found)
     assert all(one in found for one in known)
     assert {table[-1][0] for table in tables()} == {"fells it"}
+
+
+def test_tables_of_what_is_asked_besides_have_its_rows():
+    known = [rows(tuple(bar for bar in bars if muscles or bar.name not in OF_MUSCLES))
+             for bars in (FURTHER_WALK, FURTHER_RUN) for muscles in (True, False)]  # fmt: skip
+    found = tables(BESIDES)
+    assert found
+    assert all([row[:4] for row in table[1:]] in known for table in found)
 
 
 def test_every_gait_that_the_command_judges_has_a_column():

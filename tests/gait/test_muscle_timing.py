@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.gait.cycles import PERCENT
-from warpmuscle.gait.muscle_timing import beyond_chance, side_and_muscle
+from warpmuscle.gait.muscle_timing import NINE, _within, active_windows, beyond_chance, side_and_muscle, whole_windows
 from warpmuscle.scene.people.emg import WINDOWS
 
 
@@ -40,3 +40,49 @@ def test_names_of_muscles_tell_their_side():
     assert side_and_muscle("rSOL")[0] == "right"
     assert side_and_muscle("lSOL")[1] == side_and_muscle("rSOL")[1] != ""
     assert side_and_muscle("nothing") == side_and_muscle("xSOL") == ("", "")
+
+
+@pytest.mark.parametrize("muscle", WINDOWS)
+def test_windows_that_the_contact_cuts_are_one(muscle: str):
+    inside_of_whole = np.zeros(100, bool)
+    for begin, end in whole_windows(muscle):
+        inside_of_whole |= _within(begin, end)
+    np.testing.assert_array_equal(inside_of_whole, inside(muscle)[:-1] > 0.0)
+
+
+def test_windows_of_the_nine_muscles_are_ten_and_only_two_of_them_are_of_one_muscle():
+    first = [names[0] for names in NINE]
+    assert [len(whole_windows(muscle)) for muscle in first] == [1, 1, 1, 1, 2, 1, 1, 1, 1]
+    assert whole_windows("gluteus maximus") == [(96.0, 14.0)]
+    assert whole_windows("rectus femoris") == [(48.0, 70.0), (93.0, 12.0)]
+
+
+class Beating:
+    """Two muscles of each side whose activation follows their own cycle, 1 s long, the right one half a second late."""
+
+    muscle_names = ("soleus_l", "rect_fem_l", "soleus_r", "rect_fem_r", "nothing")
+
+    def __init__(self, *curves) -> None:
+        self.time = np.linspace(0.0, 4.0, 401)
+        phase = [(self.time - late) % 1.0 for late in (0.0, 0.0, 0.5, 0.5, 0.0)]
+        self.muscle_activation = np.stack(
+            [curve(100.0 * one) for curve, one in zip((*curves, *curves, np.sin), phase, strict=True)], axis=1
+        )
+
+
+CYCLES = {"left": [(1.0, 2.0), (2.0, 3.0)], "right": [(1.5, 2.5)]}
+
+
+def test_a_window_is_met_where_the_muscle_is_more_active_than_in_the_mean_of_the_cycle():
+    step = Beating(lambda percent: 0.1 + 0.6 * ((percent > 7) & (percent < 51)), lambda percent: 0.3 * (percent > 80))
+    found = {(one.muscle, one.begin): one for one in active_windows(step, CYCLES)}
+    assert list(found) == [("rectus femoris", 48.0), ("rectus femoris", 93.0), ("soleus", 7.0)]
+    assert [one.is_met for one in found.values()] == [False, True, True]
+    assert found["soleus", 7.0].mean == pytest.approx(0.1 + 0.6 * 0.43, abs=0.01)
+    assert found["soleus", 7.0].inside == pytest.approx(0.7, abs=0.02)
+    assert found["rectus femoris", 93.0].inside == pytest.approx(0.3 * 7.0 / 19.0, abs=0.02)
+
+
+def test_a_muscle_that_is_always_as_active_meets_no_window():
+    even = Beating(lambda percent: 0.2 + 0.009 * ((percent > 7) & (percent < 51)), lambda percent: 0.0 * percent)
+    assert not any(one.is_met for one in active_windows(even, CYCLES))

@@ -116,3 +116,37 @@ def test_a_heavier_body_has_more_inertia_in_proportion():
     np.testing.assert_allclose(body.mass, [2.0, 2.5])
     for moment in body.inertia:
         np.testing.assert_allclose(moment, [0.01, 0.0125])
+
+
+def test_a_stronger_muscle_moves_its_instance_as_a_scene_that_says_so_does():
+    scene = msgspec.structs.replace(load("reflex_planar"), duration=0.1)
+    muscles = list(scene.character.muscles)
+    factors = np.ones((3, len(muscles)))
+    factors[1, 0::2], factors[2] = 0.5, 1.3
+    rollout = Rollout(scene, 3, "cpu", record=[0, 1, 2])
+    rollout.disturb(disturbed(3, strength=factors))
+    rollout.run()
+    for i in range(3):
+        own = {
+            name: msgspec.structs.replace(muscle, f_max=muscle.f_max * factors[i, k])
+            for k, (name, muscle) in enumerate(scene.character.muscles.items())
+        }
+        plain = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, muscles=own))
+        alone = Rollout(plain, 1, "cpu", record=[0])
+        alone.run()
+        np.testing.assert_allclose(rollout.recording(i).com, alone.recording(0).com, rtol=0.0, atol=1e-6)
+    assert np.abs(rollout.recording(1).com[-1] - rollout.recording(2).com[-1]).max() > 1e-4
+
+
+def test_strengths_go_with_their_instances():
+    factors = np.arange(6.0).reshape(3, 2)
+    one = disturbed(3, strength=factors)
+    assert one.any
+    np.testing.assert_array_equal(one.part(slice(1, 3)).strength, factors[1:])
+    np.testing.assert_array_equal(one.tiled(2).strength[3:], factors)
+
+
+@pytest.mark.parametrize("name", ["mass", "strength"])
+def test_factors_of_another_number_of_parts_are_an_error(name: str):
+    with pytest.raises(RolloutError, match=f"factors of {name} have shape \\(2, 3\\); this rollout takes \\(2, "):
+        Rollout(ball(), 2, "cpu").disturb(disturbed(2, **{name: np.ones((2, 3))}))

@@ -29,6 +29,7 @@ from warpmuscle.studies.verdicts import (
     COST,
     COST_STRICT,
     ECONOMICAL,
+    FURTHER_WALK,
     LOADED,
     OF_ENERGY,
     OF_MUSCLES,
@@ -199,11 +200,15 @@ def test_a_walker_that_falls_at_once_is_judged_and_misses():
     assert "cycle" in found["stance"].note
     assert found["upright, disturbed"].reached == "missed"
     assert judgement.commanded == []
+    further = {one.bar.name: one.reached for one in judgement.further}
+    assert further["upright, all at once"] == further["upright after 80 N s from the side"] == "missed"
+    assert further["ankle power, maximum"] == "missed"
 
 
 def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):
-    path = tmp_path / "judged.json"
-    done = CliRunner().invoke(app, ["judge", "fwalk", "--pushes", "0", "--json", str(path), "--threads", "1"])
+    path, page = tmp_path / "judged.json", tmp_path / "judged.html"
+    options = ["--pushes", "0", "--json", str(path), "--report", str(page), "--threads", "1"]
+    done = CliRunner().invoke(app, ["judge", "fwalk", *options])
     assert done.exit_code == 0, done.output
     line = next(line for line in done.stdout.splitlines() if line.startswith("double support"))
     assert "18 to 25" in line
@@ -211,6 +216,18 @@ def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):
     numbers = json.loads(path.read_text())
     assert {one["name"] for one in numbers["verdicts"]} >= {"stance", "impulse that half survive"}
     assert numbers["measures"]["speed"] == pytest.approx(0.94, abs=0.05)
+    further = {one["name"]: one for one in numbers["further"]}
+    assert list(further) == [bar.name for bar in FURTHER_WALK if bar.name not in OF_MUSCLES]
+    assert further["commands met"]["note"] == "takes no command"
+    assert further["variability of the step length"]["note"] == "its controller has no noise of nerves"
+    assert "besides:" in done.stdout
+    assert page.read_text().count("<section id=") > 5
+
+
+def test_a_report_that_could_not_be_written_is_known_before_anything_is_judged(tmp_path):
+    done = CliRunner().invoke(app, ["judge", "fwalk", "--report", str(tmp_path / "page.pdf")])
+    assert done.exit_code != 0
+    assert "a report is written as .html" in str(done.exception)
 
 
 def test_only_who_is_fast_runs_unless_the_scene_says_so(monkeypatch):

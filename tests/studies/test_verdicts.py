@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.studies.verdicts import RUN, WALK, Bar, Verdict
+from warpmuscle.studies.verdicts import FURTHER_RUN, FURTHER_WALK, RUN, WALK, Bar, Verdict, ends
 
 End = float | None
 Bars = dict[str, tuple[tuple[End, End], tuple[End, End]]]  # by name: what must be, and what should
@@ -59,17 +59,43 @@ RUN_BARS: Bars = {
 }
 
 
-@pytest.mark.parametrize(("bars", "typed"), [(WALK, WALK_BARS), (RUN, RUN_BARS)], ids=["walk", "run"])
+TRIALS: Bars = {
+    "upright, all at once": ((19, None), (20, None)),
+    "upright after 80 N s from the side": ((16, None), (19, None)),
+    "commands met": ((19, None), (20, None)),
+    "flight at 3.5 m/s": ((20, None), (30, None)),
+    "maximum vertical force at 3.5 m/s": ((2.0, 2.9), (2.2, 2.6)),
+    "knee in swing at 3.5 m/s": ((80, None), (95, None)),
+}
+FURTHER_WALK_BARS: Bars = {
+    "windows in which muscles are active": ((0.75, None), (0.9, None)),
+    "mean activation": ((None, None), (None, None)),
+    "sway of the centre of mass": ((2.5, 5.5), (3, 5)),
+    "likeness of the knee moment": ((0.8, None), (0.95, None)),
+    "knee moment before push-off": ((None, 0.15), (None, 0.11)),
+    "ankle moment, maximum": ((1.1, 1.6), (1.1, 1.6)),
+    "ankle power, maximum": ((2.0, 3.5), (2.4, 3.0)),
+    "variability of the step length": ((5, 30), (5, 30)),
+    **TRIALS,
+}
+FURTHER_RUN_BARS: Bars = {"mean activation": ((None, None), (None, None)), **TRIALS}
+
+
+@pytest.mark.parametrize(
+    ("bars", "typed"),
+    [(WALK, WALK_BARS), (RUN, RUN_BARS), (FURTHER_WALK, FURTHER_WALK_BARS), (FURTHER_RUN, FURTHER_RUN_BARS)],
+    ids=["walk", "run", "further walk", "further run"],
+)
 def test_bars_are_those_of_people(bars: tuple[Bar, ...], typed: Bars):
     assert {bar.name: (bar.must, bar.goal) for bar in bars} == typed
 
 
-def told(ends: tuple[End, End]) -> str:
-    """A range as the page writes it."""
-    low, high = ("" if end is None else f"{end:g}" for end in ends)
-    if low and high:
-        return f"{low} to {high}"
-    return f"{low} or more" if low else f"up to {high}"
+@pytest.mark.parametrize(
+    ("interval", "words"),
+    [((1.0, 2.5), "1 to 2.5"), ((None, 3.0), "up to 3"), ((4.0, None), "4 or more"), ((None, None), "")],
+)
+def test_ends_of_ranges_in_words(interval: tuple[End, End], words: str):
+    assert ends(interval) == words
 
 
 def test_the_page_on_gaits_has_the_bars_of_walks():
@@ -79,7 +105,7 @@ def test_the_page_on_gaits_has_the_bars_of_walks():
     both = [bar for bar in WALK if bar.name in rows]
     assert len(both) > 20
     for bar in both:
-        assert rows[bar.name] == [told(bar.must), told(bar.goal)], bar.name
+        assert rows[bar.name] == [ends(bar.must), ends(bar.goal)], bar.name
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from warpmuscle.scene.number import Free
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies import walkers
-from warpmuscle.studies.walkers import PolicyWalker, SceneWalker, loaded, under
+from warpmuscle.studies.walkers import Nerves, PolicyWalker, SceneWalker, loaded, under
 
 TASK = Task(speed=(0.8, 1.6))
 SHORT = 0.3  # s
@@ -166,3 +166,48 @@ def test_a_load_is_carried_by_the_heaviest_body_and_a_slope_is_the_ground(scene)
     assert sum(heavy[name].mass != body.mass for name, body in plain.character.bodies.items()) == 1
     steep = under(plain, replace(none(1), slope=np.array([0.1])), 0).ground.normal
     np.testing.assert_allclose(steep, [0.0, np.cos(0.1), -np.sin(0.1)], atol=1e-7)
+
+
+def test_nerves_that_do_not_hinder_change_nothing_and_others_do(scene, learned):
+    walker = PolicyWalker(learned, scene, "cpu", 1, {"speed": 1.1})
+    every = [walker, *(walker.with_nerves(Nerves(**how)) for how in ({}, {"delay": 0.02}, {"noise": 0.02}))]
+    plain, same, late, noisy = (one.walk(SHORT, none(2), record=True).recordings for one in every)
+    np.testing.assert_array_equal(plain[0].com, same[0].com)
+    assert not np.array_equal(plain[0].com, late[0].com)
+    np.testing.assert_array_equal(late[0].com, late[1].com)
+    assert not np.array_equal(noisy[0].com, noisy[1].com)
+
+
+def test_what_a_policy_knows_by_no_nerve_is_neither_late_nor_noisy(scene, learned):
+    hindered = PolicyWalker(learned, scene, "cpu").with_nerves(Nerves(0.02, 0.03))
+    senses = hindered._task.observations
+    assert set(senses) == {name.partition(".")[0] for name in learned.policy.observation}
+    assert (senses["command"].delay, senses["command"].noise) == (0.0, 0.0)
+    assert (senses["coordinates"].delay, senses["coordinates"].noise) == (0.02, 0.03)
+    again = hindered.with_nerves(Nerves(0.01, 0.04))._task.observations["coordinates"]
+    assert (again.delay, again.noise) == pytest.approx((0.03, 0.05))
+
+
+def test_muscles_hear_of_a_controller_of_the_scene_so_much_later(scene):
+    walker = SceneWalker(scene, "cpu", 1)
+    late = walker.with_nerves(Nerves(delay=0.02))
+    before, after = (one.scene().character.muscles for one in (walker, late))
+    assert all(after[name].delay == pytest.approx(muscle.delay + 0.02) for name, muscle in before.items())
+    paths = [one.walk(SHORT, none(1), record=True).recordings[0].com for one in (walker, late)]
+    assert not np.array_equal(*paths)
+    assert (walker.senses, PolicyWalker.senses) == (False, True)
+
+
+def test_ground_of_less_friction_is_that_of_the_scene(scene):
+    walker = SceneWalker(scene, "cpu")
+    assert walker.on_ground(0.4).scene().ground.friction == 0.4
+    assert walker.scene().ground.friction != 0.4
+
+
+def test_a_scene_as_a_weaker_instance_meets_it_has_its_strengths(scene):
+    plain = SceneWalker(scene, "cpu").scene()
+    factors = np.ones((2, len(plain.character.muscles)))
+    factors[1, 0] = 0.8
+    weaker = under(plain, replace(none(2), strength=factors), 1).character.muscles
+    first = next(iter(plain.character.muscles))
+    assert np.asarray(weaker[first].f_max).item() == pytest.approx(0.8 * plain.character.muscles[first].f_max)

@@ -44,6 +44,18 @@ def test_gaits_of_the_same_bars_stand_in_one_table_and_runs_in_another():
     ]
 
 
+def test_what_is_asked_besides_stands_in_a_table_of_its_own():
+    further = [verdict("all at once", 14.0, "missed"), verdict("mean activation", 0.05, "no judge")]
+    further[1] |= {"must": [None, None], "goal": [None, None]}
+    lines = table({"walk": WALK | {"further": further}, "run": RUN}).splitlines()
+    assert lines[-4:] == [
+        "| besides | unit | must | goal | `walk` |",
+        "| --- | --- | --- | --- | --- |",
+        "| all at once | m | up to 1 | 0.1 or more | 14 (missed) |",
+        "| mean activation | m |  |  | 0.05 (no judge) |",
+    ]
+
+
 def test_what_a_gait_is_like_at_each_command_has_a_table_of_its_own():
     command = {"command": {"speed": 0.8834}, "measures": {"speed": 0.9, "double support": None}, "why": ""}
     lines = table({"walk": WALK | {"commanded": [command]}}).splitlines()

@@ -41,6 +41,8 @@ def lever(force: float, arm: float) -> float:
 """
 
 TEST = """
+import pytest
+
 from warpmuscle.gait.lever import lever
 
 
@@ -48,8 +50,9 @@ def test_failing_anyway():
     assert lever(0.0, 0.0) == 1.0
 
 
-def test_lever():
-    assert lever(2.0, 3.0) == 6.0
+@pytest.mark.parametrize("force", [2.0], ids=["of two - newtons"])
+def test_lever(force):
+    assert lever(force, 3.0) == 6.0
 """
 
 
@@ -177,8 +180,8 @@ def test_a_mutation_is_caught_by_a_test_that_passes_without_it(tmp_path: Path):
         if (m.before, m.after) in {("force * arm", "force / arm"), ("0.0", "1.0"), ("0.0 * arm", "0.0")}
     }
     assert {change: (o.status, o.by) for change, o in outcomes.items()} == {
-        ("force * arm", "force / arm"): ("caught", "tests/gait/test_lever.py::test_lever"),
-        ("0.0", "1.0"): ("caught", "tests/gait/test_lever.py::test_lever"),
+        ("force * arm", "force / arm"): ("caught", "tests/gait/test_lever.py::test_lever[of two - newtons]"),
+        ("0.0", "1.0"): ("caught", "tests/gait/test_lever.py::test_lever[of two - newtons]"),
         ("0.0 * arm", "0.0"): ("survived", ""),
     }
     assert (trial.folder / "warpmuscle/gait/lever.py").read_text() == SMALL

@@ -19,8 +19,10 @@ from mutations.changes import Mutation
 from mutations.tests_of import ordered_tests
 
 COPIED = ("warpmuscle", "tests", "tools", "docs", "pyproject.toml", "README.md", "setup.py")
-FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?\.py(?:::\S+)?)", re.MULTILINE)
-RUNNING = re.compile(r"^(tests/\S+\.py::\S+)", re.MULTILINE)
+# As `pytest -v` writes them; what stands in brackets may have spaces.
+FAILED = re.compile(r"^(\S+?\.py::.+?) (?:FAILED|ERROR) +\[ *\d+%\]$", re.MULTILINE)
+NOT_IMPORTED = re.compile(r"^ERROR (\S+?\.py)(?: - .*)?$", re.MULTILINE)
+RUNNING = re.compile(r"^(tests/\S+?\.py::.+?)(?: (?:PASSED|FAILED|ERROR|SKIPPED|XFAIL|XPASS).*)?$", re.MULTILINE)
 HANGS = 3.0  # times as long as without the mutation, at least, and this many seconds more, is "hangs"
 MARGIN = 30.0
 
@@ -52,13 +54,13 @@ class _Run:
 
     @property
     def failed(self) -> str:
-        match = FAILED.search(self.output)
+        match = FAILED.search(self.output) or NOT_IMPORTED.search(self.output)
         return match[1] if match else ""
 
     @property
     def running(self) -> str:
         names = RUNNING.findall(self.output)
-        return str(names[-1]) if names else ""
+        return str(names[-1]).strip() if names else ""
 
 
 class Trial:

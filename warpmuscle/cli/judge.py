@@ -12,6 +12,8 @@ from rich.text import Text
 from warpmuscle.cli.common import Commands, Device, Policy, Settings, Threads, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.walkers import Walkers, walker_of
+from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import need
 
 if TYPE_CHECKING:
     from warpmuscle.studies.judge import Judgement
@@ -30,16 +32,22 @@ def judge(
     threads: Threads = None,
     trust: Trust = False,
     output: Annotated[Path | None, typer.Option("--json", help="File for all numbers.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Page to write: indices, both sides, figures, all rows.")] = None,
 ) -> None:
     """Judge a gait: its likeness to people's, cost and robustness, beside required and desired values.
 
     It walks 60 s, then 20 runs of 10 s with noise of 0.1 m/s, each body's mass 10 % more or less, on slopes within 3
-    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed. A
-    policy acts without noise, from the scene's own start, at 1.25 m/s where it has learnt that. Examples:
-    warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5;
-    warpmuscle judge walk56 --policy policy.h5
+    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed.
+    Besides, all disturbances come at once, harder, with friction of 0.4 and delayed, noisy nerves, 80 N s push it aside
+    at ten phases, and it is told commands at random. A policy acts without noise, from the scene's own start, at 1.25
+    m/s where it has learnt that. Examples: warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command
+    speed=1.5; warpmuscle judge policy.h5 --report policy.html; warpmuscle judge walk56 --policy policy.h5
     """
-    writable(output)
+    if report is not None and report.suffix.lower() not in (".html", ".htm"):
+        raise Error(f"{report}: a report is written as .html")
+    writable(output, report)
+    for module in ("jinja2", "matplotlib") if report is not None else ():
+        need(module, "a report page needs")
     start_warp()
     from warpmuscle.core.files import replace_file
     from warpmuscle.studies.judge import judge as judged
@@ -60,9 +68,18 @@ def judge(
     if judgement.impossible:
         out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
     _print_table(judgement.verdicts)
+    out.print("besides:")
+    _print_table(judgement.further)
     fallen = [f"{what}: {number} of {RUNS}" for what, number in judgement.felled_by.items() if number]
     if recorded is None:
         out.print("fells it: " + (", ".join(fallen) or "none of these disturbances by itself"), markup=False)
+    if report is not None:
+        from warpmuscle.report.clinic import clinic_html
+
+        with log.status("drawing") as shown:
+            page = clinic_html(name, judgement, shown.update)
+        replace_file(report, page.encode())
+        out.print(f"wrote {report}", markup=False)
     if output is not None:
         replace_file(output, json.dumps(_numbers(name, judgement), indent=1).encode() + b"\n")
         out.print(f"wrote {output}", markup=False)
@@ -84,8 +101,10 @@ def _of_recording(sources: list[str]) -> tuple[str, Judgement] | None:
 
 def _print_table(verdicts: list[Verdict]) -> None:
     """A line a measure, in columns; lines are not cut, wherever they are printed."""
+    from warpmuscle.studies.verdicts import ends
+
     rows = [("", "", "", "must", "goal", "", "")] + [
-        (one.bar.name, _shown(one.value), one.bar.unit, _ends(one.bar.must), _ends(one.bar.goal), one.reached, one.note)
+        (one.bar.name, _shown(one.value), one.bar.unit, ends(one.bar.must), ends(one.bar.goal), one.reached, one.note)
         for one in verdicts
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -100,26 +119,19 @@ def _shown(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"
 
 
-def _ends(ends: tuple[float | None, float | None]) -> str:
-    """An interval in words."""
-    low, high = ends
-    if low is None:
-        return f"up to {high:g}"
-    return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
-
-
 def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:
     """All numbers, fit for JSON."""
 
     def of_bar(bar: Bar) -> dict[str, Any]:
         return {"name": bar.name, "unit": bar.unit, "must": bar.must, "goal": bar.goal}
 
-    verdicts = [
-        of_bar(one.bar) | {"value": one.value, "reached": one.reached, "note": one.note} for one in judgement.verdicts
-    ]
+    def of(verdicts: list[Verdict]) -> list[dict[str, Any]]:
+        return [of_bar(one.bar) | {"value": one.value, "reached": one.reached, "note": one.note} for one in verdicts]
+
     commanded = [{"command": one.asked, "measures": one.measures, "why": one.why} for one in judgement.commanded]
     return {
-        "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": verdicts,
+        "scene": name, "running": judgement.running, "end": judgement.end, "verdicts": of(judgement.verdicts),
+        "further": of(judgement.further),
         "measures": judgement.measures, "commanded": commanded, "impossible": judgement.impossible,
         "felled_by": judgement.felled_by,
     }  # fmt: skip

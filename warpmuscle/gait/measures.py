@@ -19,7 +19,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.validation.checks import near
 
-Steps = Literal["contact", "stance"]
+CountedBy = Literal["contact", "stance"]
 SHORTEST_STRIDE = 0.1  # m, from which on a stride has a direction
 _UP = np.array([0.0, 1.0, 0.0])
 
@@ -58,7 +58,7 @@ def measure(
     left_foot: str | Scene = "lFoot",
     right_foot: str = "rFoot",
     start: float = 5.0,
-    by: Steps = "contact",
+    by: CountedBy = "contact",
 ) -> Gait:
     """Measure the steady part of a walk.
 
@@ -96,15 +96,13 @@ def measure(
         raise ArgumentError("cannot measure the gait of a recording without frames")
     first, last = float(recording.time[0]), float(recording.time[-1])
     fallback = first + 0.25 * (last - first)
-    times, sides = _landings(recording) if by == "contact" else _changes(recording)
+    landings = _landings_of(recording, left_foot, right_foot, by)
+    times = landings.times
     if start > fallback and (start >= last or np.count_nonzero(times >= start) < 3):
         start = fallback
     steady = recording.time >= start
     velocity = recording.com_velocity[steady].mean(axis=0, dtype=float)
     turned = heading(recording)
-    frames = np.minimum(np.searchsorted(recording.time, times), recording.frames - 1)
-    feet = np.stack([recording.position_of(left_foot), recording.position_of(right_foot)])
-    landings = _Landings(times, sides, feet[sides, frames].astype(float), turned[frames])
     steps = _steps_in_heading(landings, start) if by == "stance" else _steps(landings, start)
     times = times[1:] if by == "stance" else times  # at the start no foot comes down
     times = times[times >= start]
@@ -119,6 +117,41 @@ def measure(
         cadence=_cadence(times),
         heading_drift=float(turned[-1] - turned[steady][0]),
     )
+
+
+class Steps(NamedTuple):
+    """Steps of a walk in the order of time."""
+
+    sides: Integers  # (K,) of the foot that each ends with: 0 left, 1 right
+    lengths: Floats  # (K,) m
+    widths: Floats  # (K,) m, NaN where there is no line to measure from
+
+    def of(self, side: int) -> Floats:
+        """Lengths of those that end with one foot, m."""
+        return np.asarray(self.lengths[self.sides == side])
+
+    @property
+    def length_deviation(self) -> float | None:
+        """Standard deviation of the length from one step to the next of the same foot, m; None of fewer than three.
+
+        A limp, which makes steps of one foot longer than those of the other, is no variability.
+        """
+        sides = [self.of(side) for side in (0, 1)]
+        if min(map(len, sides)) < 3:
+            return None
+        return float(np.sqrt(np.mean([np.var(lengths, ddof=1) for lengths in sides])))
+
+
+def steps_of(recording: Recording, scene: Scene, start: float = 5.0) -> Steps:
+    """The steps of a walk from a time on, s, as `measure` counts them.
+
+    Raises:
+        Error: the scene has no feet.
+    """
+    recording = over_belts(recording, scene)
+    landings = _landings_of(recording, *feet_of(scene))
+    steps = _steps(landings, start)
+    return Steps(landings.sides[landings.steps(start)], steps[:, 0], steps[:, 1])
 
 
 def _cadence(times: Floats) -> float | None:
@@ -145,6 +178,14 @@ def _changes(recording: Recording) -> tuple[Floats, Integers]:
     """Times (K,), s, at which a foot becomes the controller's stance foot, and which ones; the start is the first."""
     frames = np.concatenate([[0], np.flatnonzero(np.diff(recording.stance)) + 1])
     return recording.time[frames].astype(float), recording.stance[frames]
+
+
+def _landings_of(recording: Recording, left_foot: str, right_foot: str, by: CountedBy = "contact") -> _Landings:
+    """Where the feet of these bodies come down."""
+    times, sides = _landings(recording) if by == "contact" else _changes(recording)
+    frames = np.minimum(np.searchsorted(recording.time, times), recording.frames - 1)
+    feet = np.stack([recording.position_of(left_foot), recording.position_of(right_foot)])
+    return _Landings(times, sides, feet[sides, frames].astype(float), heading(recording)[frames])
 
 
 class _Landings(NamedTuple):

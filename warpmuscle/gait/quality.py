@@ -28,9 +28,9 @@ from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
 from warpmuscle.gait.joint_moments import MOMENTS_AT, from_people, leg_moments, leg_powers, likeness, mean_curves
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
-from warpmuscle.gait.measures import feet_of, heading, measure
+from warpmuscle.gait.measures import feet_of, heading, measure, steps_of
 from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spent, trembling
-from warpmuscle.gait.muscle_timing import muscle_timing
+from warpmuscle.gait.muscle_timing import active_windows, muscle_timing
 from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.gait.penetration import penetration
 from warpmuscle.results.recording import Recording
@@ -40,6 +40,8 @@ from warpmuscle.scene.norms import FORCE, LEG_ANGLES, NORMS
 
 Measures = dict[str, float | None]
 TIMING = "timing of the muscles"  # %
+ACTIVE = "windows in which muscles are active"  # share
+VARIABILITY = "variability of the step length"  # mm
 INSIDE = "bodies inside each other"  # cm
 AT = " at"  # at the end of the name of a percent of the cycle, behind the name of the value there
 LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms do not apply
@@ -79,6 +81,8 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
         "step width": gait.step_width,
         "cadence": gait.cadence,
     }
+    deviation = steps_of(recording, scene, gait.start).length_deviation
+    found[VARIABILITY] = None if deviation is None else 1000.0 * deviation
     shares = support_of(recording, scene, cycles)
     running = runs(scene, shares)
     normal = gait.speed_forward >= LEAST_NORMAL_SPEED
@@ -235,12 +239,13 @@ def _of_muscles(steady: Recording, scene: Scene, speed: float) -> Measures:
 
 
 def _of_timing(recording: Recording, cycles: dict[str, Strides], normal: bool) -> Measures:
-    """Whether muscles are excited when people's are, %: each, and the mean of them."""
+    """Whether muscles are excited when people's are, %, each and the mean of them; and the share of active windows."""
     if not normal:
         return {}
-    each = muscle_timing(recording, cycles)
+    each, windows = muscle_timing(recording, cycles), active_windows(recording, cycles)
     found: Measures = {} if not each else {TIMING: float(np.mean(list(each.values())))}
-    return found | {f"timing of {muscle}": value for muscle, value in each.items()}
+    found |= {f"timing of {muscle}": value for muscle, value in each.items()}
+    return found | ({ACTIVE: float(np.mean([one.is_met for one in windows]))} if windows else {})
 
 
 def _of_headings(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Measures:

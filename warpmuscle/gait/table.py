@@ -12,7 +12,7 @@ from warpmuscle.gait.device_work import POSITIVE, WORK
 from warpmuscle.gait.device_work import UNIT as WORK_UNIT
 from warpmuscle.gait.joint_moments import MOMENTS_AT
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
-from warpmuscle.gait.quality import AT, Measures
+from warpmuscle.gait.quality import ACTIVE, AT, VARIABILITY, Measures
 from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
 from warpmuscle.scene.people.pinzone import MOMENTS
 from warpmuscle.scene.people.pinzone import SOURCE as PEOPLE
@@ -27,6 +27,8 @@ _UNITS = {
     "step length": "m",
     "step width": "m",
     "cadence": "steps/min",
+    VARIABILITY: "mm",
+    ACTIVE: "0 to 1",
     "stance": _CYCLE,
     "double support": _CYCLE,
     "flight": _CYCLE,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import msgspec
 import numpy as np
 import warp as wp
 
@@ -16,7 +15,7 @@ from warpmuscle.learning.starts import RowTable
 from warpmuscle.scene import Command, Scene
 from warpmuscle.scene.learning import Variation
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.simulation.perturbations import with_masses
+from warpmuscle.simulation.perturbations import with_masses, with_strengths
 from warpmuscle.simulation.rollout import Rollout
 
 NAMES = ("slope", "mass", "strength")  # what a critic is told of a variant
@@ -48,7 +47,9 @@ class Variants:
         told += [_relative(values, rollout.scene.commands[name]) for name, values in commands.items()]
         self.told = to_device(np.stack(told, axis=1), float, rollout.device)
         numeric = substitute(rollout.scene, start_values(rollout.scene), commands) if commands else rollout.numeric
-        numeric = with_strengths(with_masses(numeric, mass), strength)
+        numeric = with_masses(numeric, mass)
+        if numeric.character.muscles:
+            numeric = with_strengths(numeric, strength)
         self._every = every = rollout.varied_model(numeric, slope)  # kept, since tables know addresses alone
         self.model = structs.Model()
         self.model.assign(every)
@@ -96,15 +97,6 @@ def drawn_commands(variation: Variation, scene: Scene, count: int) -> dict[str, 
 def _relative(values: Floats, command: Command) -> Floats:
     """How far values of a command are from its reference, of its range."""
     return np.asarray((values - command.reference) / max(command.max - command.min, 1e-9))
-
-
-def with_strengths(numeric: Scene, factors: Floats) -> Scene:
-    """A scene of numbers whose muscles are stronger or weaker by factors (n, muscles)."""
-    muscles = {
-        name: msgspec.structs.replace(muscle, f_max=muscle.f_max * factor)
-        for (name, muscle), factor in zip(numeric.character.muscles.items(), factors.T, strict=False)
-    }
-    return msgspec.structs.replace(numeric, character=msgspec.structs.replace(numeric.character, muscles=muscles))
 
 
 def differing(shared: Any, varied: Any, copy: Any) -> Iterator[tuple[Any, str, wp.array]]:

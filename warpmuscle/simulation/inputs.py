@@ -117,6 +117,13 @@ class Inputs:
     def set_disturbances(self, disturbances: Perturbations) -> None:
         """Take disturbances; RolloutError if they are those of another number of instances."""
         self.disturbances = checked_disturbances(disturbances, self._instances)
+        character = self._scene.character
+        for name, count in (("mass", len(character.bodies)), ("strength", len(character.muscles))):
+            factors = getattr(disturbances, name)
+            if factors is not None and factors.shape != (self._instances, count):
+                raise RolloutError(
+                    f"factors of {name} have shape {factors.shape}; this rollout takes ({self._instances}, {count})"
+                )
         self.of_model, self._initial = replace(self.of_model, slope=disturbances.slope), None
 
     def initial_values(self, root_velocity: Floats) -> InitialValues:

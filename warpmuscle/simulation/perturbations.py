@@ -1,4 +1,4 @@
-"""Disturbances of simulated bipeds: pushes, initial velocities, slopes, masses; and the runs of a robust objective."""
+"""Disturbances of simulated bipeds: pushes, initial velocities, slopes, masses, strengths; robust objectives' runs."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ class Perturbations:
         push_start: (n,) s. push_duration: s, of a constant force.
         slope: (n,) rad, by which the ground rises forwards.
         mass: (n, bodies) factors on masses and inertias; None: all bodies are as the scene says.
+        strength: (n, muscles) factors on `f_max` of all muscles of the scene, in order; None: as the scene says.
     """
 
     velocity: Floats
@@ -31,6 +32,7 @@ class Perturbations:
     slope: Floats
     push_duration: float = 0.1
     mass: Floats | None = None
+    strength: Floats | None = None
 
     def __len__(self) -> int:
         """Number of instances."""
@@ -39,13 +41,15 @@ class Perturbations:
     @property
     def any(self) -> bool:
         """Whether any instance is disturbed at all."""
-        return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope) or self.mass is not None)
+        other_bodies = self.mass is not None or self.strength is not None
+        return bool(np.any(self.velocity) or np.any(self.push) or np.any(self.slope) or other_bodies)
 
     def part(self, share: slice) -> Perturbations:
         """Those of some of the instances."""
         return Perturbations(
             self.velocity[share], self.push[share], self.push_start[share], self.slope[share], self.push_duration,
             None if self.mass is None else self.mass[share],
+            None if self.strength is None else self.strength[share],
         )  # fmt: skip
 
     def tiled(self, times: int) -> Perturbations:
@@ -54,6 +58,7 @@ class Perturbations:
             np.tile(self.velocity, (times, 1)), np.tile(self.push, (times, 1)), np.tile(self.push_start, times),
             np.tile(self.slope, times), self.push_duration,
             None if self.mass is None else np.tile(self.mass, (times, 1)),
+            None if self.strength is None else np.tile(self.strength, (times, 1)),
         )  # fmt: skip
 
 
@@ -97,6 +102,22 @@ def with_masses(numeric: Scene, factors: Floats) -> Scene:
         for (name, body), factor in zip(numeric.character.bodies.items(), factors.T, strict=True)
     }
     return msgspec.structs.replace(numeric, character=msgspec.structs.replace(numeric.character, bodies=bodies))
+
+
+def with_strengths(numeric: Scene, factors: Floats) -> Scene:
+    """A scene of numbers whose muscles are stronger or weaker by factors (n, muscles)."""
+    muscles = {
+        name: msgspec.structs.replace(muscle, f_max=muscle.f_max * factor)
+        for (name, muscle), factor in zip(numeric.character.muscles.items(), factors.T, strict=True)
+    }
+    return msgspec.structs.replace(numeric, character=msgspec.structs.replace(numeric.character, muscles=muscles))
+
+
+def with_bodies(numeric: Scene, disturbances: Perturbations) -> Scene:
+    """A scene of numbers with the masses and strengths of disturbed instances."""
+    if disturbances.mass is not None:
+        numeric = with_masses(numeric, disturbances.mass)
+    return numeric if disturbances.strength is None else with_strengths(numeric, disturbances.strength)
 
 
 def combined(costs: Floats, robustness: Robustness) -> Floats:

@@ -45,7 +45,7 @@ from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.memory import check_memory, struct_bytes
-from warpmuscle.simulation.perturbations import Perturbations, with_masses
+from warpmuscle.simulation.perturbations import Perturbations, with_bodies
 from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
@@ -205,9 +205,8 @@ class Rollout(RolloutResults):
         update_model(self.model, [part], self.numeric, self.structure, self.device, self._inputs.of_model)
 
     def _substituted(self, values: Floats) -> Scene:
-        """The scene with values of its parameters, as commanded, and with the masses of disturbed instances."""
-        numeric, factors = substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances.mass
-        return numeric if factors is None else with_masses(numeric, factors)
+        """The scene with values of its parameters, as commanded, with masses and strengths of disturbed instances."""
+        return with_bodies(substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances)
 
     def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
         if isinstance(values, Mapping):
@@ -279,7 +278,7 @@ class Rollout(RolloutResults):
     def disturb(self, disturbances: Perturbations) -> None:
         self._inputs.set_disturbances(disturbances)
         self._batch.push(disturbances, self.scene.time_step)
-        if disturbances.mass is not None:
+        if disturbances.mass is not None or disturbances.strength is not None:
             self.change(self._substituted(self._values))
         else:
             self._update("slope")

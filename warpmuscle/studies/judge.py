@@ -1,7 +1,8 @@
 """A gait judged: its likeness to people's, cost and robustness, beside required and desired values.
 
 One run of 60 s, twenty disturbed ones of 10 s, pushes, walks up a slope (deg) and with loads (kg), and at several
-speeds (m/s) where it takes a speed. The same is asked of a scene's own controller and of a policy, see `walkers`.
+speeds (m/s) where it takes a speed; then what `hard_trials` ask. The same is asked of a scene's own controller and of a
+policy, see `walkers`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.measures import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.penetration import penetration
-from warpmuscle.gait.quality import LEAST_FLIGHT, Measures, gait_measures
+from warpmuscle.gait.quality import LEAST_FLIGHT, VARIABILITY, Measures, gait_measures
 from warpmuscle.model.muscles import driven
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
@@ -27,15 +28,19 @@ from warpmuscle.scene.accounting import FORMULAS
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.masses import body_mass, total_mass
 from warpmuscle.scene.topology import topology
-from warpmuscle.simulation.perturbations import Perturbations, drawn, none
+from warpmuscle.simulation.perturbations import drawn, none
 from warpmuscle.studies.beside_people import of_force, of_norms
+from warpmuscle.studies.hard_trials import of_measures, trials, variability
 from warpmuscle.studies.robustness import IMPULSES, push_trials
+from warpmuscle.studies.single_disturbances import MASS, NOISE, SEED, felled_by
 from warpmuscle.studies.verdicts import (
     APART,
     COST,
     COST_STRICT,
     COST_WANG,
     ECONOMICAL,
+    FURTHER_RUN,
+    FURTHER_WALK,
     HUMPS,
     LOADED,
     OF_ENERGY,
@@ -45,6 +50,7 @@ from warpmuscle.studies.verdicts import (
     UPHILL,
     UPRIGHT,
     WALK,
+    Bar,
     Finding,
     Verdict,
 )  # fmt: skip
@@ -52,7 +58,7 @@ from warpmuscle.studies.verdicts import RUNS as RUNS
 from warpmuscle.studies.walkers import Walker, loaded, under
 
 LONG, SHORT, COMMANDED = 60.0, 10.0, 30.0  # s, of the run that is measured, of disturbed ones, of those at a command
-NOISE, MASS, SLOPE, SEED = 0.1, 0.1, float(np.radians(3.0)), 3  # of disturbed runs: m/s, part, rad
+SLOPE = float(np.radians(3.0))  # rad, of disturbed runs, whose noise and masses are those of `single_disturbances`
 DISTURBED = (
     f"{SHORT:g} s, {NOISE:g} m/s of noise at the start, masses of bodies +-{100.0 * MASS:g} %, "
     f"slopes of +-{np.degrees(SLOPE):.0f} degrees"
@@ -62,7 +68,6 @@ SPEEDS = 7  # commanded, evenly over the range
 UP = 5.0  # deg
 LOADS = (0.18, 0.31)  # of the body weight
 FAST = 2.0  # m/s: where people begin to run (Hreljac 1993: 2.07)
-ASIDE, HILL = 40.0, 2.0  # N s, deg, of disturbances that come one by one
 POWER = "walking power"  # W/kg, above that at rest
 
 
@@ -97,6 +102,7 @@ class Judgement:
             whole gait cycle.
         commanded: the walks at other speeds, on slopes and with loads. impossible: bodies are too deep inside each
             other for anything else to count. felled_by: of 20 runs with one disturbance each, how many fall.
+        further: verdicts on what is asked besides. motion: the long run, of `scene`.
     """
 
     verdicts: list[Verdict]
@@ -106,6 +112,9 @@ class Judgement:
     commanded: list[Walked]
     impossible: bool = False
     felled_by: Mapping[str, int] = field(default_factory=dict)
+    further: list[Verdict] = field(default_factory=list)
+    motion: Recording | None = None
+    scene: Scene | None = None
 
 
 def judge(
@@ -147,12 +156,27 @@ def judge(
         commanded = at_conditions(walker, tell=tell)
         found |= _over_conditions(commanded, scene)
     without = Finding(None, why, failed=end != Status.COMPLETED)
-    bars = [bar for bar in (RUN if running else WALK) if drives.muscles or bar.name not in OF_MUSCLES]
-    found |= bodies_and_norms(walks.recordings[0], scene, measures | of_force(measures), running)
+    motion = walks.recordings[0]
+    found |= bodies_and_norms(motion, scene, measures | of_force(measures), running)
+    found |= of_measures(measures, motion, scene)
+    found |= trials(walker, motion, measures, short=SHORT, running=COMMANDED, tell=tell)
+    if measures and not running:
+        found[VARIABILITY] = variability(walker, COMMANDED, measures.get(VARIABILITY))
     impossible = APART.reached(found[APART.name].value or 0.0) == "missed"
-    verdicts = [Verdict(bar, *found.get(bar.name, without), void=impossible) for bar in bars]
+    verdicts, further = (
+        [Verdict(bar, *found.get(bar.name, without), void=impossible) for bar in bars_of(rows, bool(drives.muscles))]
+        for rows in ((RUN, FURTHER_RUN) if running else (WALK, FURTHER_WALK))
+    )
     tell(f"{RUNS} runs of {SHORT:g} s with each disturbance by itself")
-    return Judgement(verdicts, running, end.meaning, measures, commanded, impossible, felled_by(walker))
+    felled = felled_by(walker, SHORT)
+    return Judgement(
+        verdicts, running, end.meaning, measures, commanded, impossible, felled, further, motion, scene
+    )  # fmt: skip
+
+
+def bars_of(rows: Sequence[Bar], muscles: bool) -> list[Bar]:
+    """Rows of a judgement, those of muscles only where there are some."""
+    return [bar for bar in rows if muscles or bar.name not in OF_MUSCLES]
 
 
 def bodies_and_norms(recording: Recording, scene: Scene, measures: Measures, running: bool) -> dict[str, Finding]:
@@ -165,34 +189,6 @@ def bodies_and_norms(recording: Recording, scene: Scene, measures: Measures, run
         note = f"{between}{100.0 * deepest.share:.0f} % of the time" if deepest.pair else ""
         found = {APART.name: Finding(100.0 * deepest.depth, note)}
     return found | ({} if running else of_norms(measures))
-
-
-def felled_by(walker: Walker) -> dict[str, int]:
-    """How many of 20 runs of 10 s each disturbance fells by itself, by its description."""
-    scene = walker.scene()
-    bodies = len(scene.character.bodies)
-    noise = drawn(Robustness(runs=RUNS + 1, velocity_noise=NOISE, seed=SEED), SHORT, bodies).part(slice(1, None))
-    light = drawn(Robustness(runs=RUNS + 1, mass=MASS, seed=SEED), SHORT, bodies).part(slice(1, None))
-    still = none(RUNS)
-    start = np.linspace(0.2, 0.5, RUNS) * SHORT
-    aside = np.where(np.arange(RUNS) % 2 == 0, ASIDE, -ASIDE)[:, None] * [1.0, 0.0, 0.0]
-    ahead = np.where(np.arange(RUNS) % 2 == 0, ASIDE, -ASIDE)[:, None] * [0.0, 0.0, 1.0]
-    tried = {
-        f"noise of {NOISE:g} m/s": noise,
-        f"masses +-{100.0 * MASS:g} %": light,
-        f"{ASIDE:g} N s from the side": replace(still, push=aside, push_start=start),
-        f"{ASIDE:g} N s from behind or in front": replace(still, push=ahead, push_start=start),
-        f"{HILL:g} degrees up": replace(noise, slope=np.full(RUNS, np.radians(HILL)), velocity=0.2 * noise.velocity),
-        f"{HILL:g} degrees down": replace(noise, slope=np.full(RUNS, -np.radians(HILL)), velocity=0.2 * noise.velocity),
-    }
-    factors = [np.ones((RUNS, bodies)) if one.mass is None else one.mass for one in tried.values()]
-    velocity, push, push_start, slope = (
-        np.concatenate([getattr(one, name) for one in tried.values()])
-        for name in ("velocity", "push", "push_start", "slope")
-    )
-    every = Perturbations(velocity, push, push_start, slope, mass=np.concatenate(factors))
-    upright = walker.walk(SHORT, every).upright.reshape(len(tried), RUNS)
-    return {name: int(RUNS - stood.sum()) for name, stood in zip(tried, upright, strict=True)}
 
 
 def gait_of(recording: Recording, plain: Scene) -> str:

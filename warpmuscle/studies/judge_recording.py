@@ -6,8 +6,9 @@ from warpmuscle.gait.measures import feet_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.studies.beside_people import of_force
-from warpmuscle.studies.judge import Judgement, bodies_and_norms, gait_of, measured
-from warpmuscle.studies.verdicts import HUMPS, OF_MUSCLES, RUN, WALK, Finding, Verdict
+from warpmuscle.studies.hard_trials import of_measures
+from warpmuscle.studies.judge import Judgement, bars_of, bodies_and_norms, gait_of, measured
+from warpmuscle.studies.verdicts import FURTHER_RUN, FURTHER_WALK, HUMPS, RUN, WALK, Finding, Verdict
 
 RECORDED = "a recording, of which nothing is simulated"
 
@@ -31,7 +32,10 @@ def judge_recording(recording: Recording, scene: Scene) -> Judgement:
         found["toe-off"] = Finding(measures.get("stance"))
         if HUMPS in found and found[HUMPS].value is None:
             found[HUMPS] = Finding(None, "no valley between two peaks", failed=True)
-    found |= bodies_and_norms(recording, scene, known, running)
-    bars = [bar for bar in (RUN if running else WALK) if recording.muscle_names or bar.name not in OF_MUSCLES]
+    found |= bodies_and_norms(recording, scene, known, running) | of_measures(measures, recording, scene)
     without = Finding(None, why or RECORDED)
-    return Judgement([Verdict(bar, *found.get(bar.name, without)) for bar in bars], running, "recorded", measures, [])
+    verdicts, further = (
+        [Verdict(bar, *found.get(bar.name, without)) for bar in bars_of(rows, bool(recording.muscle_names))]
+        for rows in ((RUN, FURTHER_RUN) if running else (WALK, FURTHER_WALK))
+    )
+    return Judgement(verdicts, running, "recorded", measures, [], further=further, motion=recording, scene=scene)

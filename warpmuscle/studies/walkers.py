@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from typing import Self
 
 import msgspec
 import numpy as np
@@ -14,19 +16,22 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.status import Status
 from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
+from warpmuscle.learning.senses import groups_of
 from warpmuscle.model.bodies import ground_normal
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.initial_pose import plain_number
+from warpmuscle.scene.learning import Sense
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.multi_device import make_rollout
-from warpmuscle.simulation.perturbations import Perturbations, with_masses
+from warpmuscle.simulation.perturbations import Perturbations, with_bodies
 
 RATE = 200.0  # frames/s, for what happens at a touch-down
 WALKING_SPEED = 1.25  # m/s, that a policy of several speeds is told unless asked otherwise
+OWN = ("command", "clock", "action", "goal")  # observations of a policy that come to it by no nerve
 
 
 @dataclass(frozen=True)
@@ -47,15 +52,56 @@ class Walks:
         return np.asarray(self.status == Status.COMPLETED)
 
 
+@dataclass(frozen=True)
+class Nerves:
+    """How nerves hinder a walker.
+
+    Attributes:
+        delay: s, later than it is anyway, that a policy hears of its body, or that muscles hear of their controller.
+        noise: standard deviation of what is added to all that a policy observes, in the units of each observation.
+    """
+
+    delay: float = 0.0
+    noise: float = 0.0
+
+
 class Walker(ABC):
     """Something that walks under conditions that differ between instances of a batch.
 
     Attributes:
         commands: what it can be told at all, and what it is told unless asked otherwise.
+        senses: whether it observes its body, so that noise can be in what it observes.
     """
 
     commands: Mapping[str, Command]
+    senses = False
     _scene: Scene
+
+    @property
+    def muscles(self) -> list[str]:
+        """Names of all muscles of its scene, in order."""
+        return list(self._scene.character.muscles)
+
+    def on_ground(self, friction: float) -> Self:
+        """The same walker on ground of this coefficient of friction; bodies that are more slippery stay so."""
+        other = copy(self)
+        ground = msgspec.structs.replace(self._scene.ground, friction=friction)
+        other._scene = msgspec.structs.replace(self._scene, ground=ground)
+        return other
+
+    def with_nerves(self, nerves: Nerves) -> Self:
+        """The same walker, hindered so; delays of muscles that are free, or follow others, stay as they are."""
+        other = copy(self)
+        if nerves.delay and self._scene.character.muscles:
+            muscles = {
+                name: msgspec.structs.replace(muscle, delay=muscle.delay + nerves.delay)
+                if isinstance(muscle.delay, int | float)
+                else muscle
+                for name, muscle in self._scene.character.muscles.items()
+            }
+            character = msgspec.structs.replace(self._scene.character, muscles=muscles)
+            other._scene = msgspec.structs.replace(self._scene, character=character)
+        return other
 
     @abstractmethod
     def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
@@ -111,6 +157,8 @@ class SceneWalker(Walker):
 class PolicyWalker(Walker):
     """A scene that a learnt policy moves, without noise; what its task draws is left out."""
 
+    senses = True
+
     def __init__(
         self,
         learned: Learned,
@@ -147,6 +195,18 @@ class PolicyWalker(Walker):
         self._own = {name: one for name, one in scene.commands.items() if name not in learnt}
         self.commands = known | self._own
 
+    def with_nerves(self, nerves: Nerves) -> Self:
+        other, observed = copy(self), self._learned.policy.observation
+        groups = {
+            name: Sense(delay=sense.delay + nerves.delay, noise=float(np.hypot(sense.noise, nerves.noise)))
+            if name not in OWN
+            else sense
+            for name, sense in groups_of(self._task).items()
+            if any(one.startswith(f"{name}.") for one in observed)
+        }
+        other._task = msgspec.structs.replace(self._task, observations=groups)
+        return other
+
     def scene(self, commands: Mapping[str, float] | None = None) -> Scene:
         own = {name: value for name, value in (commands or {}).items() if name in self._own}
         return substitute(self._scene, start_values(self._scene), own)
@@ -170,9 +230,7 @@ def under(scene: Scene, disturbances: Perturbations, instance: int) -> Scene:
     if slope := float(disturbances.slope[instance]):
         normal = tuple(ground_normal(ground, np.array([slope]))[0, 0].tolist())
         scene = msgspec.structs.replace(scene, ground=msgspec.structs.replace(ground, normal=normal))
-    if disturbances.mass is None:
-        return scene
-    return with_masses(scene, disturbances.mass[instance : instance + 1])
+    return with_bodies(scene, disturbances.part(slice(instance, instance + 1)))
 
 
 def loaded(scene: Scene, disturbances: Perturbations, loads: Floats) -> Perturbations:

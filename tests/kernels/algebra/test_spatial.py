@@ -121,3 +121,18 @@ def test_rotation_matrices_of_these_tests_rotate():
     q, v = units(N, 1, 4), vectors(N)
     np.testing.assert_allclose(np.einsum("nij,nj->ni", matrix(q), v), rotate(q, v), atol=1e-12)
     np.testing.assert_allclose(np.einsum("nij,nj->ni", cross_matrix(v), q[:, :3]), np.cross(v, q[:, :3]), atol=1e-12)
+
+
+def test_heading_is_the_twist_about_the_vertical():
+    """Of q = heading r, r turns about a horizontal axis: it has no part about y, and the heading no other."""
+    q = units(N, 3, 4)
+    found = evaluate(spatial.heading, q)
+    norm = np.hypot(q[:, 1], q[:, 3])
+    np.testing.assert_allclose(found[:, [1, 3]], q[:, [1, 3]] / norm[:, None], atol=3e-7)
+    assert not found[:, [0, 2]].any()
+    rest = multiply(found * [-1.0, -1.0, -1.0, 1.0], q)
+    np.testing.assert_allclose(rest[:, 1], 0.0, atol=3e-7)
+
+
+def test_heading_of_what_lies_upside_down_is_none():
+    np.testing.assert_array_equal(evaluate(spatial.heading, np.array([[0.6, 0.0, 0.8, 0.0]])), [[0.0, 0.0, 0.0, 1.0]])

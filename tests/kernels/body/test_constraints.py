@@ -138,11 +138,13 @@ def test_accelerations_are_those_of_the_equations_with_multipliers(
     np.testing.assert_allclose(found, right, atol=5e-5 * np.abs(right).max())
 
 
+ARMS = {"p": 2, "q": 2, "l": 2, "m": 2, "d": 2, "e": 2, "w": 4, "x": 4}  # links of each
+
+
 def linkage(duration: float) -> Scene:
     """Four closed loops of hinges, one by each kind of constraint, on a base that is welded to the ground."""
     bodies, joints = {"base": body_of(1.0)}, dict[str, Joint]()
-    arms = {"p": 2, "q": 2, "l": 2, "m": 2, "d": 2, "e": 2, "w": 4, "x": 4}
-    for k, (arm, count) in enumerate(arms.items()):
+    for k, (arm, count) in enumerate(ARMS.items()):
         parent, place = "base", (0.0, 0.0, 0.3 * (-1.0) ** k)
         for link in range(count):
             axis = (0.3 * link, 0.1 * link, 0.2 * link) if arm in "wxlm" and link else (0.0, 0.0, 0.0)
@@ -195,6 +197,13 @@ def test_loops_of_every_kind_stay_closed_and_keep_their_energy():
     both = energy(scene, q, v)
     assert np.ptp(both[0]) > 4.0
     assert np.ptp(both.sum(axis=0)) < 2e-3 * np.ptp(both[0])
+
+
+def test_one_constraint_alone_is_kept():
+    scene = linkage(0.3)
+    scene.character.constraints = {"distance": scene.character.constraints["distance"]}
+    q, _ = run(scene)
+    assert np.abs(constraint_errors(scene.character, topology(scene.character), q)).max() < 1e-6
 
 
 def test_a_row_that_says_what_others_do_changes_nothing():

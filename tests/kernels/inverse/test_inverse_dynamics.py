@@ -8,6 +8,7 @@ from warpmuscle.core.pose import conjugate, multiply, rotate
 from warpmuscle.formats import load
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
+from warpmuscle.scene import Body, Character, Displacement, Joint, Scene
 from warpmuscle.studies.inverse_dynamics import body_accelerations, body_points, inverse_dynamics
 
 FRAMES = 5
@@ -39,6 +40,22 @@ def leg(tmp_path_factory) -> Moving:
     return Moving(BodyModel(small_leg(tmp_path_factory.mktemp("leg")), "cpu"))
 
 
+def knee_and_patella() -> Scene:
+    """A leg whose patella, between other joints, follows the knee."""
+    bend = Displacement((1.0, 0.2, 0.0), slope=1.0)
+    glide = Displacement((0.0, 1.0, 0.0), polynomial=[0.01, -0.03, 0.02])
+    place = (0.03, -0.2, 0.01), (-0.02, 0.2, 0.03)
+    masses = {"pelvis": 9.0, "thigh": 7.0, "patella": 0.3, "shank": 3.0, "foot": 1.0}
+    bodies = {name: Body(m, (0.02 * m, 0.03 * m, 0.01 * m)) for name, m in masses.items()}
+    joints = {
+        "hip": Joint("ball", "pelvis", "thigh", *place),
+        "patella": Joint("coupled", "thigh", "patella", *place, rotations=[bend], translations=[glide], follows="knee"),
+        "knee": Joint("coupled", "thigh", "shank", *place, rotations=[bend], translations=[glide]),
+        "ankle": Joint("hinge", "shank", "foot", *place, [(1.0, 0.0, 0.0)]),
+    }
+    return Scene("leg", Character("pelvis", bodies, joints))
+
+
 def no_loads() -> BodyLoads:
     return BodyLoads([], *(np.zeros((FRAMES, 0, 3)) for _ in range(3)))
 
@@ -50,6 +67,17 @@ def test_forces_are_those_of_the_host(name, leg):
     found = body.dynamics(states, no_loads())
     wanted = inverse_dynamics(body.scene, states.coordinates, states.speeds, states.rates)
     assert found.effort + found.followed == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+
+
+def test_what_a_follower_takes_counts_where_its_driver_does():
+    moving = Moving(BodyModel(knee_and_patella(), "cpu"))
+    body, states = moving.body, moving.states()
+    found = body.dynamics(states, no_loads())
+    wanted = inverse_dynamics(body.scene, states.coordinates, states.speeds, states.rates)
+    assert found.effort + found.followed == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+    knee = body.topology.speeds_of(body.topology.body_of_joint("patella"))  # which moves it
+    assert np.abs(found.followed[:, knee]).max() > 0.0
+    assert not np.delete(found.followed, knee, axis=1).any()
 
 
 @pytest.mark.parametrize("first", ["femur_r", "tibia_r", "calcn_r"])

@@ -22,15 +22,24 @@ ALIKE = 1e-4  # rad or m, that two sides may differ by
 
 def counterpart(name: str, names: Collection[str]) -> str:
     """Name of what is on the other side: `rHAM` for `lHAM`, `ham_r` for `ham_l`, ...; empty if there is none."""
+    return _side_and_counterpart(name, names)[1]
+
+
+def side_of(name: str, names: Collection[str]) -> str:
+    """Which side something is on, "left" or "right", by its name; empty if nothing is its counterpart."""
+    return _side_and_counterpart(name, names)[0]
+
+
+def _side_and_counterpart(name: str, names: Collection[str]) -> tuple[str, str]:
     for left, right in SIDES:
-        for own, other in ((left, right), (right, left)):
+        for side, own, other in (("left", left, right), ("right", right, left)):
             for candidate in (
                 other + name.removeprefix(own) if name.startswith(own) else "",
                 name.removesuffix(f"_{own}") + f"_{other}" if name.endswith(f"_{own}") else "",
             ):
                 if candidate in names and candidate != name:
-                    return candidate
-    return ""
+                    return side, candidate
+    return "", ""
 
 
 class JointImage(NamedTuple):

@@ -1,0 +1,59 @@
+"""The page of a judged gait: what it says of a walk made by hand, and of one that is too short for a cycle."""
+
+import pytest
+
+from html_page import Page
+from small_result import march
+from warpmuscle.core.errors import Error
+from warpmuscle.formats import load
+from warpmuscle.report.clinic import FIGURES, clinic_html
+from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.studies.judge import Judgement
+from warpmuscle.studies.judge_recording import judge_recording
+
+
+@pytest.fixture(scope="module")
+def scene():
+    free = load("walk56")
+    return substitute(free, start_values(free))
+
+
+@pytest.fixture(scope="module")
+def judgement(scene):
+    return judge_recording(march(scene.character, 1.2, 8.0, 801, len(scene.character.muscles)), scene)
+
+
+def first_cells(text: str, section: str) -> list[str]:
+    """What stands in the first column of a section's table."""
+    part = text[text.index(f'id="{section}"') :]
+    return [row.partition("</td>")[0] for row in part[: part.index("</table>")].split("<tr><td>")[1:]]
+
+
+def test_the_page_has_indices_both_sides_figures_muscles_and_all_rows(judgement):
+    told: list[str] = []
+    text = clinic_html("a <walk>", judgement, told.append)
+    Page(text)
+    assert "a &lt;walk&gt;" in text
+    assert told == [f"drawing: {kind}" for kind in FIGURES]
+    assert text.count('<img src="data:image/svg+xml;base64,') == len(FIGURES)
+    assert first_cells(text, "index") == [
+        "Hip flexion", "Knee flexion", "Ankle dorsiflexion", "Pelvis obliquity", "Pelvis rotation"
+    ]  # fmt: skip
+    assert {"step length", "stance", "maximum vertical force"} < set(first_cells(text, "sides"))
+    assert first_cells(text, "muscles")[:2] == ["gluteus maximus", "hip abductors"]
+    assert first_cells(text, "table1") == [one.bar.name for one in judgement.verdicts]
+    assert first_cells(text, "table2") == [one.bar.name for one in judgement.further]
+
+
+def test_a_motion_without_a_whole_cycle_says_so(scene):
+    short = judge_recording(march(scene.character, 1.2, 0.3, 31, len(scene.character.muscles)), scene)
+    text = clinic_html("short", short)
+    assert "has no whole gait cycle" in text
+    assert 'id="sides"' not in text
+    assert 'id="index"' not in text
+    assert first_cells(text, "table1") == [one.bar.name for one in short.verdicts]
+
+
+def test_a_judgement_without_its_motion_cannot_be_reported():
+    with pytest.raises(Error, match="holds no motion"):
+        clinic_html("nothing", Judgement([], False, "", {}, []))
