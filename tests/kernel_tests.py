@@ -13,6 +13,11 @@ try:
 except ImportError:  # Windows
     fcntl = None
 
+# Kernels for kinds of scenes that are launched once where they are asked for, and not at every step.
+SELDOM = (
+    "muscle_paths_of", "muscle_moments_of", "muscle_wrenches_of", "muscle_torques",
+    "forward_dynamics_of", "contact_forces_of", "controller_torques",
+)  # fmt: skip
 _loads = [0]  # how often a launch has asked for a module
 _without: list[set[Any]] = []  # modules that are compiled without optimisation, of who wants that
 
@@ -30,12 +35,20 @@ def start() -> None:
 
     def counted(module: Any, device: Any, *arguments: Any, **options: Any) -> Any:
         _loads[0] += 1
-        if _without and "__locals__" in module.name and wp.get_device(device).is_cpu and module not in _without[-1]:
-            module.unload()  # what was loaded before with optimisation rounds differently
-            module.options["optimization_level"] = 0
-            module.mark_modified()
+        if not wp.get_device(device).is_cpu:
+            return load(module, device, *arguments, **options)
+        if _is_launched_seldom(module):
+            if module.options["optimization_level"] is None:
+                not_optimized(module)
+        elif _without and _is_of_a_kind_or_test(module) and module not in _without[-1]:
+            not_optimized(module)
             _without[-1].add(module)
         return load(module, device, *arguments, **options)
+
+    def not_optimized(module: Any) -> None:
+        module.unload()  # what was loaded before with optimisation rounds differently
+        module.options["optimization_level"] = 0
+        module.mark_modified()
 
     def once(module: Any, device: Any, output_dir: str | None = None, *arguments: Any, **options: Any) -> Any:
         name = Path(output_dir or module.get_module_identifier()).name
@@ -43,8 +56,40 @@ def start() -> None:
             return compile_(module, device, output_dir, *arguments, **options)
 
     wp.Module.load = counted
+    leave_out_unused_adjoints()
     if compile_ is not None:  # it is Warp's own affair; without it, workers compile what they have in common each
         wp.Module._compile = once
+
+
+def leave_out_unused_adjoints() -> None:
+    """Leave functions of structures that only derivatives call out of modules without derivatives.
+
+    They are a fifth of the text of a step, and compiled with it for nothing. Other functions are as they were.
+    """
+    from warp._src import codegen, context
+
+    template = getattr(codegen, "struct_template", "")
+    begin, end = template.find("static CUDA_CALLABLE void adj_{name}("), template.find("{tile_helper_body}")
+    builder = getattr(context, "ModuleBuilder", None)
+    if not 0 < begin < end or builder is None:  # another Warp
+        return
+    short, made = template[:begin] + template[end:], builder.codegen
+
+    def with_what_is_used(self: Any, device: str = "cpu", **options: Any) -> str:
+        codegen.struct_template = short if device == "cpu" and not self.options["enable_backward"] else template
+        return made(self, device, **options)
+
+    builder.codegen = with_what_is_used
+
+
+def _is_of_a_kind_or_test(module: Any) -> bool:
+    """Whether a module was made for a kind of scene, or has kernels of a file of tests alone."""
+    return "__locals__" in module.name or module.name.startswith(("tests.", "map_"))
+
+
+def _is_launched_seldom(module: Any) -> bool:
+    """Whether a module was made for a kind of scene, and is compiled for longer than it runs in any test."""
+    return "__locals__" in module.name and module.name.rpartition(".")[2].startswith(SELDOM)
 
 
 def loads() -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 ROOT, LEG, ARM = 6, 5, 3  # coordinates: the root's, those of each leg, and of a chain that touches nothing
 EDGES = 4  # of a friction cone
@@ -79,6 +78,8 @@ def rounded(problems: Problems) -> Problems:
 
 def by_scipy(problems: Problems, p: int) -> np.ndarray:
     """Controls (m,) of a programme by bounded least squares of the accelerations' error and the effort."""
+    from scipy.optimize import lsq_linear
+
     root = np.linalg.cholesky(problems.weight[p]).T
     inverse = np.linalg.inv(problems.mass[p])
     scale = np.sqrt(problems.cost)

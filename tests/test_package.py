@@ -90,7 +90,8 @@ def test_the_first_clone_on_the_path_brings_its_own_kernels(tmp_path: Path):
 def test_a_type_checker_of_a_user_knows_the_types_of_what_is_installed(checker: str, tmp_path: Path):
     pytest.importorskip(checker, reason=f"no {checker}: pip install {checker}")
     (tmp_path / "mine.py").write_text(USER_FILE)
-    command = [sys.executable, "-m", checker, "mine.py"]
+    own = ["--pythonpath", sys.executable] if checker == "pyright" else []  # else it asks the `python` of the path
+    command = [sys.executable, "-m", checker, *own, "mine.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     told = done.stdout + done.stderr
     assert done.returncode == 0, told

@@ -2,9 +2,11 @@
 
     python tools/bench_models.py Rajagopal2016.osim gait2392.osim walk56
     python tools/bench_models.py Rajagopal2016.osim --ball-joints --merge-welds --device cpu --instances 8
+    python tools/bench_models.py MoBL_ARMS.osim --instances 5120 --stages
 
 Instances start with different velocities and half-excited muscles, so that they do not all take the same branches; the
-fastest of several runs counts, after one that compiles.
+fastest of several runs counts, after one that compiles. With `--stages` microseconds of a step of the whole batch
+follow, by stage (`stage_times.py`), and on a GPU what the kernel takes of it (`gpu_resources.py`).
 """
 
 from __future__ import annotations
@@ -13,11 +15,16 @@ import warnings
 from typing import Annotated
 
 import typer
+import warp as wp
 from fastest_run import fastest_run
+from gpu_resources import resources
+from stage_times import StageTimes
 
 from warpmuscle.formats import load
 from warpmuscle.scene import Excitation, Failure, Scene
 from warpmuscle.simulation.rollout import Rollout, find_device
+
+STEPS_BY_STAGE = 200
 
 
 def prepared(source: str, seconds: float, step: float, ball_joints: bool, merge_welds: bool = False) -> Scene:
@@ -32,6 +39,17 @@ def prepared(source: str, seconds: float, step: float, ball_joints: bool, merge_
     return scene
 
 
+def show_stages(rollout: Rollout, repeats: int) -> None:
+    """Print the microseconds of each stage, and what the plain kernel takes of a GPU."""
+    split = StageTimes(rollout, 0.1).split(STEPS_BY_STAGE, repeats)
+    print(f"  {', '.join(f'{stage} {time:.4g}' for stage, time in split.items())}", flush=True)
+    if not rollout.device.is_cpu:
+        kernel = rollout._launcher.kernel().kernel
+        wp.load_module(kernel.module, rollout.device, block_dim=rollout.block_dim)
+        taken = resources(kernel, rollout.device, rollout.block_dim, rollout.lanes)
+        print(f"  {', '.join(f'{name} {number}' for name, number in taken.items())}", flush=True)
+
+
 def main(
     sources: Annotated[list[str], typer.Argument(help="Scenes by name or file, or .osim.")],
     device: Annotated[str, typer.Option(help="cuda:0, ... or cpu.")] = "cuda:0",
@@ -42,6 +60,7 @@ def main(
     repeats: Annotated[int, typer.Option(help="Runs, of which the fastest counts.")] = 3,
     ball_joints: Annotated[bool, typer.Option("--ball-joints", help="As of `warpmuscle convert`.")] = False,
     merge_welds: Annotated[bool, typer.Option("--merge-welds", help="The same.")] = False,
+    stages: Annotated[bool, typer.Option("--stages", help="Time by stage, too.")] = False,
 ) -> None:
     """Print million steps a second."""
     warnings.simplefilter("ignore")
@@ -59,6 +78,8 @@ def main(
                     f"{ended.sum() / step / took / 1e6:7.2f} million steps/s, {1e3 * took:.1f} ms, {alive} to the end",
                     flush=True,
                 )
+                if stages:
+                    show_stages(rollout, repeats)
 
 
 if __name__ == "__main__":

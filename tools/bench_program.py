@@ -3,6 +3,7 @@
     python tools/bench_program.py
     python tools/bench_program.py --programs 262144 --device cuda:0
     python tools/bench_program.py --muscles 92 --torques 20 --points 8 --check 20
+    python tools/bench_program.py --programs 262144 --device cuda:0 --lanes 0    # a thread each, rather than a warp
 
 Programmes are random ones of a person's size (`tests/program_problems.py`), on two feet, of 92 muscles, 20 torques
 and the edges of 8 friction cones unless told otherwise. Each search begins at nothing; with `--warm` it begins where
@@ -30,11 +31,11 @@ from warpmuscle.simulation.program.program_batch import ProgramBatch
 OWN = 256  # programmes that differ; more are these again
 
 
-def batch_of(problems: Problems, count: int, device: str | None) -> ProgramBatch:
+def batch_of(problems: Problems, count: int, device: str | None, lanes: int | None = None) -> ProgramBatch:
     """So many programmes on a device, which are the given ones again and again."""
     n, m = problems.forces.shape[1:]
     rows = [np.flatnonzero(np.any(problems.forces[:, :, j] != 0.0, axis=0)).tolist() for j in range(m)]
-    batch = ProgramBatch(count, n, rows, find_device(device))
+    batch = ProgramBatch(count, n, rows, find_device(device), lanes=lanes)
     own = np.arange(count) % len(problems.mass)
     entry = np.concatenate([problems.forces[:, one, j] for j, one in enumerate(rows)], axis=1)
     given = {
@@ -69,11 +70,12 @@ def main(
     device: Annotated[str | None, typer.Option(help="Such as cuda:0; by default a GPU if there is one.")] = None,
     warm: Annotated[bool, typer.Option(help="Begin where a programme a little other has ended.")] = False,
     check: Annotated[int, typer.Option(help="Programmes that are solved in float64, too.")] = 20,
+    lanes: Annotated[int | None, typer.Option(help="That share a programme: 32 on a GPU, 1 on a CPU; 0: none.")] = None,
     runs: Annotated[int, typer.Option(help="Of which the fastest counts.")] = 3,
 ) -> None:
     """Measure."""
     problems = standing(min(OWN, programs), muscles, torques, points)
-    batch = batch_of(problems, programs, device)
+    batch = batch_of(problems, programs, device, lanes)
     begin = np.zeros((programs, batch.coordinates))
     if warm:
         batch.solve()

@@ -45,10 +45,21 @@ def peer_rate(scene: Scene, instances: int, device: str, steps: int) -> float:
     Raises:
         ImportError: MuJoCo Warp is not installed. RuntimeError: its motion has diverged.
     """
+    model, data = prepared(scene)
+    return rate(model, data, instances, device, steps, *room(scene))
+
+
+def rate(model: Any, data: Any, instances: int, device: str, steps: int, contacts: int, rows: int) -> float:
+    """Steps per second of MuJoCo's model from its data, by a CUDA graph of one step.
+
+    Args:
+        contacts, rows: contacts and rows of constraints for which an instance gets memory.
+
+    Raises:
+        ImportError: MuJoCo Warp is not installed. RuntimeError: its motion has diverged.
+    """
     import mujoco_warp
 
-    model, data = prepared(scene)
-    contacts, rows = room(scene)
     with wp.ScopedDevice(device) as found:
         m = mujoco_warp.put_model(model)
         d = mujoco_warp.put_data(model, data, nworld=instances, nconmax=contacts, njmax=rows)

@@ -59,7 +59,7 @@ COMMANDS = {
     "Learn policies": ("learn",),
     "Look at motions": ("view", "plot", "video", "report", "gait", "judge", "robustness"),
     "Read, write and export": ("export",),
-    "From recordings to muscles": ("inverse", "arm-angles", "synergies extract", "synergies cluster"),
+    "From recordings to muscles": ("inverse", "reactions", "arm-angles", "synergies extract", "synergies cluster"),
     "Throws": ("throw fit", "throw goal", "throw predict", "throw compare"),
 }
 

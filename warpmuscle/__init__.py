@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.dynamics import inverse_dynamics
     from warpmuscle.inverse.joint_reactions import joint_reactions
     from warpmuscle.inverse.kinematics import inverse_kinematics
+    from warpmuscle.inverse.run_reactions import run_reactions
     from warpmuscle.inverse.scaling import scale
     from warpmuscle.inverse.static_optimization import static_optimization
     from warpmuscle.inverse.tracking.track import track
@@ -57,8 +58,9 @@ __all__ = [
     "Error", "Evaluator", "Motions", "MultiDeviceRollout", "Recording", "Result", "ResultError", "Rollout",
     "RolloutError", "Run", "Scene", "SceneError", "Stages", "Status", "Sweep", "__version__", "append_motions",
     "best_scene", "convert", "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "load",
-    "make_rollout", "measure", "optimize", "plot", "quadratic_program", "read", "read_motions", "resume", "save",
-    "scale", "scenes", "show", "simulate", "static_optimization", "sweep", "track", "trust", "write",
+    "make_rollout", "measure", "optimize", "plot", "quadratic_program", "read", "read_motions", "resume",
+    "run_reactions", "save", "scale", "scenes", "show", "simulate", "static_optimization", "sweep", "track", "trust",
+    "write",
 ]  # fmt: skip
 
 _HOMES = {
@@ -71,7 +73,8 @@ _HOMES = {
     "quadratic_program": "simulation.program.solve",
     "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
-    "Run": "session.runs", "save": "formats", "scale": "inverse.scaling", "Scene": "scene.drawing.table",
+    "Run": "session.runs", "run_reactions": "inverse.run_reactions", "save": "formats",
+    "scale": "inverse.scaling", "Scene": "scene.drawing.table",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
     "Sweep": "results.sweeps", "sweep": "sweep.first_line", "track": "inverse.tracking.track",

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from warpmuscle.core.arguments import as_array, as_number, as_path, as_texts, as
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.simulation.perturbations import none
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 NAN, INF = math.nan, math.inf
 ONE = np.int64(1)
 STRANGE: list[Any] = [
@@ -33,7 +35,8 @@ STRANGE: list[Any] = [
 # Made by the package itself; or of trials and trainings, whose mistakes tests/inverse and tests/learning have.
 MADE = ("Motions", "Recording", "Result", "Run", "Scene", "Status", "Sweep")  # by this package or msgspec alone
 OF_TRIALS = (
-    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "scale", "static_optimization", "track",
+    "inverse_dynamics", "inverse_kinematics", "joint_reactions", "learn", "run_reactions", "scale",
+    "static_optimization", "track",
 )  # fmt: skip
 
 
@@ -65,9 +68,9 @@ BATCH = {
 }  # fmt: skip
 
 
-def cases(folder: Path) -> dict[str, Case]:
-    """All that is public, by name."""
-    p = parts()
+def cases(folder: Path, p: Any = None) -> dict[str, Case]:
+    """All that is public, by name; of other parts than `parts` if there are any."""
+    p = p or parts()
     rollout, split, stages = p.rollout, p.split, p.stages
     joints, speeds = len(stages.names.joints), stages.names.speeds
     time, excited = [0.0, 1.0], np.zeros((1, 2, 2))
@@ -237,16 +240,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-NAMES = tuple(cases(Path()))
+NAMES = tuple(cases(Path(), MagicMock()))  # each worker looks for tests: nothing is built for them before they run
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("name", NAMES)
 def test_strange_arguments_are_taken_or_refused_in_one_line_that_names_them(
-    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    if name.startswith("Stages."):  # whose kernels run once
-        request.getfixturevalue("unoptimized_test")
     monkeypatch.chdir(folder)
     case = cases(folder)[name]
     for argument, value in strange(case):

@@ -106,6 +106,7 @@ def test_a_wanted_pose_of_an_arm_is_rewarded_by_how_near_it_is():
     np.testing.assert_allclose(batch.judge.gains.reward.numpy() / batch.dt, np.exp(-((error / 0.4) ** 2)), rtol=1e-4)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_wanted_coordinate_that_is_not_there_is_named():
     with pytest.raises(SceneError, match=r"learning\.pose\.elbo: there is no coordinate 'elbo'; did you mean 'elbow'"):
         EpisodeBatch(arm(), 1, "cpu", Task(actions="joint_targets", pose={"elbo": (0.0, 1.0)}), threads=1)

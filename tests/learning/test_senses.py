@@ -148,6 +148,7 @@ def test_the_height_is_that_above_the_ground_on_any_slope():
     np.testing.assert_allclose(height, 0.9 * np.cos(slope) - 3.0 * np.sin(slope), atol=1e-6)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_head_on_a_fixed_root_turns_as_its_joint_does():
     scene = arm()
     scene.objective.head_body = "tip"

@@ -45,7 +45,6 @@ def test_what_a_policy_is_told_is_said_in_words(tmp_path):
     assert what_is_told(commanded(task, ["speed=1.3"])) == "speed 1.3 m/s, turning_rate 0 rad/s"
 
 
-@pytest.mark.usefixtures("unoptimized_test")
 def test_a_policy_that_learnt_by_symmetry_moves_a_body_with_a_weak_muscle(tmp_path):
     write("policies", tmp_path)
     scene = msgspec.structs.replace(load(str(tmp_path / "walk56_tasks.toml")), duration=1.0)

@@ -1,10 +1,16 @@
 """The shipped scenes as a table."""
 
+import pytest
+
 import warpmuscle as wm
 
 
-def test_the_table_has_each_shipped_scene_with_its_description():
-    table = wm.scenes()
+@pytest.fixture(scope="module")
+def table():
+    return wm.scenes()  # loads them all
+
+
+def test_the_table_has_each_shipped_scene_with_its_description(table):
     assert "walk56" in table
     assert table.names == tuple(sorted(table.names))
     row = next(row for row in table if row.name == "walk56")
@@ -13,8 +19,8 @@ def test_the_table_has_each_shipped_scene_with_its_description():
     assert row.description in repr(table)
 
 
-def test_a_part_of_the_table_is_a_table_that_notebooks_show():
-    part = wm.scenes()[:2]
+def test_a_part_of_the_table_is_a_table_that_notebooks_show(table):
+    part = table[:2]
     assert len(part) == 2
     assert part._repr_html_().count("<tr>") == 3
     assert part[0] in part

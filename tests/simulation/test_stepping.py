@@ -108,6 +108,7 @@ def test_excitations_beyond_their_interval_count_as_its_ends(value: float, same_
     assert all(np.isfinite(values).all() for values in motions[0])
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 @pytest.mark.parametrize("kind", ["hinge", "universal"])
 def test_torques_do_the_work_of_efforts_along_the_speeds(kind: str):
     """From rest M dv = effort h in the first step, without gravity, muscles and contact."""
@@ -131,6 +132,7 @@ def test_torques_do_the_work_of_efforts_along_the_speeds(kind: str):
     np.testing.assert_allclose(effort[:, :6], 0.0, atol=2e-4)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_torque_that_is_no_number_makes_its_instance_diverge_and_leaves_the_others_alone():
     rollout, plain = (
         Rollout(scene(actuation={"hip": Actuation("torque"), "knee": Actuation("torque")}), 3, "cpu") for _ in "ab"

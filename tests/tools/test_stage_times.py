@@ -2,12 +2,14 @@
 
 import msgspec
 import numpy as np
+import pytest
 from stage_times import StageTimes
 
 from muscle_arm import constant, leg
 from warpmuscle.kernels.step import STAGES
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 STEPS = 50
 
 

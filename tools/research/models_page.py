@@ -53,8 +53,8 @@ Coordinates are those that are free; ligaments are also springs along paths and 
 than muscles: springs, limits, bushings, actuators. What a file says and a scene leaves out counts if it would act in a
 simulation.
 
-The files are not part of warpmuscle: OpenSim's models and those of its users (simtk.org, GitHub), and MyoSuite 2.11.6
-(Apache-2.0). This command makes the page of a folder of files, yours too:
+The files are not part of warpmuscle: OpenSim's models and those of its users (simtk.org, GitHub), MyoSuite 2.11.6 and
+the arms and full body of MyoSim 0.2.4 (Apache-2.0). This command makes the page of a folder of files, yours too:
 
 <!-- by hand: needs the models -->
 ```bash

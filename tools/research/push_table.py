@@ -2,6 +2,7 @@
 
     python tools/research/push_table.py gait2392_stand
     python tools/research/push_table.py gait2392_stand --size 5 --size 10 --duration 10 --noise 0.05
+    python tools/research/push_table.py gait2392_stand --turn 22.5
 
 For docs/how-to/control-by-quadratic-programmes.md.
 
@@ -28,13 +29,14 @@ def main(
     scene: Annotated[str, typer.Argument(help="Scene, by name or file.")] = "gait2392_stand",
     size: Annotated[list[float] | None, typer.Option(help="Impulses, N s; by default 5, 10, 15 and 20.")] = None,
     duration: Annotated[float, typer.Option(help="Simulated time, s.")] = 10.0,
+    turn: Annotated[float, typer.Option(help="Degrees, to the left, by which all directions are turned.")] = 0.0,
     noise: Annotated[float, typer.Option(help="Of 20 further starts, m/s; none by default.")] = 0.0,
     device: Annotated[str | None, typer.Option(help="Such as cuda:0.")] = None,
 ) -> None:
     """Push, and say who still stands."""
     sizes = np.array(size or [5.0, 10.0, 15.0, 20.0])
-    turn = 2.0 * np.pi * np.arange(len(DIRECTIONS)) / len(DIRECTIONS)
-    unit = np.stack([np.sin(turn), 0.0 * turn, np.cos(turn)], axis=1)
+    angle = 2.0 * np.pi * np.arange(len(DIRECTIONS)) / len(DIRECTIONS) + np.radians(turn)
+    unit = np.stack([np.sin(angle), 0.0 * angle, np.cos(angle)], axis=1)
     push = (sizes[:, None, None] * unit).reshape(-1, 3)
     noisy = 20 if noise > 0.0 else 0
     count = len(push) + noisy
@@ -47,7 +49,8 @@ def main(
     rollout.run(duration)
     stands = np.array([name in ("running", "completed") for name in rollout.status_names()])
     print(f"{this_machine()}, {rollout.device}: {duration:g} s")
-    print("| pushed, N s |" + "".join(f" {name} |" for name in DIRECTIONS))
+    names = DIRECTIONS if turn == 0.0 else [f"{one:.4g} degrees" for one in np.degrees(angle)]
+    print("| pushed, N s |" + "".join(f" {name} |" for name in names))
     print("|---" * (len(DIRECTIONS) + 1) + "|")
     for one, row in zip(sizes, stands[: len(push)].reshape(-1, len(DIRECTIONS)), strict=True):
         print(f"| {one:g} |" + "".join(" stands |" if up else " falls |" for up in row))

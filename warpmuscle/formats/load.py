@@ -58,8 +58,9 @@ def load(
         trust: let code run that the scene names as `module:function`, once it is simulated.
         ball_joints: three hinges of a `.osim` through one point become a ball joint. A motion is the same, but has no
             gimbal lock, and a step fewer bodies; balance control of the original program's kind asks for such hips.
-        hard_points: paths of a `.osim` jump as OpenSim's, at conditional points and off surfaces. Else points come in
-            over a degree or two, and `Character.wrapping` is `smooth`.
+        hard_points: paths of a `.osim` jump as OpenSim's, at conditional points and off surfaces, and have all of its
+            moment arms (`Character.moving_points`). Else points come in over a degree or two, and
+            `Character.wrapping` is `smooth`.
         merge_welds: bodies of a `.osim` that are welded to others, or whose joints are locked, become part of these. A
             motion is the same, and a step has fewer bodies; recordings do not name them.
         limit_stiffness: N m/rad, or N/m of coordinates that are lengths: with which ranges of a `.osim` push, at the

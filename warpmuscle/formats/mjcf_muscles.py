@@ -36,7 +36,10 @@ def add_muscles(model: Element, scene: Scene) -> int:
         around = wrap_geoms(tendons, name, muscle, scene.character)
         surfaces = {id(surface): key for key, surface in scene.character.surfaces.items()}
         tendon = SubElement(tendons, "spatial", _spring(name, muscle), name=name)
+        divisors = {branch.first - 1: branch.divisor for branch in muscle.branches}
         for index, point in enumerate(muscle.path):
+            if index in divisors:
+                SubElement(tendon, "pulley", divisor=text(plain_number(divisors[index])))
             if point.condition is None:
                 if point.body not in bodies:
                     message = f"{point.body!r} has no mass, so that MuJoCo knows no such body; put the point elsewhere"
@@ -100,14 +103,24 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
     optimal = plain_number(muscle.l_slack) + plain_number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
     shape = given(muscle, model, "curve_shape")
     lengths = (optimal + (relative - 1.0) * plain_number(muscle.l_opt) / cosine for relative in _OPERATING)
-    return {
-        "ctrlrange": "0 1",
-        "force": text(plain_number(muscle.f_max) * cosine),
-        "range": texts(_OPERATING),
-        "lengthrange": texts(lengths),
-        "vmax": text(plain_number(given(muscle, model, "v_max"))),
-        "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
-    } | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+    return (
+        {
+            "ctrlrange": "0 1",
+            "force": text(plain_number(muscle.f_max) * cosine),
+            "range": texts(_OPERATING),
+            "lengthrange": texts(lengths),
+            "vmax": text(plain_number(given(muscle, model, "v_max"))),
+            "timeconst": texts(plain_number(given(muscle, model, field)) for field in ("rise_time", "fall_time")),
+        }
+        | _smoothing(muscle, model)
+        | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
+    )
+
+
+def _smoothing(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
+    """Over what the time constant changes, where it does not change at once."""
+    width = plain_number(given(muscle, model, "activation_smoothing"))
+    return {"tausmooth": text(width)} if width > 0.0 else {}
 
 
 def _curves(shape: MujocoCurves) -> dict[str, str]:

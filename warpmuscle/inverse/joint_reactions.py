@@ -100,10 +100,7 @@ def reactions_of(
     Args:
         dynamics: of the trials, if it is known already.
     """
-    if on not in SIDES or frame not in FRAMES:
-        raise ArgumentError(
-            f'on is "child" or "parent", and frame "child", "parent" or "ground", not {on!r}, {frame!r}'
-        )
+    check_ends(on, frame)
     tension = None
     if activations is not None:
         lengths = [len(one.times) for one in activations]
@@ -112,6 +109,25 @@ def reactions_of(
                 f"numbers of frames: {lengths} of activations, {[len(one) for one in trials.times]} of the motions"
             )
         tension = np.concatenate([one.force for one in activations])
+    return transmitted(body, trials, tension, dynamics, on, frame)
+
+
+def check_ends(on: str, frame: str) -> None:
+    """Raise ArgumentError where these are no ends of a joint."""
+    if on not in SIDES or frame not in FRAMES:
+        raise ArgumentError(
+            f'on is "child" or "parent", and frame "child", "parent" or "ground", not {on!r}, {frame!r}'
+        )
+
+
+def transmitted(
+    body: BodyModel, trials: Prepared, tension: Floats | None, dynamics: Dynamics | None, on: str, frame: str
+) -> list[JointReactions]:
+    """Reactions of all joints by trial, whose frames follow one another.
+
+    Args:
+        tension: (n, M) N, of all frames; None: no muscle pulls. dynamics: of the trials, if it is known already.
+    """
     joints = joints_of(body)
     table = structs_to_device(kernels.ReactionJoint, _columns(body, joints, on, frame), body.device)
     parts = [

@@ -117,6 +117,7 @@ class Routes:
     order: wp.array[int]  # (muscles,) in which lanes take them, so that those that wrap are taken at the same time
     span: wp.array[RouteSpan]  # (muscles,)
     point: wp.array[RoutePoint]  # (points,)
+    share: wp.array2d[float]  # (rows, points) what the way to each counts, where paths have branches
     place: wp.array2d[wp.vec3]  # (rows, points) m, from the joint of the point's body
     wrap: wp.array[RouteWrap]  # (wraps,)
     wrap_row: wp.array2d[WrapRow]  # (rows, wraps)

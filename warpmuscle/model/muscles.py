@@ -32,6 +32,7 @@ from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.muscles import given
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
@@ -72,9 +73,16 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
         neural=hill and model.activation == "neural", excited=hill and model.activation == "excited",
+        smoothed=hill and model.activation == "scaled" and is_smoothed(muscles, model),
         implicit=hill and model.implicit_damping,
         own=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
+
+
+def is_smoothed(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
+    """Whether the time constant of some muscle's activation changes smoothly, or may where its width is free."""
+    widths = [given(muscle, model, "activation_smoothing") for muscle in muscles]
+    return any(isinstance(width, Free) or bool(np.any(width)) for width in widths)
 
 
 def shared_joints(scene: Scene, names: Topology, found: ActuationMap) -> int:
@@ -137,6 +145,9 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         s.curve_table = to_device(before, wp.vec2, device)
     masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
     s.mass = to_device(masses, float, device)
+    if is_smoothed(muscles, model):
+        smoothing = rows([given(muscle, model, "activation_smoothing") for muscle in muscles])
+        s.smoothing = to_device(smoothing, float, device)
     _excitations(s, muscles, device)
     return s
 

@@ -30,7 +30,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.joints.displacement import held_beyond, pieces
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.paths import is_route
+from warpmuscle.scene.validation.paths import is_route, shares
 
 ZERO = (0.0, 0.0, 0.0)
 SIDES = {"": (0, 0)} | {f"{sign}{name}": (axis, int(f"{sign}1")) for axis, name in enumerate("xyz") for sign in "+-"}
@@ -64,11 +64,15 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         character.wrapping in ("shortest", "mujoco"),
         character.wrapping == "smooth",
         character.wrapping == "mujoco",
+        any(muscle.branches for muscle in routes),
+        character.moving_points == "opensim",
     )
 
 
 def fixed_segments(muscle: Muscle) -> list[tuple[int, int]]:
-    """Neighbouring points of a route between which the length never changes."""
+    """Neighbouring points of a route between which the length never changes; none where it has branches."""
+    if muscle.branches:
+        return []
     wrapped = [(wrap.first or 1, wrap.last or len(muscle.path)) for wrap in muscle.wraps]
 
     def fixed(b: int) -> bool:
@@ -203,6 +207,9 @@ def _put_points(
             table["end_motion"].append(len(axes))
             places.append(from_joint(rows(point.place()), point.body, names, character))
     r.point = records_to_device(structs.RoutePoint, device, **table)
+    if any(muscle is not None and muscle.branches for muscle in paths):
+        counted = [share for muscle in paths if muscle is not None for share in shares(muscle)]
+        r.share = to_device(rows(counted), float, device)
     r.motion = records_to_device(structs.RouteMotion, device, **moving)
     r.place = to_device(stacked(places or [rows(ZERO)]), wp.vec3, device)
     r.motion_axis = to_device(stacked(axes or [rows(ZERO)]), wp.vec3, device)

@@ -30,6 +30,7 @@ from warpmuscle.scene.learning.task import Task
 from warpmuscle.scene.motion import Motion
 from warpmuscle.scene.muscles import (
     Actuation,
+    Branch,
     Condition,
     Drive,
     Excitation,
@@ -79,6 +80,7 @@ __all__ = [
     "BodyContact",
     "Box",
     "BoxObject",
+    "Branch",
     "Capsule",
     "CapsuleObject",
     "Character",

@@ -11,6 +11,7 @@ from warpmuscle.scene import Failure
 from warpmuscle.scene.topology import coordinate_names, topology
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 # rad, after 0.1 s without control, from the default pose with muscles at equilibrium: OpenSim 4.6 with an accuracy of
 # 1e-7. Steps of 1e-4 s come within 1e-4 rad.
 AFTER = {"hip_flexion_r": -0.02866, "knee_angle_r": 0.005721, "ankle_angle_r": -0.093322, "hip_flexion_l": -0.02866,

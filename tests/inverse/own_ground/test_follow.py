@@ -20,7 +20,7 @@ def body(tmp_path_factory) -> BodyModel:
 
 
 @pytest.fixture(scope="module")
-def squat(body, unoptimized_kernels) -> Tracked:
+def squat(body) -> Tracked:
     recorded = small_squat.motion()
     found = track(body, recorded, ground_forces(body, recorded), begin=0.05, end=0.26, ground=True, reserve=1.0)
     assert isinstance(found, Tracked)
@@ -34,6 +34,7 @@ def test_a_squat_stays_near_the_recording_and_nothing_acts_beside_muscles(squat)
     assert squat.greatest_effort.max() < 0.1
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_excitations_run_the_squat_by_themselves(squat):
     scene = squat.ground.scene
     rollout = Rollout(scene, 1, "cpu")

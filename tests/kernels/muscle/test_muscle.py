@@ -275,6 +275,7 @@ def test_halving_the_step_divides_the_error_by_about_four(model: int):
 PHASES = [(1.0, 0.0), (0.01, 0.0), (0.0, 0.0), (0.3, -0.5), (0.3, 0.3), (1.0, 0.5), (0.5, -0.1)]  # activation, l_opt
 
 
+@pytest.mark.usefixtures("optimized_test")
 @every_model
 @pytest.mark.parametrize(("rate", "overshoot"), [(4000, 0.1), (2000, 0.15), (500, 0.25)])
 def test_jumps_of_activation_and_length_settle_without_oscillation(model: int, rate: int, overshoot: float):

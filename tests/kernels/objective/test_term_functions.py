@@ -6,6 +6,7 @@ import pytest
 from probes import evaluate
 from scipy.spatial.transform import Rotation
 
+import kernel_tests
 from muscle_arm import arm, constant, leg
 from short_walks import OF_TORQUES
 from small_scene import sound_scene
@@ -143,7 +144,8 @@ def walked(name: str, duration: float, weights: dict[str, float], gait: str = ""
 @pytest.fixture(scope="module")
 def walk() -> Rollout:
     """Some steps of a walk on torques, with all terms of these."""
-    return walked("fwalk", 3.0, OF_TORQUES)
+    with kernel_tests.optimized():
+        return walked("fwalk", 3.0, OF_TORQUES)
 
 
 def percent_of_cycle(recording, side: int, weight: float) -> np.ndarray:
@@ -272,6 +274,7 @@ def test_moments_of_people_who_run_are_not_known():
         check_scene(msgspec.structs.replace(load("fjog"), objective=Objective(norm_moments=1.0, gait="run")))
 
 
+@pytest.mark.usefixtures("optimized_test")
 def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     scene = load("fwalk")
     weights = {name: 0.5 + number for number, name in enumerate(OF_TORQUES)}
@@ -292,6 +295,7 @@ def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     assert rollout.cost()[0] > 1e6
 
 
+@pytest.mark.usefixtures("optimized_test")
 def test_without_muscles_applied_torque_is_the_feedback_torque():
     scene = msgspec.structs.replace(load("fwalk"), duration=0.5, objective=Objective(**OF_TORQUES))
     terms = values(scene)
@@ -341,6 +345,7 @@ def test_what_joints_and_muscles_add_to_terms_sums_up_to_them():
         assert sum(own.values()) == pytest.approx(terms[name][1], rel=1e-6)
 
 
+@pytest.mark.usefixtures("optimized_test")
 def test_gait_cycles_begin_anew_after_a_reset_and_do_not_depend_on_the_batch():
     scene = msgspec.structs.replace(load("fwalk"), duration=2.5, objective=Objective(**OF_TORQUES))
     alone, batch = recorded(scene), recorded(scene, 3)

@@ -13,9 +13,10 @@ LOW, HIGH = -0.55, 0.65  # rad, within which the extensor runs through a point
 BASE, TIP = np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.2, 0.0])  # the elbow from both centres of mass
 
 
-def paths_at(q: np.ndarray) -> MusclePaths:
+def paths_at(q: np.ndarray, moving_points: str = "slopes") -> MusclePaths:
     """Of an arm whose flexor has a moving point in its middle and at its end, and whose extensor a conditional one."""
     scene = arm(flexor={})
+    scene.character.moving_points = moving_points
     flexor, extensor = scene.character.muscles["flexor"], scene.character.muscles["extensor"]
     flexor.path[1].motion = [
         PointMotion((0.0, 0.0, 1.0), slope=0.03, joint="elbow"),
@@ -78,3 +79,15 @@ def test_the_length_of_a_route_with_moving_points_is_that_of_their_places(found:
         ]
         expected = np.linalg.norm(np.diff(stops, axis=0), axis=1).sum()
         assert found.length[k, 0] == pytest.approx(expected, abs=1e-6), q
+
+
+def test_moment_arms_of_opensim_leave_out_what_a_motion_does_within_one_body(found: MusclePaths):
+    """The flexor's first two points are both on the base, and the second one moves there."""
+    along = np.stack([-0.08 - 0.015 * Q, 0.03 * Q])  # from the first to the second, y and z
+    slope = (along * np.array([[-0.015], [0.03]])).sum(axis=0) / np.linalg.norm(along, axis=0)
+    theirs = paths_at(Q, "opensim")
+    np.testing.assert_allclose(theirs.length, found.length[: len(Q)], atol=1e-7)
+    ours, left_out = (sum(one.moment_arm[: len(Q), k, 0] for k, number in enumerate(one.muscle) if number == 0)
+                      for one in (found, theirs))  # fmt: skip
+    np.testing.assert_allclose(ours - left_out, slope, atol=2e-6)
+    assert np.ptp(slope) > 0.02

@@ -36,7 +36,8 @@ def build_contact(reference: Reference, character: Character) -> Ground:
             body.friction = float(model.geom_friction[geom, 0])
             body.shapes.append(shape)
     for name, count in lost.items():
-        reason = f"{number_of(count, 'geom')} of it touch nothing: only spheres, capsules and upright boxes do"
+        what = f"{number_of(count, 'geom')} of it {'touches' if count == 1 else 'touch'} nothing"
+        reason = f"{what}: only spheres, capsules and upright boxes do"
         reference.lose(f"body {name}", reason)
     return Ground(height=float(reference.point(data.geom_xpos[plane])[1]))
 

@@ -36,9 +36,8 @@ def build_muscles(
         if isinstance(found, str):
             reference.lose(f"actuator {name}", f"{found}; it is left out, and pulls on nothing")
             continue
-        if model.actuator_dynprm[actuator, 2] > 0.0:
-            reason = "tausmooth is not kept: the time constant changes at once as the excitation passes the activation"
-            reference.lose(f"actuator {name}", reason)
+        if not (model.actuator_gainprm[actuator, :9] == model.actuator_biasprm[actuator, :9]).all():
+            reference.lose(f"actuator {name}", "its passive force has other numbers (biasprm) than its active one")
         muscles[name] = found
     if muscles:
         _settle(common, list(muscles.values()))
@@ -48,7 +47,7 @@ def build_muscles(
 
 def _settle(common: MuscleModel, muscles: list[Muscle]) -> None:
     """Give the model of all muscles the numbers that most of them have, and those their own no longer."""
-    for field in ("v_max", "rise_time", "fall_time", "curve_shape"):
+    for field in ("v_max", "rise_time", "fall_time", "activation_smoothing", "curve_shape"):
         values = [getattr(muscle, field) for muscle in muscles]
         most = max(values, key=values.count)
         setattr(common, field, most)
@@ -90,8 +89,9 @@ def _hill(model: Any, actuator: int, route: Route, gear: float) -> Muscle:
     f_max = force if force >= 0.0 else scale / max(float(model.actuator_acc0[actuator]), SMALLEST)
     rise, fall = (max(float(time), TIMES) for time in model.actuator_dynprm[actuator, :2])
     return Muscle(
-        path=route.path, wraps=route.wraps, polynomial=route.polynomial, f_max=max(f_max, SMALLEST) * gear,
-        l_opt=l_opt / gear, l_slack=(first - low * l_opt) / gear, v_max=v_max, rise_time=rise, fall_time=fall,
+        path=route.path, wraps=route.wraps, branches=route.branches, polynomial=route.polynomial,
+        f_max=max(f_max, SMALLEST) * gear, l_opt=l_opt / gear, l_slack=(first - low * l_opt) / gear, v_max=v_max,
+        rise_time=rise, fall_time=fall, activation_smoothing=float(model.actuator_dynprm[actuator, 2]),
         curve_shape=MujocoCurves(lmin, lmax, fpmax, fvmax),
     )  # fmt: skip
 
@@ -119,6 +119,7 @@ def _ligaments(reference: Reference, tendons: Tendons, taken: set[str]) -> dict[
         own = name if name not in taken else f"{name}_spring"
         spring = Ligament([1.0, 2.0], [0.0, 1.0], ends="linear")
         found[own] = Muscle(
-            path=route.path, wraps=route.wraps, f_max=stiffness * rest, l_opt=rest, l_slack=rest, curve_shape=spring
-        )
+            path=route.path, wraps=route.wraps, branches=route.branches, f_max=stiffness * rest, l_opt=rest,
+            l_slack=rest, curve_shape=spring,
+        )  # fmt: skip
     return found

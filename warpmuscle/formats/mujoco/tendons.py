@@ -9,7 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.mujoco.reference import HINGE, SLIDE, WORLD, Reference
 from warpmuscle.formats.osim.placement import rotation_vector, vector
-from warpmuscle.scene import CylinderSurface, PolynomialPath, SphereSurface, Surface, ViaPoint, Wrap
+from warpmuscle.scene import Branch, CylinderSurface, PolynomialPath, SphereSurface, Surface, ViaPoint, Wrap
 
 JOINT, PULLEY, SITE, SPHERE, CYLINDER = 1, 2, 3, 4, 5  # mjtWrap
 Element = tuple[int, int, float]  # type, number of the object, and its parameter
@@ -17,10 +17,11 @@ Element = tuple[int, int, float]  # type, number of the object, and its paramete
 
 @dataclass
 class Route:
-    """Where a tendon runs: points and wraps, or a polynomial."""
+    """Where a tendon runs: points, wraps and branches, or a polynomial."""
 
     path: list[ViaPoint] = field(default_factory=list)
     wraps: list[Wrap] = field(default_factory=list)
+    branches: list[Branch] = field(default_factory=list)
     polynomial: PolynomialPath | None = None
 
 
@@ -47,11 +48,11 @@ class Tendons:
         elements = self._elements(tendon)
         if elements[0][0] == JOINT:
             return self.sum_of([(number, factor) for _, number, factor in elements])
-        if any(kind == PULLEY for kind, _, _ in elements):
-            return "runs over a pulley, so that it has several branches"
         route = Route()
         for kind, number, parameter in elements:
-            if kind == SITE:
+            if kind == PULLEY:
+                route.branches.append(Branch(len(route.path) + 1, parameter))
+            elif kind == SITE:
                 route.path.append(ViaPoint(*self._reference.on(self._body(kind, number), self._site(number))))
             else:
                 count = len(route.path)

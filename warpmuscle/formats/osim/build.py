@@ -106,6 +106,8 @@ def build(
     jumps = {} if hard_points else blend_conditions(scene)
     if character.surfaces and not hard_points:
         character.wrapping = "smooth"
+    if hard_points and any(point.motion for muscle in character.muscles.values() for point in muscle.path):
+        character.moving_points = "opensim"
     if ball_joints:
         merge_balls(scene, coordinates.joint_of)
     tell_loose(model, tree, notes)

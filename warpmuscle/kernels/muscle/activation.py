@@ -33,6 +33,21 @@ def activation_rate(activation: float, excitation: float, rise_time: float, fall
 
 
 @func
+def smoothed_rate(activation: float, excitation: float, rise_time: float, fall_time: float, smoothing: float) -> float:
+    """The same with a time constant that goes smoothly from one to the other, 1/s, as MuJoCo has it (`tausmooth`).
+
+    tau = tau_fall + (tau_rise - tau_fall) s((u - a)/w + 1/2), with s(x) = x^3 (6 x^2 - 15 x + 10) within 0..1.
+
+    Args:
+        smoothing: w, the interval of u - a over which it changes, above 0.
+    """
+    scale = 0.5 + 1.5 * activation
+    x = wp.clamp((excitation - activation) / smoothing + 0.5, 0.0, 1.0)
+    part = x * x * x * (x * (6.0 * x - 15.0) + 10.0)
+    return 1.0 / wp.lerp(fall_time / scale, rise_time * scale, part)
+
+
+@func
 def excited_rate(excitation: float, rise_time: float, fall_time: float) -> float:
     """Rate c1 u + c2 of a' = (c1 u + c2)(u - a), 1/s: 1/rise_time at full excitation, 1/fall_time at none.
 

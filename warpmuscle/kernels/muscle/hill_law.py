@@ -6,7 +6,12 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.muscle.activation import activation_relaxed, excited_rate
+from warpmuscle.kernels.muscle.activation import (
+    activation_rate,
+    activation_relaxed,
+    excited_rate,
+    smoothed_rate,
+)
 from warpmuscle.kernels.muscle.cables import cable_signals, with_cables
 from warpmuscle.kernels.muscle.contraction import RIGID, contraction_of
 from warpmuscle.kernels.muscle.muscle_control import activated, neurally_activated
@@ -39,6 +44,19 @@ def follow_excited(
 
 
 @func(inline=True)
+def follow_smoothly(
+    instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
+) -> float:
+    """The same with scaled rates, of some muscles with time constants that change smoothly."""
+    row = muscle.row
+    width = at(model.muscles.smoothing, instance, m)
+    rate = activation_rate(activation, muscle.excitation, row.rise_time, row.fall_time)
+    if width > 0.0:
+        rate = smoothed_rate(activation, muscle.excitation, row.rise_time, row.fall_time, width)
+    return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
+
+
+@func(inline=True)
 def follow_neural_signal(
     instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
 ) -> float:
@@ -57,6 +75,8 @@ def activate_of(kind: MuscleKind) -> Any:
     dynamics, floored, cables = follow_neural_signal if kind.neural else follow, kind.floored, kind.cables
     if kind.excited:
         dynamics = follow_excited
+    if kind.smoothed:
+        dynamics = follow_smoothly
 
     @wp.func(inline=True)
     def activate(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):

@@ -36,6 +36,7 @@ class MuscleKind(NamedTuple):
     timed: bool = True  # some excitations are given over time
     neural: bool = False  # neural dynamics before that of the activation
     excited: bool = False  # the rate of activation depends on the excitation
+    smoothed: bool = False  # the time constant of some activations changes smoothly
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     told: bool = False  # and those of all muscles, so that it does not matter what joints want of them
     given: bool = False  # excitations come from outside, as they are

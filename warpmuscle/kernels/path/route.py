@@ -14,12 +14,13 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
 from warpmuscle.kernels.path.route_walk import pulls_of, room_of, walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
 
 ROUNDS = 8  # of a route with several surfaces, each going on where the one before ended ...
 SETTLED = 5.0e-4  # m, by which the length then changes no more
@@ -43,11 +44,24 @@ def remove_of(count: int) -> Any:
     return remove
 
 
+@func
+def neighbours(w: int, span: RouteSpan, wrap: wp.array[RouteWrap]) -> int:
+    """A bit for each other surface of a route that may be gone round on a segment on which this one is, too."""
+    own = wrap[span.first_wrap + w]
+    found = wp.int32(0)
+    for other in range(span.end_wrap - span.first_wrap):
+        one = wrap[span.first_wrap + other]
+        if other != w and wp.max(own.first, one.first) < wp.min(own.last, one.last):
+            found = found | (1 << other)
+    return found
+
+
 @cache
 def settle_of(kind: RouteKind, wrench: bool) -> Any:
     """The Warp function that goes round several surfaces in turn until the length stays.
 
-    Or until none has moved since it was last gone round. What is compiled in is that of `route_stretch_of`.
+    A surface is gone round again only if one on the same segments has been since; how it was gone round alone would
+    come out again. What is compiled in is that of `route_stretch_of`.
     """
     count, exact, settled = max(kind.wraps, 1), kind.exact, SETTLED_EXACT if kind.exact else SETTLED
     bends_struct, bend, remove, rows = bends_of(count), bend_of(kind), remove_of(count), rows_of(count)
@@ -62,7 +76,7 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
         wraps = span.end_wrap - span.first_wrap
         before = wp.float32(1.0e30)
         swapped = wp.int32(0)
-        still = wp.int32(0)  # surfaces that the route last did not touch, neither before nor after
+        due = (1 << wraps) - 1  # a bit a surface that is to be gone round
         for turn in range(ROUNDS):
             one = int(FREE)
             other = int(FREE)
@@ -70,12 +84,14 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
                 w = int(k)
                 if swapped == 1 and k < 2:
                     w = 1 - k
-                if turn == 0 or still < wraps - 1:
+                if (due >> w) & 1 == 1:
+                    due = due - (1 << w)
                     touched = number(bends.after, w) != NOWHERE
                     remove(w, wraps, bends)
                     result = bend(instance, w, span, bends, model, state, work)
                     touches = number(bends.after, w) != NOWHERE
-                    still = wp.where(touched or touches, 0, still + 1)
+                    if touched or touches:
+                        due = due | neighbours(w, span, model.routes.wrap)
                     if wp.static(not exact) and wraps > 1 and touches and number(bends.kept, w) == 0:
                         bends.kept = with_number(bends.kept, w, 1)
                         bends.kept_first = with_row(bends.kept_first, w, row(bends.first, w))
@@ -86,9 +102,9 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
                         other = result
             if turn == 0 and one == FREE and other == INSIDE:
                 swapped = 1
-                still = 0
+                due = (1 << wraps) - 1
                 remove(0, wraps, bends)
-            if still >= wraps - 1:
+            if due == 0:
                 break
             length = measure(instance, span, bends, model, state, work, pulls, arm)
             if wp.abs(length - before) < settled:

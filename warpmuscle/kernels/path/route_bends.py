@@ -32,6 +32,8 @@ class RouteKind(NamedTuple):
     exact: bool = False  # whether routes around cylinders are the shortest ones, see `wrap_cylinder.py`
     smooth: bool = False  # whether no route jumps off cylinders, spheres and ellipsoids
     mujoco: bool = False  # whether each surface is between two points of its own, see `wrap_mujoco.py`; then exact
+    branches: bool = False  # whether the ways to some points count more or less than others
+    across: bool = False  # whether motions of points pull on segments between two bodies alone
 
 
 @cache

@@ -1,7 +1,8 @@
 """A walk along a route, from stop to stop: its length, and its moment arms.
 
 OpenSim's path round several surfaces has two places where it reaches or leaves each: segments run between those of the
-first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms.
+first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms. OpenSim leaves
+out of these what a point's motion does to a segment within one body, which may be asked for.
 """
 
 from functools import cache
@@ -12,6 +13,7 @@ import warp as wp
 from warpmuscle.kernels.body.coordinate_joint import along_coordinate
 from warpmuscle.kernels.body.follower import along_driver
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
@@ -99,6 +101,44 @@ def act_on_motions_of(motions: int) -> Any:
 
 
 @cache
+def act_on_ends_of(motions: int) -> Any:
+    """The Warp function that does so at both ends of a segment, as far as they are points of the route."""
+    slopes_struct, act_on_motions = slopes_of(max(motions, 1)), act_on_motions_of(motions)
+
+    @wp.func(inline=True)
+    def act_on_ends(
+        instance: int, span: RouteSpan, before: int, stop: int, pull: wp.vec3, slopes_before: slopes_struct,
+        slopes: slopes_struct, model: ModelRef, work: ScratchRef, arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        if stop < WRAP_BIT:
+            act_on_motions(instance, span.first_point + stop, pull, slopes, model, work, arm)
+        if before < WRAP_BIT:
+            act_on_motions(instance, span.first_point + before, -pull, slopes_before, model, work, arm)
+
+    return act_on_ends
+
+
+@func(inline=True)
+def body_of(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int:
+    """The body that a stop is on, a point of the route or where it reaches this surface."""
+    if stop < WRAP_BIT:
+        return model.routes.point[span.first_point + stop].body
+    return model.routes.wrap[span.first_wrap + wrap].body
+
+
+@func(inline=True)
+def as_it_is(instance: int, span: RouteSpan, stop: int, next_point: int, model: ModelRef) -> float:
+    """What `in_branches` says of routes without branches."""
+    return 1.0
+
+
+@func(inline=True)
+def in_branches(instance: int, span: RouteSpan, stop: int, next_point: int, model: ModelRef) -> float:
+    """What the way to a stop counts: as much as that to the point which it is, or which follows a surface."""
+    return at(model.routes.share, instance, span.first_point + wp.where(stop < WRAP_BIT, stop, next_point))
+
+
+@cache
 def walk_of(
     kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
 ) -> Any:
@@ -111,10 +151,10 @@ def walk_of(
     count = max(kind.wraps, 1)
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    motions, wrapping = kind.motions > 0 and not wrench, kind.wraps > 0
-    act, act_on_motions = act_of(kind, coordinate_joints, followers, wrench), act_on_motions_of(kind.motions)
+    motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
+    act, act_on_ends = act_of(kind, coordinate_joints, followers, wrench), act_on_ends_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
-    row, number, arc_of = rows.row, rows.number, rows.length
+    row, number, arc_of, share_of = rows.row, rows.number, rows.length, in_branches if kind.branches else as_it_is
 
     @wp.func(inline=True)
     def walk(
@@ -127,6 +167,8 @@ def walk_of(
         a = wp.vec3(0.0)
         left = wp.vec3(0.0)
         before = int(NOWHERE)
+        body_before = wp.int32(0)
+        body = wp.int32(0)
         wraps = span.end_wrap - span.first_wrap
         points = span.end_point - span.first_point
         next_point = wp.int32(0)
@@ -149,27 +191,32 @@ def walk_of(
                 b = place(instance, span.first_point + stop, span.origin, model, state, work, slopes)
                 reached = b
                 fixed = model.routes.point[span.first_point + stop].fixed
+            if wp.static(motions and across):
+                body = body_of(span, stop, onto, model)
+            share = share_of(instance, span, stop, next_point, model)
             if before != NOWHERE and fixed == 0:
                 d = b - a
                 length = wp.length(d)
-                total += length
+                total += share * length
                 if wp.static(acting):
-                    direction = d * (1.0 / wp.max(length, SHORTEST))
+                    direction = d * (share / wp.max(length, SHORTEST))
                     act(instance, span, a, left, reached, direction, before, stop, model, work, pulls)
                     if wp.static(motions):
-                        if stop < WRAP_BIT:
-                            act_on_motions(instance, span.first_point + stop, direction, slopes, model, work, arm)
-                        if before < WRAP_BIT:
-                            act_on_motions(
-                                instance, span.first_point + before, -direction, slopes_before, model, work, arm
+                        moves = wp.bool(True)
+                        if wp.static(across):
+                            moves = body != body_before
+                        if moves:
+                            act_on_ends(
+                                instance, span, before, stop, direction, slopes_before, slopes, model, work, arm
                             )
             a = b
             left = reached
             before = stop
+            body_before = body
             slopes_before.of = slopes.of
             if wp.static(wrapping):
                 if onto >= 0:
-                    total += arc_of(bends.arc, onto)
+                    total += share * arc_of(bends.arc, onto)
                     a = row(bends.second, onto)
                     left = a
                     if wp.static(count > 1) and number(bends.kept, onto) == 1:

@@ -30,6 +30,16 @@ class ProgramParameters:
     com_x: float  # m, that are added to where the centre of mass is at the start
     com_y: float
     com_z: float
+    step_time: float  # s, of a step; 0: both feet stay where they are
+    speed: float  # m/s, forwards, of a body that steps
+    acceleration: float  # m/s^2, by which the speed that is followed changes at most
+    double_support: float  # share of a step in which both feet bear
+    step_height: float  # m, by which a foot is lifted
+    step_width: float  # m, between the middles of the soles
+    step_weight: float  # of the sole that swings
+    step_kp: float  # 1/s^2
+    step_kd: float  # 1/s
+    sway: float  # by which the centre of pressure goes further than the extrapolated centre of mass is off
 
 
 @wp.struct
@@ -97,6 +107,8 @@ quadratic_program = CustomController(
         ("rate", 200.0), ("effort", 1.0), ("torque_effort", 1.0), ("contact_effort", 0.01), ("friction", 0.6),
         ("contact_weight", 100.0), ("contact_damping", 20.0), ("com_weight", 0.0), ("com_kp", 100.0), ("com_kd", 20.0),
         ("com_x", 0.0), ("com_y", 0.0), ("com_z", 0.0),
+        ("step_time", 0.0), ("speed", 0.0), ("acceleration", 0.5), ("double_support", 0.2), ("step_height", 0.05),
+        ("step_width", 0.16), ("step_weight", 100.0), ("step_kp", 300.0), ("step_kd", 30.0), ("sway", 1.0),
         ("weight", 0.0), ("kp", 100.0), ("kd", 20.0), ("move", 0.0), ("torque", 0.0),
         ("point_x", 0.0), ("point_y", 0.0), ("point_z", 0.0), ("move_x", 0.0), ("move_y", 0.0), ("move_z", 0.0),
         ("turn_weight", 0.0), ("turn_kp", 100.0), ("turn_kd", 20.0),

@@ -2,14 +2,17 @@
 
 import warp as wp
 
+from warpmuscle.kernels.contact.contact import body_weight
 from warpmuscle.kernels.muscle.activation import activation_rate
 from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED, BodyTask, JointTask, ProgramParameters
 from warpmuscle.kernels.program.reduction import factorize, solve_weights
+from warpmuscle.kernels.program.stepping import STEP_FLOATS, pendulum_wanted, plan_step, swing_task
 from warpmuscle.kernels.program.structs import Columns, Frames, Layout, Programs, ProgramWork, TaskSums
 from warpmuscle.kernels.program.tasks import (
     LEAST_WEIGHT,
     body_task,
     center_task,
+    center_wanted,
     contact_point,
     contact_task,
     joint_task,
@@ -18,6 +21,9 @@ from warpmuscle.kernels.program.tasks import (
 from warpmuscle.kernels.structs import BALL, RUNNING, Model, ModelRef, MuscleRow, State, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
+
+STANDS_WITHIN = wp.constant(0.03)  # m, above the ground, where points of a foot that stands count as touching it
+LEAVES_WITH = wp.constant(0.25)  # body weights along an edge under a foot that is about to be lifted
 
 
 @wp.kernel
@@ -57,9 +63,13 @@ def gather_tasks(
     # in and out
     memory: wp.array3d[float], programs: Programs, work: ProgramWork, pull: wp.array2d[float], row: wp.array3d[float],
     # out
-    touching: wp.array2d[int],
+    bound: wp.array2d[float],
 ):  # fmt: skip
-    """Weights and wanted accelerations of all instances that are due, and which of their points touch the ground."""
+    """Weights and wanted accelerations of all instances that are due, and how much their points of contact may bear.
+
+    Returns:
+        bound: (instances, points) N along an edge; 0 where the ground is not touched, or the foot swings.
+    """
     i = wp.tid()
     if due[i] == 0:
         return
@@ -85,11 +95,23 @@ def gather_tasks(
         first = layout.bodies + body * BODY_FLOATS
         start = own[first : first + BODY_FLOATS]
         body_task(i, body, at(by_body, i, body), start, model.skeleton.plan, frames, sums)
-    if p.com_weight > 0.0:
+    steps = plan_step(i, p, layout, model, state, frames, own[layout.steps : layout.steps + STEP_FLOATS])
+    if steps.active == 1:
+        wanted = pendulum_wanted(i, p, steps, frames)
+        center_task(i, p.com_weight, wanted, model.skeleton.plan, frames, row[i, 1], sums)
+        swing_task(i, p, steps, layout, model, frames, own, sums)
+    elif p.com_weight > 0.0:
         c = layout.center
-        center_task(i, p, wp.vec3(own[c], own[c + 1], own[c + 2]), model.skeleton.plan, frames, row[i, 1], sums)
+        wanted = center_wanted(i, p, wp.vec3(own[c], own[c + 1], own[c + 2]), frames)
+        center_task(i, p.com_weight, wanted, model.skeleton.plan, frames, row[i, 1], sums)
     for k in range(layout.point.shape[0]):
-        touching[i, k] = contact_task(i, layout.point[k, 1], layout.point[k, 0], p, layout.margin, model, frames, sums)
+        body = layout.point[k, 1]
+        bound[i, k] = 0.0
+        if body != steps.swing:
+            margin = wp.where(body == steps.stands, STANDS_WITHIN, layout.margin)
+            bound[i, k] = contact_task(i, body, layout.point[k, 0], p, margin, model, frames, sums)
+        if body == steps.leaves:
+            bound[i, k] = wp.min(bound[i, k], steps.share * LEAVES_WITH * body_weight(i, model))
     factorize(n, sums.weight, work.factor[i])
     solve_weights(n, sums.pull, work.factor[i], work.vector[i, 0], programs.wanted[i])
 
@@ -119,7 +141,7 @@ def gather_forces(
     model: Model, state: State, frames: Frames, layout: Layout, due: wp.array[int],
     parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], columns: Columns,
     moment_arm: wp.array2d[float], active: wp.array2d[float], passive: wp.array2d[float], needed: wp.array2d[float],
-    touching: wp.array2d[int], row: wp.array3d[float],
+    bearing: wp.array2d[float], row: wp.array3d[float],
     # out
     programs: Programs,
 ):  # fmt: skip
@@ -169,7 +191,7 @@ def gather_forces(
                 programs.entry[i, entry] = row[i, 0, columns.row[entry]]
             programs.gain[i, j] = weight * weight / p.contact_effort
             programs.low[i, j] = 0.0
-            programs.high[i, j] = wp.where(touching[i, k] == 1, wp.inf, 0.0)
+            programs.high[i, j] = bearing[i, k]
             j += 1
 
 

@@ -6,6 +6,7 @@ With W = L L^T, K = L^-1 M: accelerations that give way by W^-1 M x to a multipl
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.program.lanes import inverse_root
 
 LEAST_PIVOT = 1.0e-12  # of a diagonal entry of W
 
@@ -29,7 +30,7 @@ def cholesky(n: int, least: float, a: wp.array[wp.float64]):
         s = diagonal
         for q in range(i):
             s -= a[place(i, q)] * a[place(i, q)]
-        a[place(i, i)] = wp.float64(1.0) / wp.sqrt(wp.max(s, diagonal * wp.float64(least)))
+        a[place(i, i)] = inverse_root(wp.max(s, diagonal * wp.float64(least)))
 
 
 @func

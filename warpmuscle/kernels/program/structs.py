@@ -9,6 +9,13 @@ class Columns:
 
     first: wp.array[int]  # (controls + 1,) in `row`
     row: wp.array[int]  # (entries,) coordinates, which increase within a control
+    owner: wp.array[int]  # (entries,) controls
+    line: wp.array[int]  # (groups + 1,) first rows of tables of `LANES` columns, each of which is a coordinate's
+    line_target: wp.array[int]  # (groups LANES,) coordinates; -1: none
+    line_entry: wp.array[int]  # (rows LANES,) entries of that coordinate; -1: none
+    pair: wp.array[int]  # (groups + 1,) the same of products of two entries of a control, which a place in H is made of
+    pair_target: wp.array[int]
+    pair_entry: wp.array[wp.vec2i]
 
 
 @wp.struct
@@ -35,6 +42,7 @@ class ProgramWork:
     hessian: wp.array2d[wp.float64]  # (programs, n (n + 1)/2)
     vector: wp.array3d[wp.float64]  # (programs, 4, n) needed, h, sizes, d
     by_control: wp.array3d[wp.float64]  # (programs, 2, m) B^T x and B^T d
+    memory: wp.array2d[wp.float64]  # (programs, doubles)
 
 
 @wp.struct
@@ -71,6 +79,7 @@ class Layout:
     coordinates: int  # first of the coordinates at the start
     bodies: int  # first of the bodies at the start, `controller.BODY_FLOATS` each
     center: int  # first of the centre of mass at the start
+    steps: int  # first of what steps remember
     margin: float  # m, above the ground where a point counts as touching it
     lever: wp.array[int]  # (entries of muscles,) number in moment arms
     torque: wp.array2d[int]  # (torques, 2) speed, and the body whose joint has it

@@ -117,11 +117,18 @@ def body_task(
 
 
 @func
+def center_wanted(instance: int, task: ProgramParameters, start: wp.vec3, frames: Frames) -> wp.vec3:
+    """Wanted acceleration of the centre of mass that is to be where it was at the start, and so much further."""
+    target = start + wp.vec3(task.com_x, task.com_y, task.com_z)
+    return (target - frames.center[instance, 0]) * task.com_kp - frames.center[instance, 1] * task.com_kd
+
+
+@func
 def center_task(
-    instance: int, task: ProgramParameters, start: wp.vec3, plan: wp.array[BodyPlan], frames: Frames,
-    row: wp.array[float], sums: TaskSums,
+    instance: int, weight: float, acceleration: wp.vec3, plan: wp.array[BodyPlan], frames: Frames, row: wp.array[float],
+    sums: TaskSums,
 ):  # fmt: skip
-    """Where the centre of mass is to be; `row` has room for how speeds move a part of it."""
+    """How the centre of mass is to accelerate; `row` has room for how speeds move a part of it."""
     bodies = frames.mass.shape[1]
     total = wp.float32(0.0)
     drift = wp.vec3(0.0)
@@ -129,9 +136,7 @@ def center_task(
         mass = frames.mass[instance, body]
         total += mass
         drift += body_point_acceleration(instance, body, frames.com[instance, body], frames) * mass
-    target = start + wp.vec3(task.com_x, task.com_y, task.com_z)
-    wanted = (target - frames.center[instance, 0]) * task.com_kp - frames.center[instance, 1] * task.com_kd
-    wanted -= drift / total
+    wanted = acceleration - drift / total
     for axis in range(3):
         for s in range(sums.row.shape[0]):
             sums.row[s] = 0.0
@@ -141,7 +146,7 @@ def center_task(
             point_row(instance, body, point, unit(axis), 0.0, plan, frames, row)
             for s in range(sums.row.shape[0]):
                 sums.row[s] = sums.row[s] + share * row[s]
-        add_task(task.com_weight, wanted[axis], sums)
+        add_task(weight, wanted[axis], sums)
 
 
 @func
@@ -156,15 +161,15 @@ def contact_point(instance: int, body: int, k: int, model: ModelRef, frames: Fra
 def contact_task(
     instance: int, body: int, k: int, task: ProgramParameters, margin: float, model: ModelRef, frames: Frames,
     sums: TaskSums,
-) -> int:  # fmt: skip
-    """A point on the ground is to rest there; whether it is on the ground: closer than the margin, m."""
+) -> float:  # fmt: skip
+    """A point on the ground is to rest there; how much it may bear: 0 off the ground, farther than the margin, m."""
     arm = contact_point(instance, body, k, model, frames)
     point = frames.position[instance, body] + arm
     if above_ground(instance, point, model) > margin:
-        return 0
+        return 0.0
     velocity = frames.velocity[instance, body] + wp.cross(frames.angular_velocity[instance, body], arm)
     wanted = -velocity * task.contact_damping - body_point_acceleration(instance, body, arm, frames)
     for axis in range(3):
         point_row(instance, body, point, unit(axis), 0.0, model.skeleton.plan, frames, sums.row)
         add_task(task.contact_weight, wanted[axis], sums)
-    return 1
+    return float(wp.inf)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED
+from warpmuscle.kernels.program.stepping import STEP_FLOATS
 from warpmuscle.model.muscles import driven
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import topology
@@ -20,6 +21,7 @@ class Places(NamedTuple):
     coordinates: int  # at the start
     bodies: int  # where they are at the start
     center: int  # of mass, at the start
+    steps: int
     end: int
 
 
@@ -34,7 +36,7 @@ def places_of(scene: Scene) -> Places:
     coordinates = REPORTED + len(driven(scene, names).muscles) + names.speeds
     bodies = coordinates + names.coordinates
     center = bodies + BODY_FLOATS * len(names.bodies)
-    return Places(coordinates, bodies, center, center + 3)
+    return Places(coordinates, bodies, center, center + 3, center + 3 + STEP_FLOATS)
 
 
 def with_room(controller: CustomController, scene: Scene) -> CustomController:
@@ -50,6 +52,11 @@ def with_room(controller: CustomController, scene: Scene) -> CustomController:
     if scene.character.constraints:
         message = f"a controller of type {QUADRATIC_PROGRAM!r} knows no constraints between bodies"
         raise SceneError(message, key="character.constraints")
+    assert scene.controller is not None
+    if scene.controller.parameters.get("step_time", 0.0) != 0.0 and scene.feet is None:
+        raise SceneError(
+            "a body that steps needs feet; name them in character.feet", key="controller.parameters.step_time"
+        )
     decision_steps(scene, controller)
     return controller._replace(state=places_of(scene).end)
 

@@ -65,6 +65,8 @@ class Character(Part):
     shrinks to nothing as an end goes inside by a quarter of its radius, a cylinder takes the shorter of two ways on its
     side, and a path comes over an ellipsoid to its side as it goes in. `mujoco` is as MuJoCo has it: between the two
     points of a wrap, round or inside of a cylinder without ends or a sphere, on the side of its `side_point`.
+    `moving_points`: with `slopes`, moment arms of paths whose points move on bodies are the slopes of their lengths;
+    `opensim` leaves out what such a motion does to segments within one body, as OpenSim's moment arms and forces do.
     """
 
     root: str
@@ -74,5 +76,6 @@ class Character(Part):
     muscles: dict[str, Muscle] = {}
     surfaces: dict[str, Surface] = {}  # that muscles wrap around
     wrapping: Literal["opensim", "shortest", "smooth", "mujoco"] = "opensim"  # how paths run round surfaces, see above
+    moving_points: Literal["slopes", "opensim"] = "slopes"  # how these act on joints, see above
     constraints: dict[str, Constraint] = {}  # between bodies that joints do not join
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one

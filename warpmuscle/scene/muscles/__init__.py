@@ -7,6 +7,7 @@ To add: a number of a muscle to `Muscle`, and to `MuscleModel` if all muscles ma
 """
 
 from warpmuscle.scene.muscles.muscle import Actuation as Actuation
+from warpmuscle.scene.muscles.muscle import Branch as Branch
 from warpmuscle.scene.muscles.muscle import Condition as Condition
 from warpmuscle.scene.muscles.muscle import Drive as Drive
 from warpmuscle.scene.muscles.muscle import Excitation as Excitation

@@ -97,6 +97,17 @@ class Wrap(Part):
     method: Literal["hybrid", "midpoint", "axial"] = "hybrid"
 
 
+class Branch(Part):
+    """A part of a path with a tension of its own: the path runs over a pulley there, as a tendon of MuJoCo's does.
+
+    Lengths of the branch count by 1/divisor, and it pulls with that part of the muscle's force. It is not joined to
+    the branch before: the way from the point before it counts nothing.
+    """
+
+    first: int  # point of the path, counted from 1, with which it begins; it ends before the next branch
+    divisor: Annotated[Number, "1"] = 1.0
+
+
 class PolynomialPath(Part):
     """The length of a muscle as a polynomial of joints' coordinates, in place of points.
 
@@ -113,14 +124,15 @@ class PolynomialPath(Part):
 class Muscle(Part, kw_only=True):
     """A musculotendon unit: where it runs, and the properties of fibre and tendon.
 
-    It has a path of points from origin to insertion, which may wrap around surfaces; or pulleys: then its length is
-    rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
+    It has a path of points from origin to insertion, which may wrap around surfaces and have branches; or pulleys: then
+    its length is rest_length less the sum of moment_arm (angle - rest_angle) over them; or a polynomial.
     From `tendon` on, what it has in place of the same of `MuscleModel`, whose it is where nothing is given.
     With a `curve_shape` of the type `path_actuator` or `ligament` it is none, but pulls along its path as these say.
     """
 
     path: list[ViaPoint] = []
     wraps: list[Wrap] = []
+    branches: list[Branch] = []
     polynomial: PolynomialPath | None = None
     pulleys: list[Pulley] = []
     rest_length: Annotated[Number | None, "m"] = None  # of the unit with its tendon; with pulleys only
@@ -137,6 +149,7 @@ class Muscle(Part, kw_only=True):
     damping: Annotated[Number | None, "1"] = None
     rise_time: Annotated[Number | None, "s"] = None
     fall_time: Annotated[Number | None, "s"] = None
+    activation_smoothing: Annotated[Number | None, "1"] = None
     minimum_activation: Annotated[Number | None, "1"] = None
     tendon_strain: Annotated[Number | None, "1"] = None
     passive_strain: Annotated[Number | None, "1"] = None
@@ -153,6 +166,8 @@ class MuscleModel(Part):
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
     neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11); excited, the rate goes
     from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy.
+    `activation_smoothing`: of scaled rates, by how much excitation and activation differ where the time constant goes
+    smoothly from that of falling to that of rising (MuJoCo's `tausmooth`); at 0 it changes at once.
     `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
     muscles on light bodies stay stable; so are the dampers of the joints.
     `negative`: what a joint counts in a muscle's desired force that wants the muscle to push: keep it, drop the joint
@@ -180,6 +195,7 @@ class MuscleModel(Part):
     activation: Literal["linear", "scaled", "neural", "excited"] = "linear"
     rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
+    activation_smoothing: Annotated[Number, "1"] = 0.0  # of scaled rates, see above
     neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows
     initial_activation: Annotated[Number, "1"] = 1.0e-4
     minimum_activation: Annotated[Number, "1"] = 0.0  # the activation is never less

@@ -17,4 +17,5 @@ def special_settings(muscles: Mapping[str, Muscle], model: MuscleModel) -> list[
         if getattr(muscle, field) is not None
     ]
     keys += [f"muscle_model.{field}" for field in SHAPED if getattr(model, field) is not None]
-    return keys + (["muscle_model.minimum_activation"] if model.minimum_activation != 0.0 else [])
+    others = [field for field in ("minimum_activation", "activation_smoothing") if getattr(model, field) != 0.0]
+    return keys + [f"muscle_model.{field}" for field in others]

@@ -42,6 +42,7 @@ def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
     """
     checks.positive(key, model, "rise_time", "fall_time", "v_max")
     checks.fraction(f"{key}.minimum_activation", model.minimum_activation)
+    _smoothing(checks, key, model, model)
     shape = model.curve_shape
     if shape is not None and family(shape) not in (model.curves, "spline"):
         raise SceneError(f"the curves are {model.curves!r}, this is the shape of others", key=f"{key}.curve_shape.type")
@@ -63,6 +64,8 @@ def check_own_values(checks: Checks, key: str, muscle: Muscle) -> None:
     checks.positive(key, muscle, *given)
     if muscle.minimum_activation is not None:
         checks.fraction(f"{key}.minimum_activation", muscle.minimum_activation)
+    if muscle.activation_smoothing is not None:
+        _smoothing(checks, key, muscle, model)
     if muscle.tendon is not None and model.tendon == "switch":
         raise SceneError("muscles whose tendons switch take no tendon of their own", key=f"{key}.tendon")
     compliant = (muscle.tendon or model.tendon) == "compliant"
@@ -73,6 +76,13 @@ def check_own_values(checks: Checks, key: str, muscle: Muscle) -> None:
     if muscle.damping is not None:
         _damping(checks, key, muscle, compliant, _shaped(muscle, model))
     _shape(checks, key, muscle, model)
+
+
+def _smoothing(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
+    """Time constants that change smoothly are those of rates that depend on the activation."""
+    checks.not_negative(key, part, "activation_smoothing")
+    if (model.legacy or model.ideal or model.activation != "scaled") and part.activation_smoothing != 0.0:
+        raise SceneError('only `activation = "scaled"` is smoothed; leave it out', key=f"{key}.activation_smoothing")
 
 
 def _shaped(part: Muscle | MuscleModel, model: MuscleModel) -> bool:

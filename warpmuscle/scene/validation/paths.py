@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any, cast
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
     if muscle.rest_length is not None and not muscle.pulleys:
         raise SceneError("only a muscle with pulleys has a rest length; a path has its own", f"{key}.rest_length")
     if muscle.polynomial is not None:
-        other = next((name for name in ("path", "pulleys", "wraps") if getattr(muscle, name)), None)
+        other = next((name for name in ("path", "pulleys", "wraps", "branches") if getattr(muscle, name)), None)
         if other is not None:
             raise SceneError(f"give either a `polynomial` or `{other}`, not both", key=f"{key}.polynomial")
         check_polynomial(f"{key}.polynomial", muscle.polynomial, character)
@@ -88,15 +89,53 @@ def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
         _motions(checks, f"{key}.path", muscle.path, character)
         _check_hard(f"{key}.path", muscle)
         check_wraps(f"{key}.wraps", muscle, character)
+        _branches(checks, f"{key}.branches", muscle)
         return
     if muscle.path:
         raise SceneError("give either a `path` or `pulleys`, not both", key=f"{key}.pulleys")
     if muscle.wraps:
         raise SceneError("only a `path` wraps around surfaces; leave out `wraps` or `pulleys`", key=f"{key}.wraps")
+    if muscle.branches:
+        raise SceneError("only a `path` has branches; leave out `branches` or `pulleys`", key=f"{key}.branches")
     if muscle.rest_length is None:
         raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
     checks.positive(key, muscle, "rest_length")
     check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
+
+
+def _branches(checks: Checks, key: str, muscle: Muscle) -> None:
+    """Branches follow one another, have two points or more that always count at their ends, and their own surfaces."""
+    starts, count = [branch.first for branch in muscle.branches], len(muscle.path)
+    if not starts:
+        return
+    ends = [*(first - 1 for first in starts[1:]), count]
+    for index, (branch, end) in enumerate(zip(muscle.branches, ends, strict=True)):
+        place = f"{key}.{index}"
+        checks.positive(place, branch, "divisor")
+        if not 1 <= branch.first <= count:
+            raise SceneError(f"the path has points 1 to {count}, not {branch.first}", key=f"{place}.first")
+        if end <= branch.first or starts[0] == 2:
+            raise SceneError("each branch needs two points at least", key=f"{place}.first")
+        last = branch.first - 1  # of the branch before
+        if any(point.condition is not None for point in muscle.path[max(last - 1, 0) : last + 1]):
+            raise SceneError("points at the ends of branches take no condition", key=f"{place}.first")
+        for number, wrap in enumerate(muscle.wraps):
+            if (wrap.first or 1) <= last < (wrap.last or count):
+                message = "a surface is between points of one branch; give its `first` and `last`"
+                raise SceneError(message, key=f"{key.removesuffix('.branches')}.wraps.{number}.last")
+
+
+def shares(muscle: Muscle) -> list[Any]:
+    """What the way to each point of a path counts: 1 over the divisor of its branch, 0 to the first of a branch.
+
+    Args:
+        muscle: its numbers are floats, or (n,) arrays with one value an instance.
+    """
+    found: list[Any] = [1.0] * len(muscle.path)
+    for branch in muscle.branches:
+        own = 1.0 / cast("Any", branch.divisor)
+        found[branch.first - 1 :] = [0.0, *[own] * (len(muscle.path) - branch.first)]
+    return found
 
 
 def is_hard(condition: Condition) -> bool:
@@ -106,9 +145,9 @@ def is_hard(condition: Condition) -> bool:
 
 
 def is_route(muscle: Muscle) -> bool:
-    """Whether a muscle's path wraps, moves, or has points that come in at once."""
+    """Whether a muscle's path wraps, moves, has branches, or points that come in at once."""
     hard = any(point.condition is not None and is_hard(point.condition) for point in muscle.path)
-    return bool(muscle.wraps) or hard or any(point.motion for point in muscle.path)
+    return bool(muscle.wraps or muscle.branches) or hard or any(point.motion for point in muscle.path)
 
 
 def _check_hard(key: str, muscle: Muscle) -> None:

@@ -35,6 +35,7 @@ class Stop:
     point: int = -1  # which of the path's own points
     wrap: int = -1  # or which wrap
     length: float = 0.0  # m, from the stop before on a surface; only of the one that leaves it
+    share: float = 1.0  # what the way from the stop before counts, see `validation.paths.shares`
 
 
 def wrapped(
@@ -81,7 +82,7 @@ def path_length(stops: Sequence[Stop]) -> float:
     total = 0.0
     for before, stop in itertools.pairwise(stops):
         on = stop.wrap >= 0 and before.wrap == stop.wrap
-        total += stop.length if on else float(np.linalg.norm(stop.place - before.place))
+        total += stop.share * (stop.length if on else float(np.linalg.norm(stop.place - before.place)))
     return total
 
 

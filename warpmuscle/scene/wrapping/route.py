@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +22,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints.displacement import rates
+from warpmuscle.scene.validation.paths import shares
 from warpmuscle.scene.wrapping.cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
 from warpmuscle.scene.wrapping.ellipsoid import ellipsoid_touch
 from warpmuscle.scene.wrapping.mujoco import mujoco_touch
@@ -57,7 +59,17 @@ def route_stops(character: Character, muscle: Muscle, poses: Poses, angles: Angl
         else IN_PLANE
     )
     surfaces = [_placed(character, muscle, wrap, poses, where) for wrap in muscle.wraps]
-    return wrapped(points, active, surfaces, exact)
+    stops = wrapped(points, active, surfaces, exact)
+    return _shared(stops, muscle) if muscle.branches else stops
+
+
+def _shared(stops: list[Stop], muscle: Muscle) -> list[Stop]:
+    """The stops with what the way to each counts, which is that of the point which follows a surface."""
+    own, share, found = shares(muscle), 1.0, []
+    for stop in reversed(stops):
+        share = float(own[stop.point]) if stop.point >= 0 else share
+        found.append(replace(stop, share=share))
+    return found[::-1]
 
 
 def half_of(surface: Surface) -> tuple[int, int]:

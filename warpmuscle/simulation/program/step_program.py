@@ -70,7 +70,12 @@ class StepProgram:
         self._layout = layout = Layout()
         places = places_of(scene)
         layout.every, layout.margin = self.every, MARGIN
-        layout.coordinates, layout.bodies, layout.center = places.coordinates, places.bodies, places.center
+        layout.coordinates, layout.bodies, layout.center, layout.steps = (
+            places.coordinates,
+            places.bodies,
+            places.center,
+            places.steps,
+        )
         layout.lever = to_device(order, int, device)
         layout.torque = to_device(np.array(torques, dtype=np.int64).reshape(-1, 2), int, device)
         layout.point = to_device(np.array(points, dtype=np.int64).reshape(-1, 2), int, device)
@@ -80,7 +85,7 @@ class StepProgram:
         self._frames = self._frames_of(len(names.bodies), n)
         self._no_rate, self._needed, self._followed = (self._room(n) for _ in range(3))
         self._pull, self._row = self._room(n), self._room(2, n)
-        self._touching = self._room(max(len(points), 1), dtype=int)
+        self._bound = self._room(max(len(points), 1))
         self._wrench = [self._room(len(names.bodies), dtype=wp.vec3) for _ in range(3)]
         self._turned = self._room(len(names.bodies), dtype=wp.quat)
         count = max(len(structure.actuation.muscles), 1)
@@ -136,10 +141,10 @@ class StepProgram:
         self._look_at_muscles(model, state)
         given = extension.parameters, extension.by_joint, extension.by_body
         inputs = [model, state, frames, layout, batch.due, *given, extension.memory, batch.numbers, batch.work]
-        self._launch(gather.gather_tasks, [*inputs, self._pull, self._row], [self._touching])
+        self._launch(gather.gather_tasks, [*inputs, self._pull, self._row], [self._bound])
         inputs = [model, state, frames, layout, batch.due, *given[:2], batch.columns, self._moment_arm, self._active]
         self._launch(
-            gather.gather_forces, [*inputs, self._passive, self._needed, self._touching, self._row], [batch.numbers]
+            gather.gather_forces, [*inputs, self._passive, self._needed, self._bound, self._row], [batch.numbers]
         )
         batch.solve()
         found = batch.control, batch.acceleration, batch.iterations

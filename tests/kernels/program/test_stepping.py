@@ -1,0 +1,129 @@
+"""Steps of the controller by quadratic programmes against a linear pendulum in float64."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.program.controller import ProgramParameters
+from warpmuscle.kernels.program.stepping import (
+    DEEPER,
+    STEP_FLOATS,
+    StepPlan,
+    foothold,
+    hill,
+    pressure_of_step,
+    smooth_way,
+    swing_path,
+)
+from warpmuscle.scene import Controller
+from warpmuscle.simulation.rollout import Rollout
+
+RATE, TIME, SPEED, WIDTH, DOUBLE = 3.2, 0.5, 0.7, 0.12, 0.2  # 1/s, s, m/s, m
+STANDS = np.array([0.3, 0.02, 1.5])  # m
+
+
+@wp.kernel(enable_backward=False)
+def planned(
+    p: ProgramParameters, stands: wp.vec3, out: float, rate: float, xi: wp.array[wp.vec3], phase: wp.array[float],
+    speed: float, feet: wp.array[wp.vec3], pressure: wp.array[wp.vec3],
+):  # fmt: skip
+    i = wp.tid()
+    feet[i] = foothold(p, stands, out, rate, xi[i], phase[i], speed)
+    pressure[i] = pressure_of_step(p, stands, out, rate, xi[i], phase[i], speed)
+
+
+@wp.kernel(enable_backward=False)
+def paths(p: ProgramParameters, memory: wp.array2d[float], found: wp.array2d[wp.vec3], shapes: wp.array2d[wp.vec3]):
+    i = wp.tid()
+    plan = StepPlan()
+    swing_path(p, plan, memory[i])
+    found[i, 0] = plan.place
+    found[i, 1] = plan.velocity
+    found[i, 2] = plan.acceleration
+    shapes[i, 0] = smooth_way(memory[i, 0])
+    shapes[i, 1] = hill(memory[i, 0])
+
+
+def parameters(**changes: float) -> ProgramParameters:
+    p = ProgramParameters()
+    given = {"step_time": TIME, "double_support": DOUBLE, "step_width": WIDTH, "step_height": 0.06, "sway": 1.0}
+    for name, value in (given | changes).items():
+        setattr(p, name, value)
+    return p
+
+
+def plans(xi: np.ndarray, phase: np.ndarray, out: float) -> tuple[np.ndarray, np.ndarray]:
+    """Footholds and pressures (n, 3)."""
+    arrays = [wp.zeros(len(phase), dtype=wp.vec3, device="cpu") for _ in range(2)]
+    given = wp.array(xi.astype(np.float32), dtype=wp.vec3, device="cpu"), wp.array(phase, dtype=float, device="cpu")
+    inputs = [parameters(), wp.vec3(*STANDS), out, RATE, *given, SPEED]
+    wp.launch(planned, len(phase), inputs, arrays, device="cpu")
+    return arrays[0].numpy(), arrays[1].numpy()
+
+
+def steady(phase: np.ndarray, out: float) -> np.ndarray:
+    """xi (n, 3) of a walk that repeats itself, whose foot carries from the middle of double support on."""
+    grown = np.exp(RATE * TIME)
+    begin = np.array([out * WIDTH / (1.0 + grown), 0.9, SPEED * TIME / (grown - 1.0)])
+    return STANDS + begin * np.exp(RATE * (phase - 0.5 * DOUBLE) * TIME)[:, None] * [1, 0, 1] + [0, 0.9, 0]
+
+
+@pytest.mark.parametrize("out", [1.0, -1.0])
+def test_a_steady_walk_puts_its_feet_a_step_ahead_and_a_width_aside(out):
+    phase = np.linspace(0.0, 1.0, 9)
+    feet, pressure = plans(steady(phase, out), phase, out)
+    wanted = STANDS + np.array([out * WIDTH, -float(DEEPER), SPEED * TIME])
+    assert feet == pytest.approx(np.tile(wanted, (9, 1)), abs=1e-5)
+    assert pressure == pytest.approx(np.tile(STANDS, (9, 1)), abs=1e-5)  # nothing is off
+
+
+def test_a_foot_goes_where_the_body_falls_and_pressure_ahead_of_it():
+    phase = np.full(2, 0.6)
+    usual, push = steady(phase, 1.0), np.array([[0.01, 0.0, 0.02], [0.0, 0.0, 0.0]])
+    feet, pressure = plans(usual + push, phase, 1.0)
+    grown = np.exp(RATE * (0.4 + 0.5 * DOUBLE) * TIME)
+    assert feet[0] - feet[1] == pytest.approx(grown * push[0], abs=1e-5)
+    assert pressure[0] - pressure[1] == pytest.approx(2.0 * push[0], abs=1e-5)  # 1 + sway
+
+
+def test_a_foot_swings_from_where_it_stood_to_its_place():
+    phase = np.linspace(0.0, 1.2, 241)
+    memory = np.zeros((len(phase), STEP_FLOATS), np.float32)
+    memory[:, 0], memory[:, 3:6], memory[:, 6:9] = phase, [0.1, 0.02, 1.0], [0.14, 0.0, 1.6]
+    found, shapes = (wp.zeros((len(phase), k), dtype=wp.vec3, device="cpu") for k in (3, 2))
+    given = wp.array(memory, dtype=float, device="cpu")
+    wp.launch(paths, len(phase), [parameters(), given], [found, shapes], device="cpu")
+    place, velocity, acceleration = found.numpy().astype(float).transpose(1, 0, 2)
+    first, last = np.searchsorted(phase, [DOUBLE, 1.0])
+    assert place[: first + 1] == pytest.approx(np.tile(memory[0, 3:6], (first + 1, 1)), abs=1e-6)
+    assert place[last:] == pytest.approx(np.tile(memory[0, 6:9], (len(phase) - last, 1)), abs=1e-6)
+    assert place[:, 1].max() == pytest.approx(0.06 + 0.01, abs=1e-3)
+    step, inside = (phase[1] - phase[0]) * TIME, slice(first + 2, last - 2)
+    for rate, of in ((velocity, place), (acceleration, velocity)):
+        slope = np.gradient(of, step, axis=0)
+        assert rate[inside] == pytest.approx(slope[inside], abs=3e-3 * np.abs(rate).max())
+
+
+def test_a_body_without_feet_does_not_step():
+    from muscle_arm import arm
+
+    controller = Controller(type="quadratic_program", parameters={"step_time": 0.5}, by_body={"others": {}})
+    with pytest.raises(SceneError, match="needs feet"):
+        Rollout(arm(controller=controller), 1, "cpu")
+
+
+@pytest.mark.long
+def test_gait2392_walks_on_its_muscles(optimized_test):
+    """20 starts, 0.1 m/s of noise in each direction; a fall or two in forty is known."""
+    from dataclasses import replace
+
+    from warpmuscle.simulation.perturbations import none
+
+    rollout = Rollout("gait2392_program_walk", 20, "cpu")
+    rollout.disturb(replace(none(20), velocity=0.1 * np.random.default_rng(0).normal(size=(20, 3))))
+    rollout.run(10.0)
+    assert sum(name in ("running", "completed") for name in rollout.status_names()) >= 19
+    assert np.median(rollout.state.coordinates.numpy()[:, 2]) > 5.0

@@ -1,0 +1,226 @@
+"""Free runs of OpenSim models beside OpenSim's Manager, with drawn excitations: a table for the manual.
+
+    python tools/opensim_free_runs.py MoBL_ARMS.osim wrist.osim --seconds 0.5 -o table.md
+
+All muscles are excited along straight lines between drawn knots, from the same start. OpenSim integrates with two
+accuracies, and what these differ by is what a comparison can tell. Then the model moves without muscles and other
+forces, if it has no loops: OpenSim's energy of our motion should stay. `pip install opensim` brings OpenSim 4.6.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+import msgspec
+import numpy as np
+import typer
+import warp as wp
+from numpy.typing import NDArray
+from opensim_oracle import with_process
+from opensim_ours import bare
+
+import warpmuscle as wm
+from warpmuscle.core.errors import SceneError
+from warpmuscle.core.status import Status
+from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
+from warpmuscle.scene import Excitation, Failure, Scene
+from warpmuscle.scene.muscles import is_cable
+from warpmuscle.simulation.rollout import Rollout
+
+Floats = NDArray[np.float64]
+ACCURACIES = (1.0e-4, 1.0e-5)
+START, MOST = 0.05, 0.5  # excitation at first, and the most that is drawn
+KNOTS = 3
+FRAMES = 50
+SHORTEST = 1.0e-9  # s, least step of OpenSim's
+LONGEST = 300.0  # s, of processor time for one run of OpenSim
+TURN = 2.0 * np.pi  # by which angles may differ
+COLUMNS = ("model", "muscles", "coordinates", "farthest apart", "at 0.1 s", "OpenSim's accuracies", "energy")
+
+
+def drawn(muscles: list[str], seconds: float, seed: int) -> tuple[Floats, dict[str, Floats]]:
+    """Times (KNOTS,) and excitations of each muscle at them."""
+    generator = np.random.default_rng(seed)
+    values = generator.uniform(0.0, MOST, (len(muscles), KNOTS))
+    values[:, 0] = START
+    return np.linspace(0.0, seconds, KNOTS), dict(zip(muscles, values, strict=True))
+
+
+def theirs(
+    file: Path, times: Floats, values: dict[str, Floats], accuracy: float, frames: Floats
+) -> dict[str, list[float]]:
+    """OpenSim's coordinates by name at some times, up to where it gives up."""
+    import opensim
+
+    opensim.Logger.setLevelString("off")
+    model = opensim.Model(str(file))
+    brain = opensim.PrescribedController()
+    brain.setName("drawn_excitations")
+    muscles = model.getMuscles()
+    for k in range(muscles.getSize()):
+        name = muscles.get(k).getName()
+        if name in values:
+            line = opensim.PiecewiseLinearFunction()
+            for knot, value in zip(times, values[name], strict=True):
+                line.addPoint(float(knot), float(value))
+            brain.addActuator(muscles.get(k))
+            brain.prescribeControlForActuator(name, line)
+    model.addController(brain)
+    state = model.initSystem()
+    model.assemble(state)
+    for k in range(muscles.getSize()):
+        if muscles.get(k).appliesForce(state):
+            muscles.get(k).setActivation(state, START)
+    model.equilibrateMuscles(state)
+    manager = opensim.Manager(model)
+    manager.setIntegratorAccuracy(accuracy)
+    manager.setIntegratorMinimumStepSize(SHORTEST)
+    manager.setWriteToStorage(False)
+    manager.setPerformAnalyses(False)
+    manager.initialize(state)
+    coordinates = [model.getCoordinateSet().get(k) for k in range(model.getCoordinateSet().getSize())]
+    found: dict[str, list[float]] = {one.getName(): [] for one in coordinates}
+    for moment in frames:
+        if time.process_time() > LONGEST:
+            break
+        try:
+            now = manager.integrate(float(moment)) if moment > 0.0 else state
+        except RuntimeError:
+            break
+        for one in coordinates:
+            found[one.getName()].append(one.getValue(now))
+    return found
+
+
+def started(file: Path, starts: dict[str, float], folder: Path) -> Path:
+    """The model with other default values of some coordinates, written by OpenSim to a file in a folder."""
+    import opensim
+
+    opensim.Logger.setLevelString("off")
+    model = opensim.Model(str(file))
+    for name, value in starts.items():
+        model.updCoordinateSet().get(name).setDefaultValue(value)
+    model.initSystem()
+    model.printToXML(str(folder / file.name))
+    return folder / file.name
+
+
+def energies(file: Path, names: list[str], q: Floats, rate: Floats) -> Floats:
+    """OpenSim's kinetic and potential energy (n, 2) of a model without forces at coordinates (n, K) and their rates."""
+    import opensim
+
+    opensim.Logger.setLevelString("off")
+    model = opensim.Model(str(file))
+    model.updForceSet().clearAndDestroy()
+    model.updControllerSet().clearAndDestroy()
+    state = model.initSystem()
+    known = [name for name in names if model.getCoordinateSet().contains(name)]
+    ones = [(names.index(name), model.getCoordinateSet().get(name)) for name in known]
+    found = []
+    for places, speeds in zip(q, rate, strict=True):
+        for k, one in ones:
+            if not one.getLocked(state):
+                one.setValue(state, float(places[k]), False)
+                one.setSpeedValue(state, float(speeds[k]))
+        model.realizeVelocity(state)
+        found.append([model.calcKineticEnergy(state), model.calcPotentialEnergy(state)])
+    return np.array(found)
+
+
+def excited(scene: Scene, times: Floats, values: dict[str, Floats], seconds: float, step: float) -> Scene:
+    """The scene with these excitations, which nothing ends early."""
+    muscles = {
+        name: msgspec.structs.replace(muscle, excitation=Excitation(times.tolist(), values[name].tolist()))
+        if name in values else muscle
+        for name, muscle in scene.character.muscles.items()
+    }  # fmt: skip
+    return msgspec.structs.replace(
+        scene,
+        character=msgspec.structs.replace(scene.character, muscles=muscles),
+        muscle_model=msgspec.structs.replace(scene.muscle_model, initial_activation=START),
+        failure=Failure(com_height=0.0, heading=0.0), duration=seconds, time_step=step,
+    )  # fmt: skip
+
+
+def ours(scene: Scene, rate: float) -> tuple[list[str], Floats, Floats, str]:
+    """Names of coordinates, times (n,), values (n, K), and how the run ended."""
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=rate)
+    rollout.run()
+    recording = rollout.recording()
+    found = degrees_of_freedom(recording, scene)
+    values = np.stack([degree.values for degree in found], axis=1)
+    status = Status(int(rollout.status()[0])).name
+    return [degree.name for degree in found], np.asarray(recording.time, dtype=float), values, status
+
+
+def energy_drift(file: Path, scene: Scene, seconds: float, step: float) -> float:
+    """The greatest change of energy of a free run without forces, over the greatest kinetic energy."""
+    still = bare(scene)
+    bodies = {name: msgspec.structs.replace(body, shapes=[]) for name, body in still.character.bodies.items()}
+    character = msgspec.structs.replace(still.character, bodies=bodies, muscles={})
+    still = excited(msgspec.structs.replace(still, character=character), np.zeros(1), {}, seconds, step)
+    names, _, q, _ = ours(still, 1.0 / step)
+    rate = (8.0 * (q[3:-1] - q[1:-3]) - (q[4:] - q[:-4])) / (12.0 * step)
+    some = np.linspace(0, len(rate) - 1, FRAMES).astype(int)
+    kinetic, potential = with_process(energies, file, names, q[2:-2][some], rate[some]).T
+    total = kinetic + potential
+    return float(np.abs(total - total[0]).max() / max(kinetic.max(), 1e-9))
+
+
+def row(file: Path, seconds: float, step: float, seed: int, hard_points: bool = False) -> str:
+    """A row of the table."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            scene = wm.load(file, hard_points=hard_points)
+        except SceneError as error:
+            return f"| {file.stem} | | | {error.message} | | | |"
+    names = [name for name, muscle in scene.character.muscles.items() if not is_cable(muscle)]
+    times, values = drawn(names, seconds, seed)
+    mine, moments, q, status = ours(excited(scene, times, values, seconds, step), FRAMES / seconds)
+    rough, fine = (with_process(theirs, file, times, values, accuracy, moments) for accuracy in ACCURACIES)
+    shared = [name for name in mine if name in fine]
+    count = min(len(moments), *(len(run[name]) for run in (rough, fine) for name in shared))
+    there, coarse = (np.column_stack([run[name][:count] for name in shared]) for run in (fine, rough))
+    here = q[:count, [mine.index(name) for name in shared]]
+    off, own = (np.abs(one - there) for one in (here, coarse))
+    off = np.minimum(off, np.abs(TURN - off))
+    at, name = divmod(int(off.argmax()), len(shared))
+    early = off[moments[:count] <= 0.1 + 1e-9].max()
+    ended = "" if count == len(moments) else f"; OpenSim ends at {moments[count - 1]:.2g} s"
+    ended += "" if status == "COMPLETED" else f"; ours {status}"
+    moved = np.abs(there - there[0]).max()
+    drift = "-" if scene.character.constraints else f"{energy_drift(file, scene, seconds, step):.0e}"
+    cells = [f"{off.max():.2g} of {moved:.2g}, {shared[name]} at {moments[at]:.2f} s{ended}", f"{early:.1g}"]
+    cells += [f"{own.max():.1g}", drift]
+    return f"| {file.stem} | {len(names)} | {len(shared)} | {' | '.join(cells)} |"
+
+
+def main(
+    models: Annotated[list[Path], typer.Argument(help="Files of the models.")],
+    seconds: Annotated[float, typer.Option(help="Of motion.")] = 0.5,
+    step: Annotated[float, typer.Option(help="Ours, s.")] = 2.0e-4,
+    seed: Annotated[int, typer.Option(help="Of the excitations.")] = 1,
+    start: Annotated[list[str] | None, typer.Option(help="COORDINATE=VALUE to start at, rad or m.")] = None,
+    hard_points: Annotated[bool, typer.Option("--hard-points", help="As of `warpmuscle convert`.")] = False,
+    output: Annotated[Path | None, typer.Option("-o", help="File for the table.")] = None,
+) -> None:
+    """Compare."""
+    wp.config.log_level = wp.LOG_WARNING
+    lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
+    starts = {name: float(value) for name, _, value in (word.partition("=") for word in start or [])}
+    for file in models:
+        with TemporaryDirectory() as folder:
+            own = with_process(started, file, starts, Path(folder)) if starts else file
+            lines.append(row(own, seconds, step, seed, hard_points))
+        print(lines[-1], flush=True)
+        if output is not None:
+            output.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    typer.run(main)
