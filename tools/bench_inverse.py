@@ -28,8 +28,8 @@ from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import inverse_dynamics, prepare
 from warpmuscle.inverse.files import read_coordinates
-from warpmuscle.inverse.joint_reactions import reactions_of
 from warpmuscle.inverse.loads import read_loads
+from warpmuscle.inverse.reactions.joint_reactions import reactions_of
 from warpmuscle.inverse.static_optimization import Launch, Solver, activations_of
 from warpmuscle.inverse.trial import Coordinates, Loads
 

@@ -48,6 +48,7 @@ NAMES = {
     "Read, write and export": ("read", "write", "Result", "Recording", "Motions", "read_motions", "append_motions"),
     "From recordings to muscles": (
         "scale", "inverse_kinematics", "inverse_dynamics", "static_optimization", "track", "joint_reactions",
+        "run_reactions",
     ),
     "Errors": ("Error", "SceneError", "RolloutError", "ResultError"),
 }  # fmt: skip

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from warpmuscle.formats import load, save
     from warpmuscle.gait.measures import measure
     from warpmuscle.inverse.dynamics import inverse_dynamics
-    from warpmuscle.inverse.joint_reactions import joint_reactions
     from warpmuscle.inverse.kinematics import inverse_kinematics
-    from warpmuscle.inverse.run_reactions import run_reactions
+    from warpmuscle.inverse.reactions.joint_reactions import joint_reactions
+    from warpmuscle.inverse.reactions.run_reactions import run_reactions
     from warpmuscle.inverse.scaling import scale
     from warpmuscle.inverse.static_optimization import static_optimization
     from warpmuscle.inverse.tracking.track import track
@@ -66,14 +66,14 @@ __all__ = [
 _HOMES = {
     "append_motions": "results.motion_files", "best_scene": "optimization.best_scene",
     "convert": "session.conversion", "Evaluator": "optimization.evaluator", "inverse_dynamics": "inverse.dynamics",
-    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.joint_reactions",
+    "inverse_kinematics": "inverse.kinematics", "joint_reactions": "inverse.reactions.joint_reactions",
     "learn": "session.training", "load": "formats",
     "make_rollout": "simulation.multi_device", "measure": "gait.measures", "Motions": "results.motions",
     "MultiDeviceRollout": "simulation.multi_device", "optimize": "session.results", "plot": "plots",
     "quadratic_program": "simulation.program.solve",
     "read": "session.results", "read_motions": "results.motion_files", "Recording": "results.recording",
     "Result": "results.records", "resume": "session.results", "Rollout": "simulation.rollout",
-    "Run": "session.runs", "run_reactions": "inverse.run_reactions", "save": "formats",
+    "Run": "session.runs", "run_reactions": "inverse.reactions.run_reactions", "save": "formats",
     "scale": "inverse.scaling", "Scene": "scene.drawing.table",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",

@@ -17,8 +17,8 @@ import warpmuscle as wm
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments, inverse_dynamics
 from warpmuscle.inverse.files import angle_names, read_coordinates
-from warpmuscle.inverse.joint_reactions import joint_reactions
 from warpmuscle.inverse.loads import read_loads
+from warpmuscle.inverse.reactions.joint_reactions import joint_reactions
 from warpmuscle.inverse.static_optimization import static_optimization
 from warpmuscle.synergy.tables import read_table
 

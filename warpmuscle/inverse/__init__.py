@@ -2,7 +2,7 @@
 
 `trial` holds what a laboratory records, `kinematics` finds the coordinates that fit markers best, `scaling` makes a
 generic model one of a subject. `dynamics` says which moments a motion needs, `static_optimization` which muscles make
-them, `joint_reactions` what joints carry then; `tracking` lets a simulation follow the motion, and
+them, `reactions` what joints carry then; `tracking` lets a simulation follow the motion, and
 `emg_driven` identifies muscles by EMG. `body_model` evaluates a
 model in many frames at once for them, and `output` writes what they found.
 

@@ -23,8 +23,8 @@ from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
-from warpmuscle.inverse.joint_reactions import JointReactions
 from warpmuscle.inverse.named_array import NamedArray
+from warpmuscle.inverse.reactions.joint_reactions import JointReactions
 from warpmuscle.inverse.recordings import measured
 from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.inverse.recordings.result import motions_result

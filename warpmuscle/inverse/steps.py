@@ -12,9 +12,9 @@ from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments, prepare
 from warpmuscle.inverse.emg import Emg
-from warpmuscle.inverse.joint_reactions import reactions_of
 from warpmuscle.inverse.kinematics import Kinematics
 from warpmuscle.inverse.output import Trial
+from warpmuscle.inverse.reactions.joint_reactions import reactions_of
 from warpmuscle.inverse.recordings.measured import measured_of
 from warpmuscle.inverse.recordings.motion import recorded_motions
 from warpmuscle.inverse.static_optimization import activations_of

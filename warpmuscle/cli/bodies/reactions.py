@@ -14,7 +14,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
-    from warpmuscle.inverse.joint_reactions import JointReactions
+    from warpmuscle.inverse.reactions.joint_reactions import JointReactions
 
 
 def reactions(
@@ -40,7 +40,7 @@ def reactions(
     import numpy as np
 
     from warpmuscle.inverse.output import Trial, write_result, write_storages
-    from warpmuscle.inverse.run_reactions import run_reactions
+    from warpmuscle.inverse.reactions.run_reactions import run_reactions
     from warpmuscle.inverse.trial import Coordinates
     from warpmuscle.optimization.best_scene import scene_in
     from warpmuscle.results.partial_motion import motion_of

@@ -20,7 +20,7 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import Prepared
-from warpmuscle.inverse.joint_reactions import JointReactions, check_ends, transmitted
+from warpmuscle.inverse.reactions.joint_reactions import JointReactions, check_ends, transmitted
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass

@@ -24,7 +24,7 @@ from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import Prepared, prepare
-from warpmuscle.inverse.joint_frames import FrameOnBody, JointFrames, joint_frames
+from warpmuscle.inverse.reactions.joint_frames import FrameOnBody, JointFrames, joint_frames
 from warpmuscle.inverse.trial import Coordinates, Loads
 from warpmuscle.kernels.inverse import joint_reactions as kernels
 from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of

@@ -5,7 +5,7 @@ import pytest
 
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, constant
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.inverse.run_reactions import run_reactions
+from warpmuscle.inverse.reactions.run_reactions import run_reactions
 from warpmuscle.scene import MuscleModel
 from warpmuscle.simulation.rollout import Rollout
 

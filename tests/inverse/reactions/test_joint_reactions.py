@@ -10,8 +10,8 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import prepare
 from warpmuscle.inverse.files import read_coordinates
-from warpmuscle.inverse.joint_reactions import joint_reactions, muscle_wrenches
 from warpmuscle.inverse.loads import read_loads
+from warpmuscle.inverse.reactions.joint_reactions import joint_reactions, muscle_wrenches
 from warpmuscle.inverse.static_optimization import static_optimization
 from warpmuscle.scene.joints import joint_type
 
