@@ -15,9 +15,7 @@ from warpmuscle.kernels.terrain_structs import Patch, Terrain, Tile, TilePlace
 
 ENDLESS_TOP = 1.0e30  # m, of tiles that rise without an end
 DEEP = wp.constant(0.02)  # m below the ground, from where on it is asked which way out is the easiest
-ABOUT = wp.constant(
-    0.015
-)  # m: at this distance from a point, and twice and three times it, the ground is asked for that
+ABOUT = wp.constant(0.015)  # m from a point, and twice and three times that, the ground is then looked at
 FLAT, RISES, PATCHED = 0, 1, 2  # what a step has compiled in: nothing, heights, other kinds of ground besides
 
 
