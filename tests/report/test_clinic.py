@@ -40,6 +40,8 @@ def test_the_page_has_indices_both_sides_figures_muscles_and_all_rows(judgement)
         "Hip flexion", "Knee flexion", "Ankle dorsiflexion", "Pelvis obliquity", "Pelvis rotation"
     ]  # fmt: skip
     assert {"step length", "stance", "maximum vertical force"} < set(first_cells(text, "sides"))
+    assert "+0.0<" not in text
+    assert "-0.0<" not in text
     assert first_cells(text, "muscles")[:2] == ["gluteus maximus", "hip abductors"]
     assert first_cells(text, "table1") == [one.bar.name for one in judgement.verdicts]
     assert first_cells(text, "table2") == [one.bar.name for one in judgement.further]
