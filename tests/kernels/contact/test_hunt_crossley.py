@@ -193,6 +193,20 @@ def test_slopes_are_derivatives(smooth: bool) -> None:
     np.testing.assert_allclose(force[:, 1], (after - before) / (2 * h), atol=0.01 * force[:, 1].max())
 
 
+@pytest.mark.parametrize("smooth", [False, True])
+def test_rates_of_dissipation_are_derivatives(smooth: bool) -> None:
+    """Hunt, Crossley 1975: 1 + 3/2 c v, which ends at 0; the smooth one goes over into that within some 1/300 m/s."""
+    rate, c, h = np.linspace(-1.5, 1.0, 100), 0.8, 1e-3
+    function, own = (hunt_crossley.smoothly_dissipated, (30.0,)) if smooth else (hunt_crossley.dissipated, ())
+    factor = evaluate(function, rate, c, *own)
+    away = np.abs(rate + 1.0 / 1.2) > (0.2 if smooth else 2.0 * h)  # from where it ends
+    np.testing.assert_allclose(factor[away, 0], np.maximum(1.0 + 1.2 * rate, 0.0)[away], atol=2e-4)
+    before, after = (evaluate(function, rate + shift, c, *own)[:, 0] for shift in (-h, h))
+    slope = np.maximum((after - before) / (2.0 * h), 0.0)
+    near = np.ones(len(rate), dtype=bool) if smooth else away
+    np.testing.assert_allclose(factor[near, 1], slope[near], atol=5e-3)
+
+
 @pytest.mark.parametrize(
     ("change", "key", "words"),
     [

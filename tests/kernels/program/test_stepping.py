@@ -107,6 +107,15 @@ def test_a_foot_swings_from_where_it_stood_to_its_place():
         assert rate[inside] == pytest.approx(slope[inside], abs=3e-3 * np.abs(rate).max())
 
 
+@pytest.mark.parametrize("out", [-1.0, 1.0])
+def test_footholds_are_within_reach_and_to_the_own_side(out: float):
+    """0.6 m at most in each direction, 8 cm at least to the side of the foot that stands."""
+    far = STANDS + np.array([[3.0, 0.0, 3.0], [-3.0, 0.0, -3.0]])
+    feet = plans(far, np.array([0.4, 0.4]), out)[0] - STANDS
+    assert np.sort(out * feet[:, 0]) == pytest.approx([0.08, 0.6], abs=1e-6)
+    assert np.sort(feet[:, 2]) == pytest.approx([-0.6, 0.6], abs=1e-6)
+
+
 def test_a_body_without_feet_does_not_step():
     from muscle_arm import arm
 
