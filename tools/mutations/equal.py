@@ -12,6 +12,8 @@ EQUAL: dict[tuple[str, str], str] = {
     ("warpmuscle/kernels/program/lane_program.py",
      "if above > wp.float64(0.0) and above - below <= wp.float64(1.0e-6) * above:"):
         "a tolerance, at which a bracket is small enough",
+    ("warpmuscle/kernels/path/wrap_mujoco.py", "near = nearest_on_segment(a, b)"):
+        "the nearest point of a segment is the same from either end",
     ("warpmuscle/kernels/path/route.py", "SETTLED = 5.0e-4  # m, by which the length then changes no more"):
         "a tolerance",
 }  # fmt: skip
@@ -26,8 +28,6 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "side is 1 or -1 there, and x / 1 is x * 1, x / -1 is x * -1, to the bit",
     ("warpmuscle/kernels/path/wrap_ellipsoid.py", "x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))", "k <= 2"):
         "they differ for k = 2 alone, for which the outer choice takes 0",
-    ("warpmuscle/kernels/path/wrap_mujoco.py", "near = nearest_on_segment(a, b)", "b, a"):
-        "the nearest point of a segment is the same from either end",
     ("warpmuscle/model/paths.py", "p.segment_points = to_device(table.segments or [(0, 0)], int, device)", "1"):
         "stands there where there are no segments, by whose numbers alone the array is read",
     ("warpmuscle/kernels/memory/scratch.py", "w.frame = integers_at(memory, second + 5, CONTROL, n)",
