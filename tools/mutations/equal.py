@@ -9,8 +9,8 @@ EQUAL: dict[tuple[str, str], str] = {
         "of a free weight only counts that it is not 0",
     ("warpmuscle/model/polynomials.py", "before, joints, axes = [0], [0], [0]"):
         "the monomial without factors is 1: nothing reads what it would be made of",
-    ("warpmuscle/kernels/program/lane_program.py",
-     "if above > wp.float64(0.0) and above - below <= wp.float64(1.0e-6) * above:"):
+    ("warpmuscle/kernels/program/newton.py",
+     "return bracket[1] > wp.float64(0.0) and bracket[1] - bracket[0] <= wp.float64(1.0e-6) * bracket[1]"):
         "a tolerance, at which a bracket is small enough",
     ("warpmuscle/kernels/path/wrap_mujoco.py", "near = nearest_on_segment(a, b)"):
         "the nearest point of a segment is the same from either end",

@@ -16,16 +16,21 @@ solved in double precision: R has the square of the condition of M.
 
 import warp as wp
 
-from warpmuscle.kernels.program.newton import Controls, balance, control_of, newton_step, step_length
+from warpmuscle.kernels.program.newton import (
+    GIVEN_UP,
+    GOES_ON,
+    SMALLEST,
+    balance,
+    control_of,
+    controls_at,
+    newton_step,
+    outcome,
+    step_length,
+)
 from warpmuscle.kernels.program.reduction import accelerations, factorize, needed_forces, reserve_of
 from warpmuscle.kernels.program.structs import Columns, Programs, ProgramWork
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
-
-ITERATIONS = 60  # of Newton's method at most
-BALANCED = 1.0e-12  # of what stands on both sides, that the balance may miss ...
-NEARLY = 1.0e-8  # ... or, where another step makes it no better
-SMALLEST = 1.0e-9  # N or N m, of what stands there, that is told from nothing
 
 
 @wp.kernel
@@ -50,10 +55,7 @@ def box_program(
         return
     n = programs.bias.shape[1]
     m = columns.first.shape[0] - 1
-    controls = Controls()
-    controls.gain = programs.gain[wp.min(p, programs.gain.shape[0] - 1)]
-    controls.low = programs.low[wp.min(p, programs.low.shape[0] - 1)]
-    controls.high = programs.high[wp.min(p, programs.high.shape[0] - 1)]
+    controls = controls_at(p, programs)
     controls.entry = programs.entry[p]
     mass = programs.mass[p]
     wanted = programs.wanted[p]
@@ -71,19 +73,15 @@ def box_program(
     needed_forces(n, mass, programs.bias[p], wanted, needed)
     reserve_of(n, mass, factor, work.square[p], reserve)
     count = wp.int32(0)
-    done = wp.int32(0)
+    ended = wp.int32(GOES_ON)
     before = wp.float64(wp.inf)
-    while done == 0:
+    while ended == GOES_ON:
         balance(n, m, controls, columns, reserve, x, y, needed, h, size, hessian)
         error = wp.float64(0.0)
         for i in range(n):
             error = wp.max(error, wp.abs(h[i]) / (size[i] + wp.float64(SMALLEST)))
-        if error < wp.float64(BALANCED) or (error < wp.float64(NEARLY) and error > wp.float64(0.5) * before):
-            done = 1
-        elif count == ITERATIONS or not (error < wp.float64(1.0e30)):
-            done = 1
-            count = -1
-        else:
+        ended = outcome(count, error, before)
+        if ended == GOES_ON:
             count += 1
             before = error
             newton_step(n, hessian, h, d)
@@ -93,4 +91,4 @@ def box_program(
     for j in range(m):
         control[p, j] = wp.float32(control_of(y[j], j, controls)[0])
     accelerations(n, mass, wanted, factor, x, d, acceleration[p])
-    iterations[p] = count
+    iterations[p] = wp.where(ended == GIVEN_UP, -1, count)

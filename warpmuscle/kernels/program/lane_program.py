@@ -7,7 +7,6 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.inverse.static_optimization_steps import EXACT, SEARCHES
-from warpmuscle.kernels.program.box_program import BALANCED, ITERATIONS, NEARLY, SMALLEST
 from warpmuscle.kernels.program.lane_algebra import lane_cholesky, lane_product, lane_solve
 from warpmuscle.kernels.program.lanes import (
     LANES,
@@ -18,8 +17,20 @@ from warpmuscle.kernels.program.lanes import (
     sum_of_lanes,
     synchronize,
 )
+from warpmuscle.kernels.program.newton import (
+    GIVEN_UP,
+    GOES_ON,
+    SMALLEST,
+    Controls,
+    along_of,
+    control_of,
+    controls_at,
+    is_narrow,
+    narrowed,
+    next_length,
+    outcome,
+)
 from warpmuscle.kernels.program.newton import LEAST_PIVOT as LEAST_HESSIAN
-from warpmuscle.kernels.program.newton import Controls, along_of, control_of
 from warpmuscle.kernels.program.reduction import LEAST_PIVOT, place
 from warpmuscle.kernels.program.structs import Columns, Programs, ProgramWork
 
@@ -165,8 +176,7 @@ def lane_step_length(
     for j in range(lane, m, lanes):
         work.dy[j] = along_of(j, columns, controls.entry, work.d)
     t = wp.float64(1.0)
-    below = wp.float64(0.0)
-    above = wp.float64(-1.0)
+    bracket = wp.vec2d(wp.float64(0.0), wp.float64(-1.0))
     for _ in range(SEARCHES):
         value = wp.float64(0.0)
         bend = wp.float64(0.0)
@@ -182,18 +192,9 @@ def lane_step_length(
         bend = sum_of_lanes(bend)
         if wp.abs(value) <= wp.float64(EXACT) * wp.abs(start):
             break
-        if value < wp.float64(0.0):
-            below = t
-        else:
-            above = t
-        following = t - value / wp.max(bend, wp.float64(1.0e-30))
-        if above < wp.float64(0.0):
-            t = wp.min(wp.max(following, wp.float64(1.25) * t), wp.float64(64.0) * t)
-        elif following <= below or following >= above:
-            t = wp.float64(0.5) * (below + above)
-        else:
-            t = following
-        if above > wp.float64(0.0) and above - below <= wp.float64(1.0e-6) * above:
+        bracket = narrowed(t, value, bracket)
+        t = next_length(t, value, bend, bracket)
+        if is_narrow(bracket):
             break
     return t
 
@@ -222,10 +223,7 @@ def lane_program_of(lanes: int, doubles: int) -> Any:
         m = columns.first.shape[0] - 1
         memory = memory_of(work.memory[wp.min(p, work.memory.shape[0] - 1)])
         w = lane_work_at(memory, n, m)
-        controls = Controls()
-        controls.gain = programs.gain[wp.min(p, programs.gain.shape[0] - 1)]
-        controls.low = programs.low[wp.min(p, programs.low.shape[0] - 1)]
-        controls.high = programs.high[wp.min(p, programs.high.shape[0] - 1)]
+        controls = controls_at(p, programs)
         entries = columns.owner.shape[0]
         controls.entry = floats_at(memory, doubles - (entries + 1) // 2, entries)
         for e in range(lane, entries, lanes):
@@ -240,20 +238,16 @@ def lane_program_of(lanes: int, doubles: int) -> Any:
             w.x[i] = multiplier[p, i]
         lane_reserve(lane, lanes, n, mass, programs.weight[p], work.factor[p], w)
         count = wp.int32(0)
-        done = wp.int32(0)
+        ended = wp.int32(GOES_ON)
         before = wp.float64(wp.inf)
-        while done == 0:
+        while ended == GOES_ON:
             lane_balance(lane, lanes, n, m, controls, columns, w)
             error = wp.float64(0.0)
             for i in range(lane, n, lanes):
                 error = wp.max(error, wp.abs(w.h[i]) / (w.size[i] + wp.float64(SMALLEST)))
             error = max_of_lanes(error)
-            if error < wp.float64(BALANCED) or (error < wp.float64(NEARLY) and error > wp.float64(0.5) * before):
-                done = 1
-            elif count == ITERATIONS or not (error < wp.float64(1.0e30)):
-                done = 1
-                count = -1
-            else:
+            ended = outcome(count, error, before)
+            if ended == GOES_ON:
                 count += 1
                 before = error
                 for i in range(lane, n, lanes):
@@ -281,6 +275,6 @@ def lane_program_of(lanes: int, doubles: int) -> Any:
         for i in range(lane, n, lanes):
             acceleration[p, i] = wp.float32(wp.float64(wanted[i]) - w.d[i])
         if lane == 0:
-            iterations[p] = count
+            iterations[p] = wp.where(ended == GIVEN_UP, -1, count)
 
     return kernel

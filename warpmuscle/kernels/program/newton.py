@@ -5,9 +5,14 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.inverse.static_optimization_steps import EXACT, SEARCHES
 from warpmuscle.kernels.program.reduction import cholesky, place, solve
-from warpmuscle.kernels.program.structs import Columns
+from warpmuscle.kernels.program.structs import Columns, Programs
 
 LEAST_PIVOT = 1.0e-14  # of a diagonal entry
+ITERATIONS = 60  # of Newton's method at most
+BALANCED = 1.0e-12  # of what stands on both sides, that the balance may miss ...
+NEARLY = 1.0e-8  # ... or, where another step makes it no better
+SMALLEST = 1.0e-9  # N or N m, of what stands there, that is told from nothing
+GOES_ON, REACHED, GIVEN_UP = wp.constant(0), wp.constant(1), wp.constant(-1)
 
 
 @wp.struct
@@ -18,6 +23,53 @@ class Controls:
     low: wp.array[float]
     high: wp.array[float]
     entry: wp.array[float]
+
+
+@func
+def controls_at(p: int, programs: Programs) -> Controls:
+    """Those of a programme but for their entries, of which programmes may have rows of their own."""
+    controls = Controls()
+    controls.gain = programs.gain[wp.min(p, programs.gain.shape[0] - 1)]
+    controls.low = programs.low[wp.min(p, programs.low.shape[0] - 1)]
+    controls.high = programs.high[wp.min(p, programs.high.shape[0] - 1)]
+    return controls
+
+
+@func
+def outcome(count: int, error: wp.float64, before: wp.float64) -> int:
+    """Whether Newton's method goes on after so many steps, by how far the balance is missed now and was before."""
+    if error < wp.float64(BALANCED) or (error < wp.float64(NEARLY) and error > wp.float64(0.5) * before):
+        return REACHED
+    if count == ITERATIONS or not (error < wp.float64(1.0e30)):
+        return GIVEN_UP
+    return GOES_ON
+
+
+@func
+def narrowed(t: wp.float64, value: wp.float64, bracket: wp.vec2d) -> wp.vec2d:
+    """The bracket of a step's length that is left with the slope at a length in it; -1 above: not known yet."""
+    if value < wp.float64(0.0):
+        return wp.vec2d(t, bracket[1])
+    return wp.vec2d(bracket[0], t)
+
+
+@func
+def next_length(t: wp.float64, value: wp.float64, bend: wp.float64, bracket: wp.vec2d) -> wp.float64:
+    """Where the slope is zero by its rate at a length, if that is within the bracket."""
+    below = bracket[0]
+    above = bracket[1]
+    following = t - value / wp.max(bend, wp.float64(1.0e-30))
+    if above < wp.float64(0.0):
+        return wp.min(wp.max(following, wp.float64(1.25) * t), wp.float64(64.0) * t)
+    if following <= below or following >= above:
+        return wp.float64(0.5) * (below + above)
+    return following
+
+
+@func
+def is_narrow(bracket: wp.vec2d) -> bool:
+    """Whether a bracket is too small to look further."""
+    return bracket[1] > wp.float64(0.0) and bracket[1] - bracket[0] <= wp.float64(1.0e-6) * bracket[1]
 
 
 @func
@@ -111,8 +163,7 @@ def step_length(
     for j in range(m):
         dy[j] = along_of(j, columns, controls.entry, d)
     t = wp.float64(1.0)
-    below = wp.float64(0.0)
-    above = wp.float64(-1.0)
+    bracket = wp.vec2d(wp.float64(0.0), wp.float64(-1.0))
     for _ in range(SEARCHES):
         value = constant + rate * t
         bend = rate
@@ -123,17 +174,8 @@ def step_length(
             bend += answer[1] * rise * rise
         if wp.abs(value) <= wp.float64(EXACT) * wp.abs(start):
             break
-        if value < wp.float64(0.0):
-            below = t
-        else:
-            above = t
-        following = t - value / wp.max(bend, wp.float64(1.0e-30))
-        if above < wp.float64(0.0):
-            t = wp.min(wp.max(following, wp.float64(1.25) * t), wp.float64(64.0) * t)
-        elif following <= below or following >= above:
-            t = wp.float64(0.5) * (below + above)
-        else:
-            t = following
-        if above > wp.float64(0.0) and above - below <= wp.float64(1.0e-6) * above:
+        bracket = narrowed(t, value, bracket)
+        t = next_length(t, value, bend, bracket)
+        if is_narrow(bracket):
             break
     return t
