@@ -14,11 +14,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.gait.curves import gait_curves, mean_of
-from warpmuscle.gait.cycles import PERCENT, Strides
+from warpmuscle.gait.curves import Curves, mean_of
+from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.gait.foot_contact import SIDES
-from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Scene
 from warpmuscle.scene.people.fukuchi import WALK
 from warpmuscle.scene.people.pinzone import PELVIS
 
@@ -33,13 +31,8 @@ def people() -> dict[str, Floats]:
     return {name: norm.mean(PERCENT) for name, norm in norms.items()}
 
 
-def variable_scores(recording: Recording, scene: Scene, cycles: Mapping[str, Strides]) -> Scores:
-    """Scores of the variables that a body has, of the mean curve of each side.
-
-    Args:
-        scene: without free parameters. cycles: of both sides, from contact to contact.
-    """
-    curves = gait_curves(recording, scene, dict(cycles))
+def variable_scores(curves: Mapping[str, Curves]) -> Scores:
+    """Scores of the variables that a body has, of the mean curve of each side, of `gait.curves.gait_curves`."""
     return {
         name: {side: variable_score(mean_of(curves[name].sides[side]), norm) for side in SIDES}
         for name, norm in people().items()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from warpmuscle.core.errors import Error
+from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import steady_strides
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET
@@ -62,11 +63,12 @@ def clinic_html(name: str, judgement: Judgement, tell: Callable[[str], None] = l
     if motion is None or scene is None:
         raise Error("this judgement holds no motion to report")
     sides, scores, windows, why = _of_cycles(motion, scene, judgement.running)
+    totals = profile_scores(scores)
     return str(
         page.render(
             name=name, description=scene.description, judgement=judgement, why=why,
-            headline=_headline(judgement, profile_scores(scores)), scores=_scores(scores),
-            totals=profile_scores(scores), least=LEAST_DIFFERENCE, deviation=DEVIATION, sides=sides, windows=windows,
+            headline=_headline(judgement, totals), scores=_scores(scores),
+            totals=totals, least=LEAST_DIFFERENCE, deviation=DEVIATION, sides=sides, windows=windows,
             emg=EMG_SOURCE, tables=[("Judged", _rows(judgement.verdicts)), ("Besides", _rows(judgement.further))],
             runs=RUNS, figures=_figures(motion, scene, tell),
         )
@@ -81,7 +83,7 @@ def _of_cycles(
         cycles = steady_strides(motion, scene)
     except Error as error:
         return {}, {}, [], str(error)
-    scores = {} if running else variable_scores(motion, scene, cycles)
+    scores = {} if running else variable_scores(gait_curves(motion, scene, cycles))
     windows = [] if running else active_windows(motion, cycles)
     return measures_of_sides(motion, scene), scores, windows, ""
 
