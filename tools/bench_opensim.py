@@ -22,7 +22,7 @@ import msgspec
 import numpy as np
 import typer
 import warp as wp
-from opensim_oracle import with_process
+from opensim_oracle import excite, with_process
 
 import warpmuscle as wm
 from warpmuscle.scene import Excitation, Failure, Scene
@@ -35,14 +35,9 @@ def theirs(model: Path, seconds: float, excitation: float, accuracy: float) -> t
 
     opensim.Logger.setLevelString("off")
     made = opensim.Model(str(model))
-    brain = opensim.PrescribedController()
-    brain.setName("constant")
-    muscles = made.getMuscles()
-    for k in range(muscles.getSize()):
-        brain.addActuator(muscles.get(k))
-        brain.prescribeControlForActuator(muscles.get(k).getName(), opensim.Constant(excitation))
-    made.addController(brain)
+    excite(made, lambda _: opensim.Constant(excitation))
     state = made.initSystem()
+    muscles = made.getMuscles()
     for k in range(muscles.getSize()):
         muscles.get(k).setActivation(state, excitation)
     made.equilibrateMuscles(state)

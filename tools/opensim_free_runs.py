@@ -13,14 +13,14 @@ import time
 import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
 import typer
 import warp as wp
 from numpy.typing import NDArray
-from opensim_oracle import with_process
+from opensim_oracle import excite, with_process
 from opensim_ours import bare
 
 import warpmuscle as wm
@@ -58,19 +58,18 @@ def theirs(
 
     opensim.Logger.setLevelString("off")
     model = opensim.Model(str(file))
-    brain = opensim.PrescribedController()
-    brain.setName("drawn_excitations")
-    muscles = model.getMuscles()
-    for k in range(muscles.getSize()):
-        name = muscles.get(k).getName()
-        if name in values:
-            line = opensim.PiecewiseLinearFunction()
-            for knot, value in zip(times, values[name], strict=True):
-                line.addPoint(float(knot), float(value))
-            brain.addActuator(muscles.get(k))
-            brain.prescribeControlForActuator(name, line)
-    model.addController(brain)
+
+    def line_of(name: str) -> Any:
+        if name not in values:
+            return None
+        line = opensim.PiecewiseLinearFunction()
+        for knot, value in zip(times, values[name], strict=True):
+            line.addPoint(float(knot), float(value))
+        return line
+
+    excite(model, line_of)
     state = model.initSystem()
+    muscles = model.getMuscles()
     model.assemble(state)
     for k in range(muscles.getSize()):
         if muscles.get(k).appliesForce(state):

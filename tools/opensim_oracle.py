@@ -346,6 +346,20 @@ class Posed:
         return np.concatenate(found) if found else np.zeros((0, len(self.names)))
 
 
+def excite(model: Any, function_of: Callable[[str], Any]) -> None:
+    """Let a controller excite muscles of an OpenSim model by functions of time; None: not this muscle."""
+    import opensim
+
+    brain = opensim.PrescribedController()
+    brain.setName("excitations")
+    for muscle in _all(model.getMuscles()):
+        function = function_of(muscle.getName())
+        if function is not None:
+            brain.addActuator(muscle)
+            brain.prescribeControlForActuator(muscle.getName(), function)
+    model.addController(brain)
+
+
 def _all(members: Any) -> list[Any]:
     return [members.get(k) for k in range(members.getSize())]
 
