@@ -21,10 +21,12 @@ def next_points(points: Floats, values: Floats, count: int, seed: int) -> Floats
         points: (n, d) that are known. values: (n, m) what came of them under m conditions, NaN where nothing did.
         seed: of the places that are looked at.
     """
+    from scipy.spatial.distance import cdist  # not needed by other sweeps
+
     known, own = np.array(points, dtype=np.float64), _scaled(np.array(values, dtype=np.float64))
     for _ in range(count):
         places = np.random.default_rng([seed, len(known)]).random((CANDIDATES, known.shape[1]))
-        away = np.linalg.norm(places[:, None] - known, axis=2)
+        away = cdist(places, known)
         near = _neighbours(away, own, known.shape[1] + 1)
         spread = np.ptp(own[near], axis=1).mean(axis=1) if near.size else np.zeros(CANDIDATES)
         best = int(np.argmax(away.min(axis=1) * (FLOOR + spread)))
