@@ -50,20 +50,20 @@ def synchronize(env: RolloutEnv) -> None:
 def by_part(env: RolloutEnv, decisions: int, act: Callable[[], torch.Tensor]) -> dict[str, float]:
     """Milliseconds that each part of a decision takes, the device waited for after each."""
     spent = dict.fromkeys(PARTS, 0.0)
-    told = wp.to_torch(env.batch.actions.told)
+    told = wp.to_torch(env.batch.actions.requested)
     for _ in range(decisions):
         told.copy_(act())
         synchronize(env)
         last = time.perf_counter()
 
-        def lap(part: str) -> None:
+        def mark(part: str) -> None:
             nonlocal last
             synchronize(env)
             now = time.perf_counter()
             spent[part] += now - last
             last = now
 
-        env.batch.step(lap=lap)
+        env.batch.step(mark=mark)
     return {part: 1e3 * value / decisions for part, value in spent.items()}
 
 

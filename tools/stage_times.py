@@ -16,7 +16,7 @@ from warpmuscle.simulation.rollout import Rollout
 
 @cache
 def lap_of(instances_per_block: int, floats: int) -> Any:
-    """A Warp function that adds the ticks since the stage before to those of a stage, see `step.no_lap`.
+    """A Warp function that adds the ticks since the stage before to those of a stage, see `step.no_mark`.
 
     Ticks of an instance are a row of the buffer: at its start on a GPU, whose working sets do not lie there, and behind
     the working set, of so many floats, on a CPU.
@@ -45,9 +45,9 @@ before = __builtin_readcyclecounter();
 """
 
     @wp.func_native(snippet=snippet)
-    def lap(instance: int, lane: int, stage: int, buffer: wp.uint64): ...
+    def mark(instance: int, lane: int, stage: int, buffer: wp.uint64): ...
 
-    return lap
+    return mark
 
 
 class StageTimes:
@@ -59,7 +59,7 @@ class StageTimes:
         fused = rollout._launcher.kernel()
         self.config, self.plain = fused.config, fused.kernel
         self.floats = self.config.work_floats // 2 * 2
-        self.kernel = step_kernel(*self.config, lap=lap_of(self.config.instances_a_block, self.floats))
+        self.kernel = step_kernel(*self.config, mark=lap_of(self.config.instances_a_block, self.floats))
         self.running = wp.array(np.arange(rollout.instances), dtype=int, device=rollout.device)
         ticks = rollout.instances * len(STAGES)
         self.buffer = wp.zeros(self.floats // 2 + ticks, dtype=wp.uint64, device=rollout.device)

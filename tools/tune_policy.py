@@ -138,7 +138,7 @@ class Tuner:
         batch = player.batch
 
         def act(observation: object) -> None:
-            batch.actions.told.assign(actions_of(self.policy, batch.senses.observation.numpy(), shifts))
+            batch.actions.requested.assign(actions_of(self.policy, batch.senses.observation.numpy(), shifts))
 
         player.act = act
         _, ended = player.walk(conditions, {"speed": speeds})

@@ -45,7 +45,7 @@ def test_what_is_seen_and_rewarded_is_that_of_the_episodes_step_for_step():
     ends = 0
     for action in told(2 * LASTING + 2, 3):
         observed, reward, terminated, truncated, info = env.step(action)
-        batch.actions.told.assign(action)
+        batch.actions.requested.assign(action)
         batch.step()
         gains = batch.judge.gains
         np.testing.assert_array_equal(observed, batch.senses.observation.numpy())
@@ -80,7 +80,7 @@ def test_a_single_one_ends_and_waits_and_passes_gymnasiums_checker():
     for k, action in enumerate(told(LASTING, 1)):
         observed, _, terminated, truncated, info = env.step(action[0])
         assert (terminated, truncated) == (False, k == LASTING - 1)
-        batch.actions.told.assign(action)
+        batch.actions.requested.assign(action)
         batch.step()
     np.testing.assert_array_equal(observed, batch.final_observation.numpy()[0])
     assert info["status"] == "COMPLETED"

@@ -27,7 +27,7 @@ def test_synergies_of_one_muscle_each_are_excitations():
     rows = np.random.default_rng(3).normal(0.0, 1.0, (5, 2, len(names))).astype(np.float32)
     for action in rows:
         for batch in (plain, single):
-            batch.actions.told.assign(action)
+            batch.actions.requested.assign(action)
             batch.step()
         expected = np.clip(0.05 + 0.5 * action, 0.0, 1.0)
         np.testing.assert_allclose(plain.actions.excitation.numpy(), expected, atol=1e-6)
@@ -38,7 +38,7 @@ def test_beyond_the_range_of_actions_muscles_are_excited_no_more_and_no_less():
     batch = batch_of("reflex_planar", action_offset=0.05, action_scale=0.5)
     assert batch.actions.range == pytest.approx((-0.1, 1.9))
     for action, excitation in ((-0.1, 0.0), (-5.0, 0.0), (1.9, 1.0), (5.0, 1.0), (0.9, 0.5)):
-        batch.actions.told.fill_(action)
+        batch.actions.requested.fill_(action)
         batch.step()
         np.testing.assert_allclose(batch.actions.excitation.numpy(), excitation, atol=1e-6)
 
@@ -46,7 +46,7 @@ def test_beyond_the_range_of_actions_muscles_are_excited_no_more_and_no_less():
 def test_weights_of_synergies_add_up():
     weights = {"push": {"lSOL": 0.5, "lGAS": 1.0}, "pull": {"lGAS": 0.2, "lTA": 2.0}}
     batch = batch_of("reflex_planar", actions="synergies", synergies=weights, action_offset=0.0, action_scale=1.0)
-    batch.actions.told.assign(np.array([[0.4, 0.3], [-1.0, 0.7]], dtype=np.float32))
+    batch.actions.requested.assign(np.array([[0.4, 0.3], [-1.0, 0.7]], dtype=np.float32))
     batch.step()
     muscles = batch.rollout.structure.actuation.muscles
     got = dict(zip(muscles, batch.actions.excitation.numpy().T, strict=True))
@@ -58,7 +58,7 @@ def test_weights_of_synergies_add_up():
 
 def test_what_is_not_a_number_counts_as_nothing():
     batch = batch_of("reflex_planar")
-    batch.actions.told.assign(np.full((2, 14), np.nan, dtype=np.float32))
+    batch.actions.requested.assign(np.full((2, 14), np.nan, dtype=np.float32))
     batch.step()
     assert np.allclose(batch.actions.excitation.numpy(), 0.1)
     assert np.isfinite(batch.senses.observation.numpy()).all()
@@ -69,7 +69,7 @@ def test_torques_are_those_of_a_rollout():
     rollout = Rollout("fwalk", 2, "cpu", threads=1)
     action = np.random.default_rng(4).normal(0.0, 1.0, (2, len(batch.actions.names))).astype(np.float32)
     for _ in range(3):
-        batch.actions.told.assign(action)
+        batch.actions.requested.assign(action)
         batch.step()
         rollout.step(batch.decision_steps, torques=20.0 * action)
     np.testing.assert_allclose(
@@ -84,7 +84,7 @@ def test_joints_are_driven_towards_their_targets_by_pd_of_the_scenes_gains():
     action = np.random.default_rng(5).normal(0.0, 1.0, (2, len(speeds))).astype(np.float32)
     pd = rollout.numeric.controller.pd
     start = rollout.state.coordinates.numpy().astype(float)
-    batch.actions.told.assign(action)
+    batch.actions.requested.assign(action)
     batch.step()
     coordinate = {name: k for k, name in enumerate(rollout.coordinate_names)}
     speed = {name: k for k, name in enumerate(rollout.speed_names)}

@@ -88,7 +88,7 @@ def test_a_state_that_is_put_back_goes_on_in_the_same_way():
 
 def test_the_parts_of_a_decision_are_told_as_they_end():
     env, ended = env_of(3), []
-    env.batch.step(lap=ended.append)
+    env.batch.step(mark=ended.append)
     assert list(dict.fromkeys(ended)) == list(PARTS)
 
 

@@ -151,7 +151,7 @@ class TestRewards:
         assert np.ptp(goal, axis=0).min() > 0.01
         torques = np.zeros(N)
         for k in range(1, 6):
-            batch.actions.told.fill_(0.3)
+            batch.actions.requested.fill_(0.3)
             batch.step()
             assert not batch.episodes.mask.numpy().any()
             column = [name.startswith(f"{NAME}:to_goal") for name in batch.senses.names]
@@ -184,7 +184,7 @@ class TestRewards:
         other = batch_of(WHOLE, n=2, seed=1)
         for _ in range(4):
             for one in (batch, other):
-                one.actions.told.fill_(0.2)
+                one.actions.requested.fill_(0.2)
                 one.step()
         for one, two in (
             (batch.senses.observation, other.senses.observation),
@@ -215,7 +215,7 @@ def test_goals_and_starts_are_drawn_ends_end_and_a_curriculum_makes_it_harder():
     column = batch.rollout.coordinate_names.index("elbow")
     drawn, difficulty = [], []
     for _ in range(12):
-        batch.actions.told.zero_()
+        batch.actions.requested.zero_()
         batch.step()
         ended = batch.episodes.length.numpy() == 0
         np.testing.assert_array_equal(batch.judge.gains.terminated.numpy(), ended)

@@ -60,7 +60,7 @@ def test_muscles_move_from_there_as_those_of_a_body_that_always_stood_so():
     start = coordinates(batch)
     alone = Rollout(leg(), 2, "cpu", threads=1)
     alone.set_initial(start)
-    batch.actions.told.fill_(0.5)
+    batch.actions.requested.fill_(0.5)
     batch.step(restart=False)
     alone.step(batch.decision_steps, excitations=np.full((2, 3), 0.3))  # 0.1 + 0.4 * 0.5
     np.testing.assert_allclose(coordinates(batch), alone.state.coordinates.numpy(), atol=1e-6)

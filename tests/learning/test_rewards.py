@@ -29,7 +29,7 @@ def test_what_decisions_add_to_the_objective_is_the_cost_of_the_scene():
     rollout = Rollout("reflex_planar", 2, "cpu", threads=1)
     earned = np.zeros(2)
     for action in actions(DECISIONS, 14):
-        batch.actions.told.assign(action)
+        batch.actions.requested.assign(action)
         batch.step()
         earned += batch.judge.gains.reward.numpy()
         rollout.step(batch.decision_steps, excitations=np.clip(0.1 + 0.4 * action, 0.0, 1.0))
@@ -45,7 +45,7 @@ def test_terms_of_the_task_are_what_their_formulas_say():
     for action in actions(5, 14):
         start = batch.rollout.state.coordinates.numpy().astype(float)
         sums = batch.judge.gains.sums.numpy().copy()
-        batch.actions.told.assign(action)
+        batch.actions.requested.assign(action)
         batch.step()
         values = (batch.judge.gains.sums.numpy() - sums)[:, :COUNT] / h
         q = batch.rollout.state.coordinates.numpy().astype(float)
@@ -78,7 +78,7 @@ def test_a_failure_costs_once_and_ends_the_episode():
     batch = batch_of({"failure": 2.0, "alive": 1.0}, episode_time=5.0)
     ends = 0
     for _ in range(150):
-        batch.actions.told.fill_(-1.0)  # limp
+        batch.actions.requested.fill_(-1.0)  # limp
         batch.step()
         failed = batch.judge.gains.terminated.numpy()
         reward = batch.judge.gains.reward.numpy()

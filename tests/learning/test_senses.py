@@ -29,7 +29,7 @@ def history(batch: EpisodeBatch, decisions: int, each: int) -> np.ndarray:
     batch.reset(0)
     rows = [batch.senses.observation.numpy()[0].copy()]
     for k in range(decisions):
-        batch.actions.told.assign(told[k // each].repeat(len(batch.actions.told), axis=0))
+        batch.actions.requested.assign(told[k // each].repeat(len(batch.actions.requested), axis=0))
         batch.step()
         rows.append(batch.senses.observation.numpy()[0].copy())
     return np.stack(rows)

@@ -6,7 +6,7 @@ import pytest
 from warpmuscle.core.status import Status
 from warpmuscle.examples import write
 from warpmuscle.formats import load
-from warpmuscle.learning.player import commanded, lasting, learned_in, replay, task_of, what_is_told
+from warpmuscle.learning.player import commanded, commands_in_words, lasting, learned_in, replay, task_of
 
 NAMES = [
     "walk56_by_command",
@@ -41,8 +41,8 @@ def test_a_policy_moves_a_scene_as_long_as_the_scene_lasts(tmp_path):
 def test_what_a_policy_is_told_is_said_in_words(tmp_path):
     write("policies", tmp_path)
     task = task_of(learned_in(tmp_path / "walk56_tasks.h5"))
-    assert what_is_told(task) == "speed drawn every 5 s from 0.7 to 1.8 m/s, turning_rate 0 rad/s"
-    assert what_is_told(commanded(task, ["speed=1.3"])) == "speed 1.3 m/s, turning_rate 0 rad/s"
+    assert commands_in_words(task) == "speed drawn every 5 s from 0.7 to 1.8 m/s, turning_rate 0 rad/s"
+    assert commands_in_words(commanded(task, ["speed=1.3"])) == "speed 1.3 m/s, turning_rate 0 rad/s"
 
 
 def test_a_policy_that_learnt_by_symmetry_moves_a_body_with_a_weak_muscle(tmp_path):

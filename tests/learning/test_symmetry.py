@@ -64,7 +64,7 @@ def test_the_image_of_a_body_that_acts_as_the_image_of_another_moves_as_its_imag
     state.simbicon.stance.assign(np.array([stance[0], 1 - stance[0]]))
     for _ in range(4):
         action = random.normal(0.0, 0.4, (1, len(batch.actions.names)))
-        batch.actions.told.assign(np.concatenate([action, images.action.of(action)]).astype(np.float32))
+        batch.actions.requested.assign(np.concatenate([action, images.action.of(action)]).astype(np.float32))
         batch.step()
     for row, image in ((batch.senses.observation, images.observation), (batch.senses.critic, images.critic)):
         seen = row.numpy().astype(float)

@@ -30,7 +30,7 @@ def acted(batch: EpisodeBatch) -> tuple[np.ndarray, np.ndarray]:
     batch.reset(4)
     variant = batch.episodes.variant.numpy().copy()
     for _ in range(DECISIONS):
-        batch.actions.told.fill_(0.5)
+        batch.actions.requested.fill_(0.5)
         batch.step()
     return batch.rollout.state.coordinates.numpy().copy(), variant
 
@@ -96,7 +96,7 @@ def test_commands_of_the_scene_are_drawn_in_half_of_the_variants():
     mass = batch._stepper.model.skeleton.total_mass.numpy()[:16, 0]
     plain = sum(one.mass for one in load("reflex_planar").character.bodies.values())
     np.testing.assert_allclose(mass, plain + drawn[variant], rtol=1e-6)
-    np.testing.assert_allclose(batch._variants.told.numpy()[:, 3], drawn / 20.0, rtol=1e-6)
+    np.testing.assert_allclose(batch._variants.described.numpy()[:, 3], drawn / 20.0, rtol=1e-6)
     unknown = Task(variation=Variation(commands=["lode"]))
     with pytest.raises(SceneError, match="did you mean 'load'"):
         EpisodeBatch(scene, 1, "cpu", unknown, threads=1)
@@ -109,7 +109,7 @@ def test_pushes_come_about_as_often_as_asked_and_move_the_body():
     pushed = 0
     for _ in range(12):
         for one in (batch, still):
-            one.actions.told.fill_(0.0)
+            one.actions.requested.fill_(0.0)
             one.step()
         steps, now = batch.rollout.state.push_steps.numpy(), batch.rollout.state.step.numpy()
         pushed += int(((steps[:, 1] > 0) & (now <= steps[:, 1])).sum())

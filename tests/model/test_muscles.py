@@ -168,14 +168,15 @@ def test_a_step_has_compiled_in_what_its_muscles_need():
         return model.compiled_kind(scene, names, found_in(scene), capacity, lean)
 
     full, lean = compiled(False), compiled(True)
-    assert (full.timed, full.told, full.delayed, full.conditions, full.straight) == (True, False, True, False, False)
-    assert (lean.timed, lean.told, lean.delayed, lean.mixed) == (False, False, True, False)
+    assert (full.timed, full.all_timed, full.delayed) == (True, False, True)
+    assert (full.conditions, full.straight) == (False, False)
+    assert (lean.timed, lean.all_timed, lean.delayed, lean.mixed) == (False, False, True, False)
     for own in scene.character.muscles.values():
         own.delay, own.excitation = 0.0, constant(0.3)
-    assert (compiled(True).timed, compiled(True).told, compiled(True).delayed) == (True, True, False)
+    assert (compiled(True).timed, compiled(True).all_timed, compiled(True).delayed) == (True, True, False)
     scene.character.muscles["hip"].delay = Free(0.0, 0.0, 0.01)
     scene.character.muscles["hip"].excitation = None
-    assert (compiled(True).timed, compiled(True).told, compiled(True).delayed) == (True, False, True)
+    assert (compiled(True).timed, compiled(True).all_timed, compiled(True).delayed) == (True, False, True)
     scene.character.muscles["both"].path[1].condition = Condition("knee", -1.0, 0.5)
     assert compiled(True).conditions
     scene.actuation = {"knee": Actuation("muscle", stiffness=3.0)}

@@ -121,7 +121,7 @@ def test_a_policy_that_always_says_the_same_moves_as_a_rollout_with_these_excita
 def test_what_is_not_asked_for_is_the_walking_speed_where_that_was_learnt(scene, learned):
     assert PolicyWalker(learned, scene, "cpu").commands["speed"].asked == 1.25
     assert list(PolicyWalker(learned, scene, "cpu").commands) == ["speed"]
-    assert PolicyWalker(learned, scene, "cpu", told={"speed": 0.9}).commands["speed"].asked == 0.9
+    assert PolicyWalker(learned, scene, "cpu", defaults={"speed": 0.9}).commands["speed"].asked == 0.9
     slow = replace(learned, task=text_of(Task(speed=(0.5, 0.9))))
     assert PolicyWalker(slow, scene, "cpu").commands["speed"].asked == pytest.approx(0.7)
     assert not PolicyWalker(replace(learned, task=text_of(Task())), scene, "cpu").commands

@@ -221,7 +221,7 @@ def doubts_printed() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def searches_told() -> Iterator[None]:
+def search_notes_printed() -> Iterator[None]:
     """Print on the error stream, at once, what a search has to say of itself, such as parameters that it leaves."""
     from warpmuscle.core.errors import ResumeWarning, UnusedParameterWarning, UserPartWarning
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
 SHOWN = 5  # of a list of frames
-TOLD = 1.0e-3  # N m or N, of what acts beside muscles
+NOTED = 1.0e-3  # N m or N, of what acts beside muscles
 
 
 def inverse(
@@ -197,11 +197,11 @@ class _notes(warnings.catch_warnings):
         super().__enter__()
         from warpmuscle.scene.validation.muscles import SceneWarning
 
-        told: set[str] = set()
+        printed: set[str] = set()
 
         def show(message: Warning | str, *_: Any) -> None:
-            if str(message) not in told:
-                told.add(str(message))
+            if str(message) not in printed:
+                printed.add(str(message))
                 log.print(f"note: {message}", markup=False)
 
         warnings.simplefilter("always", UserWarning)
@@ -337,7 +337,7 @@ def _tell_tracked(trial: Trial) -> None:
             parts.append(f"{factor * one.rms[worst]:.3g} {word} RMS ({one.names[worst]})")
     windows = number_of(len(one.excitation), "window")
     out.print(f"{trial.name}: followed over {windows} to {' and '.join(parts)} at most", markup=False)
-    pushed = [k for k in np.argsort(-one.greatest_effort) if one.greatest_effort[k] > TOLD]
+    pushed = [k for k in np.argsort(-one.greatest_effort) if one.greatest_effort[k] > NOTED]
     for what, some in (("at the root", [k for k in pushed if k < one.residuals]),
                        ("beside muscles", [k for k in pushed if k >= one.residuals])):  # fmt: skip
         if some:

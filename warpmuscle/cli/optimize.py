@@ -28,7 +28,7 @@ from warpmuscle.cli.common import (
     quantities_in,
     refuse_besides,
     scene_names_like,
-    searches_told,
+    search_notes_printed,
     seconds,
     start_warp,
     with_free,
@@ -112,7 +112,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
 
-        with searches_told(), _kept(output), ProgressBar() as bar:
+        with search_notes_printed(), _kept(output), ProgressBar() as bar:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=bar.update, quantities=quantities_in(quantities), single=single,
@@ -131,7 +131,7 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.optimize import optimize as begin
 
-        with searches_told(), _kept(output), ProgressBar() as bar:
+        with search_notes_printed(), _kept(output), ProgressBar() as bar:
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),

@@ -107,7 +107,7 @@ def _act(
 
     Commands of the policy go to it; others are those of the scene, such as a slope that the policy must feel.
     """
-    from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of, what_is_told
+    from warpmuscle.learning.player import beyond, commanded, commands_in_words, lasting, learned_in, replay, task_of
     from warpmuscle.scene.parameters import free_parameters
 
     learned = learned_in(policy)
@@ -121,7 +121,7 @@ def _act(
         f"{scene.name}: {_ended(status, recording, scene)}; {recording.time[-1]:.4g} s moved by the policy of {policy}",
         markup=False,
     )
-    if said := what_is_told(task):
+    if said := commands_in_words(task):
         out.print(f"commanded: {said}", markup=False)
     return scene, recording, free_parameters(scene)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, searches_told, seconds, start_warp
+from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, search_notes_printed, seconds, start_warp
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
@@ -78,7 +78,7 @@ def sweep(
     from warpmuscle.sweep.status import sweep_status
 
     begin = time.perf_counter()
-    with told() as bar:
+    with progress_shown() as bar:
         result = run(
             plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
             command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
@@ -177,7 +177,7 @@ def study(
     words = [file.name, *(() if seeds is None else ("--seeds", str(seeds)))]
     words += [word for name, value in options.items() for word in (f"--{name}", shown(value))]
     begin, command = time.perf_counter(), f"warpmuscle study {shlex.join(words)}"
-    with told() as bar:
+    with progress_shown() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
         found = measured(plan, done, threads or os.cpu_count() or 1)
@@ -238,10 +238,10 @@ def _usual_output(file: Path) -> Path:
 
 
 @contextmanager
-def told() -> Iterator[_Bar]:
+def progress_shown() -> Iterator[_Bar]:
     """A bar of what runs within; an interruption ends the program, after it has said that nothing is lost."""
     try:
-        with searches_told(), _Bar() as bar:
+        with search_notes_printed(), _Bar() as bar:
             yield bar
     except KeyboardInterrupt:
         log.print("what was evaluated is kept, and the same command goes on")

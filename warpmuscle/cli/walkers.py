@@ -71,13 +71,13 @@ def _of_result(path: str, commands: list[str] | None, device: str | None, thread
 def _of_policy(
     learned: Learned, scene: Scene, commands: list[str] | None, device: str | None, threads: int | None
 ) -> Walker:
-    from warpmuscle.learning.player import beyond, task_of, told
+    from warpmuscle.learning.player import beyond, commands_given, task_of
     from warpmuscle.studies.walkers import PolicyWalker
 
     task = task_of(learned)
     scene, to_policy = shared_out(scene, task, commands or [])
     print_warnings(beyond(task, to_policy))
-    return PolicyWalker(learned, scene, device, threads, told(task, to_policy))
+    return PolicyWalker(learned, scene, device, threads, commands_given(task, to_policy))
 
 
 def shared_out(scene: Scene, task: Task, commands: list[str]) -> tuple[Scene, list[str]]:

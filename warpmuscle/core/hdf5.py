@@ -43,7 +43,7 @@ def opened(path: str | Path, error: Says, damaged: str = "damaged HDF5 file") ->
     Raises:
         Error: the file cannot be read, is none of HDF5, or the work within fails by what it holds.
     """
-    with _told(error, damaged):
+    with _as_errors(error, damaged):
         check_regular(path)
         if Path(path).is_dir():
             raise error("cannot be read: this is a folder")
@@ -54,7 +54,7 @@ def opened(path: str | Path, error: Says, damaged: str = "damaged HDF5 file") ->
 @contextlib.contextmanager
 def opened_bytes(content: bytes, error: Says, damaged: str = "damaged HDF5 file") -> Iterator[h5py.File]:
     """An HDF5 file whose bytes are in the memory, to read; see `opened`."""
-    with _told(error, damaged):
+    with _as_errors(error, damaged):
         access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
         access.set_fapl_core(backing_store=False)
         access.set_file_image(content)
@@ -66,7 +66,7 @@ def opened_bytes(content: bytes, error: Says, damaged: str = "damaged HDF5 file"
 
 
 @contextlib.contextmanager
-def _told(error: Says, damaged: str) -> Iterator[None]:
+def _as_errors(error: Says, damaged: str) -> Iterator[None]:
     """Say in one line why a file cannot be read, or what is wrong with it."""
     try:
         yield

@@ -99,7 +99,7 @@ def load(
             allow(scene, paths[0].absolute().parent)
         return scene
     if suffixes and suffixes[0] in SCONE and suffixes[1:] in ([], [".par"]):
-        return _told(_scenario(paths, notes := Notes()), notes, set, ignored)
+        return _changed(_scenario(paths, notes := Notes()), notes, set, ignored)
     for path, suffix in zip(paths, suffixes, strict=True):
         if suffix not in SUFFIXES[1:] and not (len(suffixes) == 1 and suffix in MODELS):
             raise SceneError(f"{str(path)!r} cannot be combined with other files; only .rbs, .sbc and .rs can")
@@ -110,10 +110,10 @@ def load(
         scene = _mujoco_model(paths[0], notes)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)
-    return _told(scene, notes, set, ignored)
+    return _changed(scene, notes, set, ignored)
 
 
-def _told(scene: Scene, notes: Notes, set: Mapping[str, Any] | None, ignored: list[Ignored] | None) -> Scene:
+def _changed(scene: Scene, notes: Notes, set: Mapping[str, Any] | None, ignored: list[Ignored] | None) -> Scene:
     """A scene with other values, whose doubts and notes are told where `load` was called."""
     scene = with_values(scene, set)
     _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=4)

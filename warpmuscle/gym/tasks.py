@@ -69,7 +69,7 @@ class TaskBatch:
         if values.shape != self._shape:
             raise Error(f"actions have shape {values.shape}; this environment takes {self._shape}")
         batch, gains = self.batch, self.batch.judge.gains
-        wp.copy(batch.actions.told, wp.array(values, dtype=float, device="cpu"))
+        wp.copy(batch.actions.requested, wp.array(values, dtype=float, device="cpu"))
         batch.step(restart=False)
         reward, terminated, truncated = (np.array(a.numpy()) for a in (gains.reward, gains.terminated, gains.truncated))
         return reward, terminated, truncated

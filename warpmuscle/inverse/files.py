@@ -105,7 +105,7 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
     if np.any(np.diff(times) <= 0.0):
         frame = int(np.argmax(np.diff(times) <= 0.0)) + 1
         raise SignalError("times must increase from row to row", file=path, line=int(table.lines[frame]))
-    told = degrees is not None
+    unit_given = degrees is not None
     degrees = table.degrees if degrees is None else degrees
     if degrees is None and Path(path).suffix.lower() in STORAGE:
         raise SignalError(
@@ -119,7 +119,7 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
         if name in angles and np.abs(column).max() > 8.0 * LARGEST_ANGLE:
             unit = "rad, as inDegrees=no says" if degrees is False else "degrees"
             raise SignalError(f"column {name!r} goes beyond eight turns in {unit}", file=path)
-    for note in [] if told else unit_notes(values[:, 1:][:, turned]):
+    for note in [] if unit_given else unit_notes(values[:, 1:][:, turned]):
         warnings.warn(f"{path}: {note}", TrialWarning, stacklevel=2)
     return Coordinates(tuple(columns), times, found)
 

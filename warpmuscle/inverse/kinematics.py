@@ -154,11 +154,11 @@ class _Trial:
             own = None if weights is None else dict(weights)
             self.weights = chosen_markers(list(chain.markers), self.markers, own)
         except SignalError as error:
-            raise self.told(error) from None
+            raise self.placed(error) from None
         self.columns = [self.markers.names.index(name) for name in self.weights]
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
 
-    def told(self, error: SignalError) -> SignalError:
+    def placed(self, error: SignalError) -> SignalError:
         """An error with the file of the recording."""
         return SignalError(error.message, file=self.file)
 
@@ -234,10 +234,10 @@ def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) ->
     """Trials of the same markers and weights, fitted together."""
     problem, fit, sums = _fit(chain, trials, device)
     names, starts = list(trials[0].weights), np.array(problem.starts)
-    told = noted(chain, names, fit, sums, starts)
+    badly_fitted = noted(chain, names, fit, sums, starts)
     listed, values = chain.all_values(fit.values)
     found = []
-    for trial, first, may in zip(trials, problem.starts, told.tolist(), strict=True):
+    for trial, first, may in zip(trials, problem.starts, badly_fitted.tolist(), strict=True):
         part = slice(first, first + len(trial.markers.times))
         own = Fit(fit.values[part], fit.errors[part], fit.iterations[part], fit.loose[part])
         notes = _notes(names, chain, problem.positions[part], own) if may else ()
@@ -275,7 +275,7 @@ def _fit(chain: Chain, trials: list[_Trial], device: object) -> tuple[Problem, F
         try:
             check_size(chain, names, _turned(problem.positions[starts[k] : starts[k] + counts[k]], TO_OPENSIM))
         except SignalError as error:
-            raise trials[k].told(error) from None
+            raise trials[k].placed(error) from None
     fit = fitter.fit(problem, recorded)
     return problem, fit, recorded.sums(starts)
 

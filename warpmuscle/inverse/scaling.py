@@ -263,13 +263,13 @@ def _scaled(
     errors: Floats, notes: list[str],
 ) -> Scaled:  # fmt: skip
     """The scene, with muscles as long as their paths ask for, and what is to be known."""
-    told = Notes()
+    remarks = Notes()
     try:
-        before, after = _scene(record), _scene(sized, notes=told)
+        before, after = _scene(record), _scene(sized, notes=remarks)
         scene = multiplied(after, muscle_length_factors(before, after))
         check_scene(scene)
     except SceneError as error:
-        raise told.placed(error) from None
+        raise remarks.placed(error) from None
     odd = [f"{name} {min(three):.2f} to {max(three):.2f}" for name, three in factors.items()
            if min(three) < UNUSUAL[0] or max(three) > UNUSUAL[1]]  # fmt: skip
     if odd:

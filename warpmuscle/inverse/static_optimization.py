@@ -169,11 +169,11 @@ class Solver:
 
     def _reserve(self) -> Floats:
         """Strengths (S,) of the reserves of all speeds."""
-        told = self.options.reserve
+        given = self.options.reserve
         names = [self.body.map.coordinate_of(speed) for speed in range(self.body.topology.speeds)]
-        if isinstance(told, Mapping):
-            return np.array([told.get(name, told.get("", RESERVE)) for name in names])
-        return np.full(len(names), float(told))
+        if isinstance(given, Mapping):
+            return np.array([given.get(name, given.get("", RESERVE)) for name in names])
+        return np.full(len(names), float(given))
 
     def _cost(self, emg: Sequence[Emg | None]) -> tuple[Floats, Floats, float, int]:
         """Gain and shift (frames or 1, M), exponent and law; see `kernels.inverse.static_optimization.Cost`."""

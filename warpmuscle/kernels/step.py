@@ -24,7 +24,7 @@ from warpmuscle.kernels.step_parts import (
     drive_of,
     end_of,
     move_of,
-    no_lap,
+    no_mark,
     place_of,
 )
 from warpmuscle.kernels.step_parts import STAGES as STAGES
@@ -38,7 +38,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     State,
     StateRef,
-    afresh,
+    recomputed,
     whole,
 )
 
@@ -56,14 +56,14 @@ FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait 
 
 
 @cache
-def one_step_of(kind: StepKind, lap: Any = no_lap) -> Any:
+def one_step_of(kind: StepKind, mark: Any = no_mark) -> Any:
     """The Warp function that makes one step of one instance and returns its status, the same on all lanes.
 
     Args:
-        lap: called as each of `STAGES` ends, by its number.
+        mark: called as each of `STAGES` ends, by its number.
     """
-    place, drive, account = place_of(kind, lap), drive_of(kind, lap), account_of(kind, lap)
-    move, end = move_of(kind, lap), end_of(kind, lap)
+    place, drive, account = place_of(kind, mark), drive_of(kind, mark), account_of(kind, mark)
+    move, end = move_of(kind, mark), end_of(kind, mark)
     framed, extensions_struct = kind.recorded.motion, kind.extensions
 
     @wp.func(inline=True)
@@ -78,7 +78,7 @@ def one_step_of(kind: StepKind, lap: Any = no_lap) -> Any:
         status = place(instance, lane, lanes, step, model, state, work)
         if status != RUNNING:
             return status
-        lap(instance, lane, FAILURE, wp.uint64(0))
+        mark(instance, lane, FAILURE, wp.uint64(0))
         drive(instance, lane, lanes, frame, model, state, record, work, extensions)
         account(instance, lane, lanes, step, frame, model, state, record, work, extensions)
         move(instance, lane, lanes, step, frame, model, state, record, work, extensions)
@@ -128,7 +128,7 @@ def step_kernel(
     block_dim: int,
     kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
-    lap: Any = no_lap,
+    mark: Any = no_mark,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -139,19 +139,19 @@ def step_kernel(
             instances lie side by side, see `core.arrays.instance_zeros`.
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
-        lap: see `one_step_of`.
+        mark: see `one_step_of`.
     """
     across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
     kind = kind._replace(across=across, together=WARP // instances_per_block if across else 0)
     muscles, skeleton = kind.muscles, kind.skeleton
-    one_step, extensions_struct = one_step_of(kind, lap), kind.extensions
+    one_step, extensions_struct = one_step_of(kind, mark), kind.extensions
     touching = any(force.touch for force in kind.forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
     floats = work_floats(capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints)
-    roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
+    own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
-    crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
+    long_paths = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
@@ -183,17 +183,17 @@ def step_kernel(
         instance = whole(running[i])
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
-        if wp.static(monomials > 0 and roomy):
+        if wp.static(monomials > 0 and own_slots):
             work.monomial = monomials_before_contacts(room, capacity, slots, monomials)
         elif wp.static(monomials > 0):
             work.monomial = monomials_at(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
         status = int(RUNNING)
-        lap(instance, lane, BEGIN, buffer)
+        mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):
-            if wp.static(crowded):
-                instance = whole(afresh(instance))
+            if wp.static(long_paths):
+                instance = whole(recomputed(instance))
             status = one_step(instance, lane, lanes, character, changing, record, work, own)
             if status != RUNNING:
                 break

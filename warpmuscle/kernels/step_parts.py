@@ -94,7 +94,7 @@ def extensions_of(controller: ControllerKind, forces: tuple[ForceKind, ...]) -> 
 
 
 @func
-def no_lap(instance: int, lane: int, stage: int, buffer: wp.uint64):
+def no_mark(instance: int, lane: int, stage: int, buffer: wp.uint64):
     """What is done as a stage ends: nothing. `tools/stage_times.py` reads the clock there."""
 
 
@@ -127,7 +127,7 @@ def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
 
 
 @cache
-def place_of(kind: StepKind, lap: Any) -> Any:
+def place_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that places the bodies and says who fell, stands still or has run into himself: the status."""
     kinematics_stage = joint_stages_of(kind.skeleton, kind.across).kinematics
     touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.across
@@ -151,7 +151,7 @@ def place_of(kind: StepKind, lap: Any) -> Any:
             if wp.static(touching):
                 begin_looking(step, model, work)
         synchronize()
-        lap(instance, lane, KINEMATICS, wp.uint64(0))
+        mark(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
         if status != RUNNING:
             if wp.static(across):
@@ -169,7 +169,7 @@ def place_of(kind: StepKind, lap: Any) -> Any:
 
 
 @cache
-def drive_of(kind: StepKind, lap: Any) -> Any:
+def drive_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function of what drives the joints: the controller, muscles, and forces on joints."""
     controller, skeleton, objective = kind.controller, kind.skeleton, kind.objective
     control_stage, extensions_struct = control_stage_of(controller), kind.extensions
@@ -198,18 +198,18 @@ def drive_of(kind: StepKind, lap: Any) -> Any:
             if lane == 0:
                 desired_stage(instance, model, state, work)
             synchronize()
-        lap(instance, lane, CONTROLLER, wp.uint64(0))
+        mark(instance, lane, CONTROLLER, wp.uint64(0))
         if wp.static(muscular):
             muscle_stage(instance, lane, lanes, frame, model, state, record, work, extensions.first)
         if wp.static(pulling):
             joint_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
-        lap(instance, lane, MUSCLES, wp.uint64(0))
+        mark(instance, lane, MUSCLES, wp.uint64(0))
 
     return drive
 
 
 @cache
-def account_of(kind: StepKind, lap: Any) -> Any:
+def account_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that adds to the terms' sums, sees which conditions fail, and writes a frame."""
     objective, whole = kind.objective, kind.recorded.whole
     objective_stage, progress = objective_stage_of(objective), objective.progress
@@ -237,7 +237,7 @@ def account_of(kind: StepKind, lap: Any) -> Any:
             synchronize()
             if lane == 0:
                 failing_stage(instance, model, state, work)
-        lap(instance, lane, OBJECTIVE, wp.uint64(0))
+        mark(instance, lane, OBJECTIVE, wp.uint64(0))
         if wp.static(whole):
             synchronize()  # a term may put other torques into the working set for a while
         record_stage(instance, lane, lanes, frame, model, state, record, work)
@@ -257,13 +257,13 @@ def account_of(kind: StepKind, lap: Any) -> Any:
                 row = record.slot[instance]
                 record_powers(instance, row, frame, wp.static(first_power), model, state, record, work, extensions.rest)
         synchronize()
-        lap(instance, lane, RECORDING, wp.uint64(0))
+        mark(instance, lane, RECORDING, wp.uint64(0))
 
     return account
 
 
 @cache
-def move_of(kind: StepKind, lap: Any) -> Any:
+def move_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that moves the bodies: inertia and contact, forces on bodies, accelerations, integration."""
     of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.across), kind.motion, kind.recorded.whole
     prescribe_stage, inertia_stage, integrate_stage = of_joints.prescribe, of_joints.inertia, of_joints.integrate
@@ -299,7 +299,7 @@ def move_of(kind: StepKind, lap: Any) -> Any:
             water_stage(instance, lane, lanes, model, work, extensions.rest)
         if wp.static(with_objects):
             objects_stage(instance, lane, lanes, model, state, work, extensions.rest)
-        lap(instance, lane, INERTIA, wp.uint64(0))
+        mark(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)
         else:
@@ -312,18 +312,18 @@ def move_of(kind: StepKind, lap: Any) -> Any:
             record_accelerated(instance, frame, model, state, record, work)
         if wp.static(bool(accelerated) or seen):
             synchronize()  # before speeds and coordinates go on
-        lap(instance, lane, ACCELERATION, wp.uint64(0))
+        mark(instance, lane, ACCELERATION, wp.uint64(0))
         if wp.static(motion):
             hybrid_integrate_stage(instance, lane, lanes, model, state, work)
         else:
             integrate_stage(instance, lane, lanes, model, state, work)
-        lap(instance, lane, INTEGRATION, wp.uint64(0))
+        mark(instance, lane, INTEGRATION, wp.uint64(0))
 
     return move
 
 
 @cache
-def end_of(kind: StepKind, lap: Any) -> Any:
+def end_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that ends a step and returns the status: what the controller and gait cycles go on from."""
     conditional, follows_cycles = bool(kind.objective.conditions), kind.objective.follows_cycles
     advance, advances = kind.controller.advance, kind.controller.advance is not None
@@ -343,7 +343,7 @@ def end_of(kind: StepKind, lap: Any) -> Any:
                 advance_cycles(instance, step, model, state, work)
             state.step[instance] = step + 1
         synchronize()
-        lap(instance, lane, END, wp.uint64(0))
+        mark(instance, lane, END, wp.uint64(0))
         return status
 
     return end

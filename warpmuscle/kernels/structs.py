@@ -106,7 +106,7 @@ asm volatile("" : "+r"(same));
 return same;
 """
 )
-def afresh(i: int) -> int: ...  # the number itself; the compiler keeps nothing for later that it computes from it
+def recomputed(i: int) -> int: ...  # the number itself; the compiler keeps nothing for later that it computes from it
 
 
 @wp.func_native(

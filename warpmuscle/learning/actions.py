@@ -35,7 +35,7 @@ class Actions:
     """Actions of a batch.
 
     Attributes:
-        names: of the numbers. told: (instances, actions), where a policy puts them. action, previous: what counted.
+        names: of the numbers. requested: (instances, actions), where a policy puts them. action, previous: what counts.
         excitation: (instances, muscles) that they make, or of no columns. fields: what the model has for them.
         limit: N m, of torques.
     """
@@ -65,7 +65,8 @@ class Actions:
                 raise SceneError("there are no joints to move in this scene", key="learning.actions")
             self.fields = self._efforts(task, rollout)
         shape = (n, len(self.names))
-        self.told, self.action, self.previous = (wp.zeros(shape, dtype=float, device=self._device) for _ in range(3))
+        empty = [wp.zeros(shape, dtype=float, device=self._device) for _ in range(3)]
+        self.requested, self.action, self.previous = empty
 
     @property
     def change(self) -> Callable[[KernelConfig], KernelConfig]:
@@ -102,8 +103,8 @@ class Actions:
         return action_image(self.kind, self.names, middle, self._scale, body)
 
     def take(self) -> None:
-        """Let what was told count from now on."""
-        inputs = [self.told, self.action, self.previous]
+        """Let what was requested count from now on."""
+        inputs = [self.requested, self.action, self.previous]
         wp.launch(policy_actions.take_actions, self.action.shape, inputs, device=self._device)
         if self.kind == "excitation":
             inputs = [self.action, self._offset, self._scale, self.excitation]

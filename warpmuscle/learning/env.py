@@ -91,7 +91,7 @@ class RolloutEnv:
             wp.to_torch, (gains.reward, gains.terminated, gains.truncated)
         )
         self.episode_length, self.commands = wp.to_torch(episodes.length), wp.to_torch(episodes.command)
-        self._finished, self._told = wp.to_torch(gains.finished), wp.to_torch(batch.actions.told)
+        self._finished, self._requested = wp.to_torch(gains.finished), wp.to_torch(batch.actions.requested)
         self._own_finished = torch.zeros((instances, 0), device=self.device)
         if gains.own_finished.size:
             self._own_finished = wp.to_torch(gains.own_finished)
@@ -132,7 +132,7 @@ class RolloutEnv:
         if tuple(actions.shape) != (self.num_envs, self.num_actions):
             wanted = f"({self.num_envs}, {self.num_actions})"
             raise RolloutError(f"actions have shape {tuple(actions.shape)}; this environment takes {wanted}")
-        self._told.copy_(actions.detach())
+        self._requested.copy_(actions.detach())
         with self._stream():
             self._decide()
         return self.observation, self.reward, self.terminated, self.truncated

@@ -44,7 +44,7 @@ FROM_THE_FIRST = 8  # states of a gait for one start from the scene's own initia
 PARTS = ("action", "simulation", "observation", "reward", "reset")  # of a decision, as they are timed
 
 
-def no_lap(part: str) -> None:
+def no_mark(part: str) -> None:
     """What is done as a part of a decision ends: nothing."""
 
 
@@ -206,10 +206,10 @@ class EpisodeBatch:
         self._stepper = self._stepper_of(rollout.model)
         self.senses.surround(rollout.model)
         self._starts = start_table(self._stepper, first_states(rollout, self._stepper, n))
-        told = self.episodes.command.numpy().copy()
+        drawn = self.episodes.command.numpy().copy()
         for column, name in enumerate(self.command_names):
-            told[:, column] = commands.get(name, told[:, column])
-        self.episodes.command.assign(told)
+            drawn[:, column] = commands.get(name, drawn[:, column])
+        self.episodes.command.assign(drawn)
         targets = [state.push, state.push_steps, self.episodes.command]
         self._conditions = RowTable(targets, [wp.clone(target) for target in targets], self.device)
         self._start_row = wp.array(np.arange(n, dtype=np.int32), dtype=int, device=self.device)
@@ -221,34 +221,34 @@ class EpisodeBatch:
         self._stepper = self._stepper_of(self.rollout.model)
         self.senses.surround(self.rollout.model)
 
-    def step(self, restart: bool = True, lap: Callable[[str], None] = no_lap) -> None:
-        """Make a decision: act as `actions.told` says; see `senses`, `judge.gains` and `final_observation`.
+    def step(self, restart: bool = True, mark: Callable[[str], None] = no_mark) -> None:
+        """Make a decision: act as `actions.requested` says; see `senses`, `judge.gains` and `final_observation`.
 
         Args:
             restart: let the next episode begin where one ends; without it, what follows a failure means
                 nothing.
-            lap: called with the name of a part as it ends, see `PARTS`.
+            mark: called with the name of a part as it ends, see `PARTS`.
         """
         state, episodes = self._stepper.state, self.episodes
         wp.launch(kernels.begin_decision, len(state.step), [self._rules, episodes, state], device=self.device)
         self.actions.take()
-        lap("action")
+        mark("action")
         for moment in self.senses.moments:
             self._stepper.launch(moment.steps)
-            lap("simulation")
+            mark("simulation")
             self.own.observe(self._stepper.model, state, episodes)
             self.senses.sample(moment, state, episodes)
-            lap("observation")
+            mark("observation")
         self.own.judge(self._stepper.model, state, episodes)
         self.judge.judge(self._rules, episodes, state)
-        lap("reward")
+        mark("reward")
         self.senses.observe(episodes, self.final_observation)
-        lap("observation")
+        mark("observation")
         if restart:
             self._begin()
-            lap("reset")
+            mark("reset")
         self._observe(self.senses.observation)
-        lap("observation")
+        mark("observation")
 
     def state_arrays(self) -> Iterator[wp.array]:
         """All arrays that decisions change and that later ones depend on, in an order that stays."""
@@ -328,7 +328,7 @@ class EpisodeBatch:
         around.head = head_of(numeric, self.rollout.names)
         around.body_weight = float(mass * first_number(numeric.gravity)) or 1.0
         around.action = self.actions.action
-        around.varied = self._variants.told
+        around.varied = self._variants.described
         around.own, around.goal = self.own.observed, self.own.decision.goal
         return around
 

@@ -83,7 +83,7 @@ class Learner:
                 self._run = captured(self._work)
             self._run()
         self.iterations += 1
-        return self._told()
+        return self._statistics()
 
     def _work(self, critic_alone: bool = False) -> None:
         with tensor_cores():
@@ -106,11 +106,11 @@ class Learner:
         yield networks.observed, observation, None if mirrors is None else mirrors.observation.of(observation)
         yield networks.privileged, privileged, None if mirrors is None else mirrors.privileged.of(privileged)
 
-    def _told(self) -> dict[str, float]:
+    def _statistics(self) -> dict[str, float]:
         """How the iteration went, by the names of `results.learned.CURVE`; the host waits for it."""
         adam, collector = self.ppo.adam, self.collector
         deviation = torch.exp(self.networks.log_deviation.detach()).mean()
-        numbers = [collector.counted, collector.logged, self.ppo.told, torch.stack([adam.rate, deviation])]
+        numbers = [collector.counted, collector.logged, self.ppo.statistics, torch.stack([adam.rate, deviation])]
         row = iter(torch.cat(numbers).tolist())
         counted = dict(zip(COUNTED, row, strict=False))
         logged = dict(zip(LOGGED, row, strict=False))

@@ -81,7 +81,7 @@ class Player:
             if learnt != found:
                 raise RolloutError(f"{_foreign(policy, scene)}: it {does} {_other(learnt, found)}")
         self.act: Callable[[wp.array], object] = DevicePolicy(
-            policy, instances, self.batch.device, self.batch.actions.told
+            policy, instances, self.batch.device, self.batch.actions.requested
         ).act
 
     def walk(self, disturbances: Perturbations, commands: Mapping[str, ArrayLike]) -> tuple[Integers, Floats]:
@@ -157,7 +157,7 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
     Raises:
         Error: another key, or no finite number.
     """
-    for key, number in told(task, texts).items():
+    for key, number in commands_given(task, texts).items():
         if key in task.pose:
             task = msgspec.structs.replace(task, pose={**task.pose, key: (number, number)})
         else:
@@ -165,7 +165,7 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
     return msgspec.structs.replace(task, command_time=0.0) if texts else task
 
 
-def told(task: Task, texts: Sequence[str]) -> dict[str, float]:
+def commands_given(task: Task, texts: Sequence[str]) -> dict[str, float]:
     """Commands of a task, each given as KEY=VALUE; raises Error as `commanded`."""
     known, found = task.command_names, {}
     for text in texts:
@@ -187,7 +187,7 @@ def beyond(task: Task, texts: Sequence[str]) -> list[str]:
         Error: as `commanded`.
     """
     learnt, found = commands_of(task), []
-    for name, value in told(task, texts).items():
+    for name, value in commands_given(task, texts).items():
         one = learnt[name]
         if not one.min <= value <= one.max:
             range_ = f"{one.min:g} to {one.max:g}" if one.min < one.max else f"{one.min:g} alone"
@@ -218,7 +218,7 @@ def lasting(task: Task) -> Task:
     return msgspec.structs.replace(task, episode_time=None)
 
 
-def what_is_told(task: Task) -> str:
+def commands_in_words(task: Task) -> str:
     """In words, what a policy is told in an episode: numbers that stay, and those that are drawn from an interval."""
     words = []
     for name, command in commands_of(task).items():

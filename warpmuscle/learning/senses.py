@@ -112,11 +112,11 @@ def _of_muscles(kind: int, scale: float = 1.0) -> Callable[[About], list[Number]
 
 
 def _command(about: About) -> list[Number]:
-    told = [Number(name, kernels.COMMAND, k) for k, name in enumerate(about.commands)]
+    commanded = [Number(name, kernels.COMMAND, k) for k, name in enumerate(about.commands)]
     if not _root(about):
-        return told[2:]  # what goes nowhere has no speed and no course
+        return commanded[2:]  # what goes nowhere has no speed and no course
     course = ("turn.sin", "turn.cos", "side")
-    return told + [Number(name, kernels.COURSE, k) for k, name in enumerate(course)]
+    return commanded + [Number(name, kernels.COURSE, k) for k, name in enumerate(course)]
 
 
 def _action(about: About) -> list[Number]:

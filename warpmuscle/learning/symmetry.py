@@ -137,7 +137,7 @@ def _rules(about: About, body: BodySymmetry, action: Image) -> Mapping[int, Rule
     def acted(place: int) -> Found:
         return int(action.place[place]), float(action.sign[place]), float(action.shift[place])
 
-    told = {"speed": ("speed", 1.0), "turning_rate": ("turning_rate", -1.0)} | body.coordinates
+    signs = {"speed": ("speed", 1.0), "turning_rate": ("turning_rate", -1.0)} | body.coordinates
     fibre = named(muscles, body.muscles)
     return {
         kernels.HEIGHT: same, kernels.UP: along(VECTOR), kernels.VELOCITY: along(VECTOR),
@@ -145,7 +145,7 @@ def _rules(about: About, body: BodySymmetry, action: Image) -> Mapping[int, Rule
         kernels.HEAD_ANGULAR_VELOCITY: along(TURN), kernels.FOOT_FORCE: foot,
         kernels.COORDINATE: named(coordinates, body.coordinates), kernels.JOINT_SPEED: named(speeds, body.speeds),
         kernels.ACTIVATION: fibre, kernels.FIBRE_LENGTH: fibre, kernels.FIBRE_VELOCITY: fibre,
-        kernels.FIBRE_FORCE: fibre, kernels.COMMAND: named(about.commands, told),
+        kernels.FIBRE_FORCE: fibre, kernels.COMMAND: named(about.commands, signs),
         kernels.COURSE: along(np.array([-1.0, 1.0, -1.0])), kernels.ACTION: acted,
         kernels.PHASE: same, kernels.STANCE: lambda place: (place, -1.0, 1.0), kernels.PUSH_FORCE: along(VECTOR),
         kernels.GROUND: lambda place: (place + 2 - 2 * (place % 3), 1.0, 0.0), kernels.VARIED: same,

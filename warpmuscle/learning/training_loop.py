@@ -49,7 +49,7 @@ class TrainingLoop:
         self._interval, self._tell = interval, tell
         self._begin = self._kept = time.monotonic()
         self._keeping, self._trying, self._tried = 0.0, 0.0, -np.inf
-        self._told: TrainingProgress | None = None
+        self._progress: TrainingProgress | None = None
         self._recent: deque[tuple[float, float]] = deque(maxlen=RECENT)
 
     def run(self, keep: Callable[[], None], meets_target: Callable[[], bool]) -> None:
@@ -123,13 +123,13 @@ class TrainingLoop:
         done, ends = self.learner.iterations, self.ends
         parts = [done / ends.iterations if ends.iterations else 0.0, self.passed / ends.until if ends.until else 0.0]
         rate = (d1 - d0) / max(t1 - t0, 1e-9)
-        self._told = TrainingProgress(
+        self._progress = TrainingProgress(
             done, int(row["decisions"]), min(max(parts), 1.0), rate, row["upright"], row["completed"], row["speed"],
             row["gain"],
         )  # fmt: skip
-        self._tell(self._told)
+        self._tell(self._progress)
 
     def tell_trying(self) -> None:
         """Tell that it is being tried how good the policy is."""
-        if self._tell is not None and self._told is not None:
-            self._tell(replace(self._told, trying=True))
+        if self._tell is not None and self._progress is not None:
+            self._tell(replace(self._progress, trying=True))

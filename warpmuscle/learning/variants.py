@@ -18,9 +18,9 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.perturbations import with_masses, with_strengths
 from warpmuscle.simulation.rollout import Rollout
 
-NAMES = ("slope", "mass", "strength")  # what a critic is told of a variant
+NAMES = ("slope", "mass", "strength")  # what a critic sees of a variant
 SEED = 0  # of what is drawn: the same variants for every batch and training
-SLOPE_SCALE = 10.0  # 1/rad, of what a critic is told
+SLOPE_SCALE = 10.0  # 1/rad, of what a critic sees
 
 
 class Variants:
@@ -28,7 +28,7 @@ class Variants:
 
     Attributes:
         count: how many; 1 if all instances are alike. model: the batch's, with a row for each instance of what differs.
-        names: of what is told of them. told: (count, names) on the device.
+        names: of what describes them. described: (count, names) on the device.
     """
 
     def __init__(self, variation: Variation, rollout: Rollout) -> None:
@@ -36,16 +36,16 @@ class Variants:
         differ = bool(variation.mass or variation.strength or variation.slope or variation.commands)
         self.count, self.names = 1, (*NAMES, *variation.commands) if differ else ()
         self.model = rollout.model
-        self.told = wp.zeros((1, 1), dtype=float, device=rollout.device)
+        self.described = wp.zeros((1, 1), dtype=float, device=rollout.device)
         self._table: RowTable | None = None
         if not differ:
             return
         self.count = max(variation.variants, 2)  # so that they have rows
         mass, strength, slope = drawn(variation, rollout, self.count)
         commands = drawn_commands(variation, rollout.scene, self.count)
-        told = [SLOPE_SCALE * slope, mass.mean(axis=1) - 1.0, strength.mean(axis=1) - 1.0]
-        told += [_relative(values, rollout.scene.commands[name]) for name, values in commands.items()]
-        self.told = to_device(np.stack(told, axis=1), float, rollout.device)
+        described = [SLOPE_SCALE * slope, mass.mean(axis=1) - 1.0, strength.mean(axis=1) - 1.0]
+        described += [_relative(values, rollout.scene.commands[name]) for name, values in commands.items()]
+        self.described = to_device(np.stack(described, axis=1), float, rollout.device)
         numeric = substitute(rollout.scene, start_values(rollout.scene), commands) if commands else rollout.numeric
         numeric = with_masses(numeric, mass)
         if numeric.character.muscles:

@@ -136,7 +136,7 @@ def arm_angles(markers: Markers, choices: Choices | None = None) -> ArmAngles:
     if choices.before is not None:
         _check_facing(markers, points, round(release * choices.rate), choices.side)
         keep = (time >= release - choices.before - 1e-9) & (time <= release + choices.after + 1e-9)
-    _check_told(markers, time[keep], angles[keep])
+    _check_distinct(markers, time[keep], angles[keep])
     found = np.column_stack([forward, up])[keep]
     return ArmAngles(
         (time - (release if choices.before is not None else 0.0))[keep], angles[keep], lean[keep], found, release
@@ -206,7 +206,7 @@ def _check_hips(markers: Markers, points: Mapping[str, Floats]) -> None:
         )
 
 
-def _check_told(markers: Markers, time: Floats, angles: Floats) -> None:
+def _check_distinct(markers: Markers, time: Floats, angles: Floats) -> None:
     """SignalError where the upper arm points straight sideways, and any angle forwards would do."""
     abduction = np.abs(angles[:, ANGLES.index("shoulder_abduction")])
     worst = int(abduction.argmax())

@@ -173,7 +173,7 @@ def compiled_kind(
     return kind._replace(
         straight=lean and at_hand and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
-        told=lean and all(muscle.excitation is not None for muscle in muscles),
+        all_timed=lean and all(muscle.excitation is not None for muscle in muscles),
         pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
         delayed=not lean or any(not isinstance(muscle.delay, float) or muscle.delay > 0.0 for muscle in muscles),
         coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),

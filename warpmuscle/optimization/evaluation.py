@@ -156,7 +156,7 @@ class BatchEvaluator:
         self.largest = max(_suiting(device, first) // first.runs, 1)
         self.at_once = min(first.batch.at_once // first.runs, self.largest)
         self._loaded = False
-        self._told: set[str] = set()  # of the causes that ended candidates
+        self._reported: set[str] = set()  # of the causes that ended candidates
         self.term_names = tuple(first.batch.terms())
         self._first, self._trials = first, {1: first}
         self._recorded = False
@@ -193,8 +193,8 @@ class BatchEvaluator:
 
     def _warn(self, trials: CandidateBatch) -> None:
         """Tell, once each, of the scene's own parts that ended candidates."""
-        for cause in sorted({*trials.batch.causes()} - {""} - self._told):
-            self._told.add(cause)
+        for cause in sorted({*trials.batch.causes()} - {""} - self._reported):
+            self._reported.add(cause)
             warnings.warn(f"candidates have failed because {cause}", UserPartWarning, stacklevel=2)
 
     def keep_motion(self, candidates: int) -> bool:

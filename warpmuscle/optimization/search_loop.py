@@ -69,7 +69,7 @@ class SearchLoop:
             keys = zip(history.generation.tolist(), history.search.tolist(), strict=True)
             self._crc32 = dict(zip(keys, history.asks_crc32.tolist(), strict=True))
         self._done: list[Evaluations] = []
-        self._history: list[_Told] = []
+        self._history: list[_Generation] = []
         self._number = 0  # of the generation that comes next
 
     @property
@@ -121,9 +121,9 @@ class SearchLoop:
     def searched(self, ended: str) -> Searched:
         """How it has gone so far; `ended` says why it goes on no longer."""
         columns: dict[str, Any] = {}
-        for name in _Told._fields:
+        for name in _Generation._fields:
             whole = name in ("generation", "search", "asks_crc32")
-            columns[name] = np.array([getattr(told, name) for told in self._history], np.int64 if whole else np.float64)
+            columns[name] = np.array([getattr(one, name) for one in self._history], np.int64 if whole else np.float64)
         history = History(**columns, stage=np.zeros(len(self._history), dtype=np.int64))
         states = tuple(search.state() for search in self._searches)
         return Searched(self._options, ended, history, states, elsewhere=self._elsewhere)
@@ -221,7 +221,7 @@ class SearchLoop:
             spread = float(np.sqrt(np.mean(np.var(asked, axis=0))))
             sigma = self._searches[index].step_size()
             best, median = float(costs.min()), float(np.median(costs))
-            self._history.append(_Told(self._number, index, best, median, spread, sigma, _crc32(asked)))
+            self._history.append(_Generation(self._number, index, best, median, spread, sigma, _crc32(asked)))
         self.tracker.next_generation(float(np.median(generation.cost)))
         self._number += 1
 
@@ -231,7 +231,7 @@ def _by_search(batch: Batch) -> list[tuple[int, Floats]]:
     return [(int(index), batch.candidates[batch.owner == index]) for index in np.unique(batch.owner)]
 
 
-class _Told(NamedTuple):
+class _Generation(NamedTuple):
     """A row of `History`."""
 
     generation: int

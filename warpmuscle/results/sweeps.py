@@ -161,8 +161,8 @@ class Sweep:
         return found
 
     def __repr__(self) -> str:
-        told = "".join(f", {name} {text}" for name, text in self._facts() if name not in ("sweep", "runs"))
-        return f"Sweep({self.name!r}, {number_of(len(self), 'run')}{told})"
+        described = "".join(f", {name} {text}" for name, text in self._facts() if name not in ("sweep", "runs"))
+        return f"Sweep({self.name!r}, {number_of(len(self), 'run')}{described})"
 
     def _repr_html_(self) -> str:
         names = [name for name in self.columns if self.columns[name].values.ndim == 1]

@@ -79,7 +79,7 @@ class ManyCma:
         self.covariance = np.tile(np.eye(n), (count, 1, 1))
         self.path_sigma, self.path_c = np.zeros((count, n)), np.zeros((count, n))
         self._axes, self._lengths = np.tile(np.eye(n), (count, 1, 1)), np.ones((count, n))
-        self._told = np.zeros(count, dtype=np.int64)  # generations
+        self._count = np.zeros(count, dtype=np.int64)  # generations
         self._usual = math.sqrt(n) * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n**2))  # length of a normal vector
 
     def ask(self, generator: np.random.Generator) -> Floats:
@@ -96,7 +96,7 @@ class ManyCma:
             order = np.argsort(costs, axis=1, kind="stable")
             ranked = np.take_along_axis(candidates, order[:, :, None], axis=1)
             steps = (ranked - self.mean[:, None, :]) / self.sigma[:, None, None]
-            self._told += 1
+            self._count += 1
             self._learn(steps)
             self._decompose()
 
@@ -111,7 +111,7 @@ class ManyCma:
         self.path_sigma *= keep
         self.path_sigma += math.sqrt(rates.path_sigma * (2.0 - rates.path_sigma) * rates.mass) * white
         length = np.linalg.norm(self.path_sigma, axis=1)
-        grown = np.sqrt(1.0 - keep ** (2.0 * self._told))
+        grown = np.sqrt(1.0 - keep ** (2.0 * self._count))
         short = length / grown < (1.4 + 2.0 / (n + 1.0)) * self._usual
         self.path_c *= 1.0 - rates.path_c
         gain = math.sqrt(rates.path_c * (2.0 - rates.path_c) * rates.mass)
@@ -147,7 +147,7 @@ class ManyCma:
 
     def copy(self, source: int, target: int, factor: float) -> None:
         """Let one population go on where another one stands, with its step size times a factor."""
-        for array in (self.mean, self.covariance, self.path_sigma, self.path_c, self._axes, self._lengths, self._told):
+        for array in (self.mean, self.covariance, self.path_sigma, self.path_c, self._axes, self._lengths, self._count):
             array[target] = array[source]
         self.sigma[target] = factor * self.sigma[source]
 

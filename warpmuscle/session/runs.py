@@ -114,8 +114,8 @@ class Run:
         raise AttributeError(f"a run has no {name!r}{near(name, dir(type(self)))}")
 
     def __repr__(self) -> str:
-        told = "".join(f", {name} {value}" for name, value in self._facts() if name != "scene")
-        return f"Run({self.scene.name}{told})"
+        facts = "".join(f", {name} {value}" for name, value in self._facts() if name != "scene")
+        return f"Run({self.scene.name}{facts})"
 
     def _repr_html_(self) -> str:
         return html_table(("", ""), self._facts()) + self.show()._repr_html_()
@@ -214,11 +214,11 @@ def _by_policy(scene: Scene, policy: Path, asked: dict[str, float], device: str 
     task = task_of(learned)
     own = {name: value for name, value in asked.items() if name in scene.commands and name not in task.command_names}
     scene = _commanded(scene, own)
-    told = [f"{name}={value!r}" for name, value in asked.items() if name not in own]
-    for doubt in beyond(task, told):
+    facts = [f"{name}={value!r}" for name, value in asked.items() if name not in own]
+    for doubt in beyond(task, facts):
         warnings.warn(doubt, CommandWarning, stacklevel=3)
     place = str(find_device(device))
-    task = lasting(commanded(task, told))
+    task = lasting(commanded(task, facts))
     recording, status = replay(learned.policy, scene, place, task, rate=rate)
     ended = _End(status, float(recording.time[-1]), "")
     return _kept(substitute(scene, start_values(scene)), scene, recording, ended, {}, place)

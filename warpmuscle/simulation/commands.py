@@ -53,7 +53,7 @@ class Course:
         self._commands = {name: one for name, one in scene.commands.items() if one.over}
         self._steps = max(round(EVERY / scene.time_step), 1)
         self._time_step = scene.time_step
-        self.told: dict[str, float] = {}  # since the start
+        self.given: dict[str, float] = {}  # since the start
 
     def leave(self, names: Iterable[str]) -> None:
         """From now on somebody else commands these."""
@@ -68,7 +68,7 @@ class Course:
         """What commands are from this step on, of those that are other than before."""
         time = step // self._steps * self._steps * self._time_step  # so that it does not matter where runs pause
         now = {name: one.at(time) for name, one in self._commands.items()}
-        return {name: value for name, value in now.items() if value != self.told.get(name, self._commands[name].asked)}
+        return {name: value for name, value in now.items() if value != self.given.get(name, self._commands[name].asked)}
 
 
 def place_of_root(coordinate_names: Sequence[str], coordinates: Floats) -> Floats:

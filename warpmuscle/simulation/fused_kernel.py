@@ -37,7 +37,7 @@ from warpmuscle.kernels.step import (
     step_kernel,
 )
 from warpmuscle.kernels.step_parts import StepKind
-from warpmuscle.simulation.kernel_cache import is_compiled, told_of_compiling
+from warpmuscle.simulation.kernel_cache import compiling_reported, is_compiled
 
 SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their instances sooner
 GPU_BLOCK = 32
@@ -149,17 +149,17 @@ class FusedKernel:
         """
         if not self._loaded:
             key = (self.config, str(self.device))
-            with one_line_errors(), _loading.setdefault(key, Lock()), self._told():
+            with one_line_errors(), _loading.setdefault(key, Lock()), self._compiling():
                 self.kernel.module.load(self.device, self.config.block_dim)
             self._loaded = True
             _loaded.add(key)
 
-    def _told(self) -> AbstractContextManager[None]:
+    def _compiling(self) -> AbstractContextManager[None]:
         """What tells of compiling, if there is anything to compile."""
         if not self.compiles:
             return nullcontext()
         muscles = "muscles and joints" if self.config.kind.muscles is not None else "joints"
-        return told_of_compiling(f"{muscles} of this kind of scene for {self.device}")
+        return compiling_reported(f"{muscles} of this kind of scene for {self.device}")
 
     @property
     def compiles(self) -> bool:

@@ -49,7 +49,7 @@ class Inputs:
         self._scene, self._structure, self._instances, self._device = scene, structure, instances, device
         self.of_model = ModelInputs()
         self.disturbances = none(instances)
-        self._told: dict[str, Floats] = {}  # coordinates, speeds and activation to start from, (1 or n, ...)
+        self._start: dict[str, Floats] = {}  # coordinates, speeds and activation to start from, (1 or n, ...)
         self._prescribed: Moved | None = None  # where the prescribed motion starts
         self._initial: InitialValues | None = None  # without noise, until something changes
 
@@ -99,10 +99,10 @@ class Inputs:
         }
         if "activations" in checked:
             values = checked.pop("activations")
-            self._told.pop("activation", None)
+            self._start.pop("activation", None)
             if self._simulated:
-                self._told["activation"] = values[:, self._simulated]
-        self._told |= checked
+                self._start["activation"] = values[:, self._simulated]
+        self._start |= checked
         self._initial = None
 
     def _state(self, values: ArrayLike, count: int, what: str) -> Floats:
@@ -141,9 +141,9 @@ class Inputs:
     @in_silence
     def _initial_values(self, root_velocity: Floats) -> InitialValues:
         n, names, start = self._instances, self._structure.names, self.start
-        coordinates = self._told.get("coordinates", start.coordinates)
-        speeds = self._told.get("speeds", start.speeds)
-        activation = self._told.get("activation", start.activation)
+        coordinates = self._start.get("coordinates", start.coordinates)
+        speeds = self._start.get("speeds", start.speeds)
+        activation = self._start.get("activation", start.activation)
         coordinates = np.broadcast_to(coordinates, (n, names.coordinates)).astype(np.float32)
         speeds = np.broadcast_to(speeds, (n, names.speeds)).astype(np.float32)
         accelerations = np.zeros((1, names.speeds), dtype=np.float32)

@@ -28,7 +28,7 @@ def tell_of_compiling(listener: Callable[[str], Callable[[], None]]) -> None:
 
 
 @contextmanager
-def told_of_compiling(what: str) -> Iterator[None]:
+def compiling_reported(what: str) -> Iterator[None]:
     """Tell all listeners while a kernel is compiled."""
     done = [listener(what) for listener in _listeners]
     try:

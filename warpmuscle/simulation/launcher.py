@@ -68,7 +68,8 @@ class Launcher:
         """From now on launch kernels that read excitations over time."""
         muscles = self.config.kind.muscles
         if muscles is not None:
-            self.config = self.config.compiling(muscles=muscles._replace(timed=True, told=self.config.block_dim > 1))
+            many = self.config.block_dim > 1
+            self.config = self.config.compiling(muscles=muscles._replace(timed=True, all_timed=many))
 
     def config_from_outside(self, excitations: bool, torques: bool) -> KernelConfig:
         """The configuration of a kernel that takes excitations (of muscles, if any), torques or both from outside."""

@@ -289,9 +289,9 @@ class Rollout(RolloutResults):
 
     def restart(self, root_velocity: Floats, mask: NDArray[np.bool_] | None = None) -> None:
         """Put instances, by default all, back to their start; add noise, (rows, 3 or less), to the root's speeds."""
-        if self._course.told and (mask is None or mask.all()):
-            self._commands = {name: value for name, value in self._commands.items() if name not in self._course.told}
-            self._course.told.clear()
+        if self._course.given and (mask is None or mask.all()):
+            self._commands = {name: value for name, value in self._commands.items() if name not in self._course.given}
+            self._course.given.clear()
             self.change(self._substituted(self._values))
         if self._ground_turned:
             self._level_ground(mask)
@@ -323,7 +323,7 @@ class Rollout(RolloutResults):
         changed = self._course.at(self.steps_done)
         if changed:
             self._command({name: np.asarray(value) for name, value in changed.items()}, restart=False)
-            self._course.told.update(changed)
+            self._course.given.update(changed)
 
     def step(self, k: int = 1, excitations: Any = None, torques: Any = None) -> None:
         target = self.steps_done + positive(k, "the number of steps k")

@@ -39,7 +39,7 @@ NERVES = Nerves(delay=0.02, noise=0.02)
 PHASES, AFTER, EARLIEST, STRIDE = 10, 4.0, 5.0, 1.1  # pushes; s after and before them; s, of who takes no strides
 REPEATS, START, SETTLED = 3, 0.05, 2.0  # runs of each command; m/s of noise at the start; s, until a speed counts
 NEAR, FACING = 0.1, 15.0  # m/s, deg, of a command that is met
-TOLD = ("speed", "turning_rate")  # commands that are drawn
+COMMANDED = ("speed", "turning_rate")  # commands that are drawn
 
 
 def trials(
@@ -127,17 +127,17 @@ def commands_met(walker: Walker, duration: float) -> Finding:
     A command is met if all of three runs, with noise of 0.05 m/s at the start, last, with a mean speed within 0.1 m/s
     of the wanted one after 2 s, and face within 15 degrees of the wanted heading at the end.
     """
-    taken = {name: walker.commands[name] for name in TOLD if name in walker.commands}
+    taken = {name: walker.commands[name] for name in COMMANDED if name in walker.commands}
     if not taken:
         return Finding(None, "takes no command")
     generator = np.random.default_rng(SEED)
-    told = {name: generator.uniform(command.min, command.max, RUNS) for name, command in taken.items()}
+    drawn = {name: generator.uniform(command.min, command.max, RUNS) for name, command in taken.items()}
     missed: dict[int, str] = {}
     for _ in range(REPEATS):
         velocity = generator.normal(0.0, START, (RUNS, 3))
-        walks = walker.walk(duration, replace(none(RUNS), velocity=velocity), told, record=True)
+        walks = walker.walk(duration, replace(none(RUNS), velocity=velocity), drawn, record=True)
         for k, (motion, lasted) in enumerate(zip(walks.recordings, walks.upright, strict=True)):
-            wanted = {name: float(values[k]) for name, values in told.items()}
+            wanted = {name: float(values[k]) for name, values in drawn.items()}
             if why := _off(motion, wanted) if lasted else "falls":
                 missed.setdefault(k, f"{_words(wanted)} {why}")
     return Finding(float(RUNS - len(missed)), "; ".join(list(missed.values())[:3]))

@@ -260,8 +260,8 @@ def at_conditions(walker: Walker, *, tell: Callable[[str], None] = lambda _: Non
     walks = walker.walk(COMMANDED, conditions, commands, record=True)
     found = []
     for number, (one, recording, lasted) in enumerate(zip(every, walks.recordings, walks.upright, strict=True)):
-        told = {name: value for name, value in one.numbers.items() if name in walker.commands}
-        scene = under(walker.scene(told), conditions, number)
+        given = {name: value for name, value in one.numbers.items() if name in walker.commands}
+        scene = under(walker.scene(given), conditions, number)
         measures = measured(recording, scene, "walk")[0] if lasted else {}
         why = "" if measures else "has no gait cycle" if lasted else "falls"
         found.append(Walked(one.numbers, measures, why))

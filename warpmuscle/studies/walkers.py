@@ -165,13 +165,13 @@ class PolicyWalker(Walker):
         scene: Scene,
         device: str | None = None,
         threads: int | None = None,
-        told: Mapping[str, float] | None = None,
+        defaults: Mapping[str, float] | None = None,
     ) -> None:
         """Prepare.
 
         Args:
             learned: of a result file. scene: that the policy was learnt in. device: the first one of several counts.
-            told: what it is told unless asked otherwise, by name; by default 1.25 m/s, where it has learnt that, and
+            defaults: commands unless others are given, by name; by default 1.25 m/s, where it has learnt that, and
                 the middle of everything else.
 
         Raises:
@@ -183,12 +183,12 @@ class PolicyWalker(Walker):
         self._task = msgspec.structs.replace(task, command_time=0.0, episode_time=None)
         self._scene = msgspec.structs.replace(scene, learning=None)
         learnt = commands_of(self._task)
-        self._told = {name: one.asked for name, one in learnt.items()}
+        self._defaults = {name: one.asked for name, one in learnt.items()}
         if learnt["speed"].min <= WALKING_SPEED <= learnt["speed"].max:
-            self._told["speed"] = WALKING_SPEED
-        self._told |= dict(told or {})
+            self._defaults["speed"] = WALKING_SPEED
+        self._defaults |= dict(defaults or {})
         known = {
-            name: msgspec.structs.replace(one, value=self._told[name])
+            name: msgspec.structs.replace(one, value=self._defaults[name])
             for name, one in learnt.items()
             if one.min < one.max
         }
@@ -220,7 +220,7 @@ class PolicyWalker(Walker):
             record=recorded, record_rate=RATE, threads=self._threads, gait=self._gait,
         )  # fmt: skip
         self._gait = player.batch.gait  # which takes seconds to make
-        status, end_time = player.walk(disturbances, {**self._told, **commands})
+        status, end_time = player.walk(disturbances, {**self._defaults, **commands})
         return Walks(status, end_time, [player.batch.rollout.recording(i) for i in recorded])
 
 

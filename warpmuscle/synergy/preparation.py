@@ -146,11 +146,11 @@ def _filtered(path: str | Path, preparation: Preparation, notes: list[str]) -> t
             signals = replace(signals, names=names, values=np.delete(signals.values, column, axis=1))
         removal = remove_ecg(signals, heart)
         signals = removal.signals
-        notes.append(_told(Path(path).name, removal))
+        notes.append(_removal_in_words(Path(path).name, removal))
     return envelope(signals, preparation.chain), set(silent)
 
 
-def _told(name: str, removal: EcgRemoval) -> str:
+def _removal_in_words(name: str, removal: EcgRemoval) -> str:
     """What was removed from a recording, in words."""
     if not removal.rates:
         return f"{name}: no component holds the heart's signal, nothing was removed"

@@ -28,12 +28,12 @@ class Guard:
     def __init__(self, access: Access, protocol: str) -> None:
         """Guard a server; `protocol` is the only WebSocket subprotocol that is taken, that of its own page."""
         self.access, self.protocol = access, protocol
-        self._told: set[str] = set()
+        self._printed: set[str] = set()
 
     def tell(self, what: str, why: str) -> None:
         """Say once that something was refused; an attacker would fill the terminal."""
-        if what not in self._told:
-            self._told.add(what)
+        if what not in self._printed:
+            self._printed.add(what)
             _log.warning("the viewer refused a %s: %s (said once)", what, why)
 
     def options(self, answer: Callable[[str], Any]) -> dict[str, Any]:

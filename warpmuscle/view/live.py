@@ -65,7 +65,7 @@ class Live(Viewer):
         self._sliders = ParameterSliders(run.scene, run.parameters, self._set_number)
         self.parameters = self._sliders.sliders
         self.editor = None if run.given is None else Editor(run.given)
-        self._epoch, self._told_until = 0, -1.0
+        self._epoch, self._sent_until = 0, -1.0
         self._asked: list[Edit] = []  # what pages want to have of the scene as it is
         self._refreshed = self._ended = 0.0
         self._ground = ground_content(run.numeric)  # that pages know
@@ -169,7 +169,7 @@ class Live(Viewer):
             self.run.restart()
             self._pushed, self._fate = None, ""
             self._epoch += 1
-            self._told_until = -1.0
+            self._sent_until = -1.0
 
     def _step(self) -> None:
         self.playing = self.bar["play"].value = False
@@ -293,14 +293,14 @@ class Live(Viewer):
 
     def _tell_frames(self) -> None:
         """Tell pages of the frames since the last time."""
-        if self.run.time <= self._told_until:
+        if self.run.time <= self._sent_until:
             return
-        track = self.run.track(min(max(self.run.time - self._told_until, 0.0), SEEN))
-        recent = track.recording.time > self._told_until
+        track = self.run.track(min(max(self.run.time - self._sent_until, 0.0), SEEN))
+        recent = track.recording.time > self._sent_until
         if not np.any(recent):
             return
         rows = self._rows(track)[recent]
-        self._told_until = float(track.recording.time[-1])
+        self._sent_until = float(track.recording.time[-1])
         self.server.tell(np.concatenate([[self._epoch], rows.ravel()]).astype("<f4").tobytes())
         self.pictures += 1
         now = time.monotonic()

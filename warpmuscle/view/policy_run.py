@@ -112,7 +112,7 @@ class PolicyRun(LiveRun):
         self._commanded |= {name: value for name, value in asked.items() if name not in self._own}
         if self.time - self._changed_at > STEERING_INTERVAL - 1e-9:
             self._change_scene(asked)
-        told = np.array([[self._commanded[name] for name in self.player.batch.command_names]], dtype=np.float32)
-        self.player.batch.episodes.command.assign(told)  # a reset has drawn others
+        row = np.array([[self._commanded[name] for name in self.player.batch.command_names]], dtype=np.float32)
+        self.player.batch.episodes.command.assign(row)  # a reset has drawn others
         self.player.decide(restart=False)
         self._steps += self.player.batch.decision_steps

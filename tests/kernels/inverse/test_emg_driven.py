@@ -61,7 +61,7 @@ def test_activations_are_those_of_delayed_signals_in_float64():
     emg, told = envelopes(), np.random.default_rng(5).uniform(0.1, 0.9, (len(TIMES), MUSCLES))
     known = kernels.Recordings()
     known.begin, known.time = to_device(BEGIN, int, "cpu"), to_device(TIMES, float, "cpu")
-    known.emg, known.told, known.step = to_device(emg, float, "cpu"), to_device(told, float, "cpu"), STEP
+    known.emg, known.estimated, known.step = to_device(emg, float, "cpu"), to_device(told, float, "cpu"), STEP
     known.measured = to_device([1, 1, 0], int, "cpu")
     known.rise_time, known.fall_time = to_device(RISE, float, "cpu"), to_device(FALL, float, "cpu")
     given = kernels.Candidates()

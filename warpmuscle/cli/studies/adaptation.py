@@ -13,7 +13,7 @@ import typer
 
 from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, seconds, start_warp
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.sweep import check_all_ran, told
+from warpmuscle.cli.sweep import check_all_ran, progress_shown
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver
 
@@ -72,7 +72,7 @@ def adaptation(
     from warpmuscle.sweep.run import sweep as run
 
     begin, command = time.perf_counter(), f"warpmuscle adaptation {shlex.quote(data.name)}"
-    with told() as bar:
+    with progress_shown() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
         found = comparison(records, plan, done, walker, threads or os.cpu_count() or 1)

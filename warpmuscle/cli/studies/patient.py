@@ -11,7 +11,7 @@ import typer
 
 from warpmuscle.cli.common import Device, Trust, doubts_printed, start_warp
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.sweep import told
+from warpmuscle.cli.sweep import progress_shown
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver
 
@@ -49,7 +49,7 @@ def patient(
 
     begin = time.perf_counter()
     command = f"warpmuscle patient {shlex.quote(file.name)}"
-    with doubts_printed(), told() as bar:
+    with doubts_printed(), progress_shown() as bar:
         found = follow(
             asked, page, device=device, threads=threads, command=command, progress=bar.update,
             say=lambda what: log.print(what, markup=False),

@@ -15,7 +15,7 @@ from warpmuscle.scene.topology import topology
 
 CONNECT, WELD = 0, 1  # mjtEq
 SITE = 6  # mjtObj
-ENDLESS, MISSED, TOLD = 1.0e3, 1.0e-6, 1.0e-6  # rad or m: how far coordinates may go; what may be missing; is moved
+ENDLESS, MISSED, NOTED = 1.0e3, 1.0e-6, 1.0e-6  # rad or m: how far coordinates may go; what may be missing; is moved
 
 
 def loops_of(reference: Reference) -> list[int]:
@@ -106,7 +106,7 @@ def _close(reference: Reference, scene: Scene) -> bool:
         return False
     speeds = meeting_speeds(character, names, q, chosen, np.zeros(len(chosen)))
     changes = np.abs(q - before)[0, chosen]
-    if changes.max(initial=0.0) > TOLD:
+    if changes.max(initial=0.0) > NOTED:
         for name, value, speed in zip(free, q[0, chosen], speeds, strict=True):
             start[name] = state_at(character.joints[name], float(value), float(speed))
         reference.lose("equality", "the scene starts where constraints are met, as near as can be to the model's pose")

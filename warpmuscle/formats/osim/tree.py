@@ -167,9 +167,9 @@ def _about(r: Floats) -> Floats:
 
 def tell_loose(model: Model, tree: list[Branch], notes: Notes) -> None:
     """Note before anything else that a model cannot stand, if a joint is free to shift and lost what held it."""
-    told = [text for branch in tree if (text := _loose(model, branch, _carried(model, tree, branch)))]
-    if told:
-        some = "; ".join(told[:4]) + (f"; and {len(told) - 4} more" if len(told) > 4 else "")
+    reasons = [text for branch in tree if (text := _loose(model, branch, _carried(model, tree, branch)))]
+    if reasons:
+        some = "; ".join(reasons[:4]) + (f"; and {len(reasons) - 4} more" if len(reasons) > 4 else "")
         reason = (
             f"this model cannot stand: nothing holds joints that are free to shift, {some}. Lock or couple their shifts"
         )

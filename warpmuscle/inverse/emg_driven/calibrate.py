@@ -158,8 +158,8 @@ def _with_emg(body: BodyModel, trials: Prepared, emg: list[Emg], of: Sequence[st
     dynamics = body.dynamics(trials.states, trials.loads)
     effort = dynamics.effort + dynamics.followed
     options = ActivationOptions(emg_weight=EMG_WEIGHT, passive=True)
-    told = np.concatenate([one.activation for one in activations_of(body, trials, options, emg, effort)])
-    return EmgMoments(body, trials, emg, told, speeds, effort[:, speeds])
+    estimated = np.concatenate([one.activation for one in activations_of(body, trials, options, emg, effort)])
+    return EmgMoments(body, trials, emg, estimated, speeds, effort[:, speeds])
 
 
 def _speeds(body: BodyModel, of: Sequence[str], emg: Emg) -> Integers:

@@ -32,23 +32,24 @@ class EmgMoments:
     """
 
     def __init__(
-        self, body: BodyModel, trials: Prepared, emg: Sequence[Emg], told: Floats, speeds: Integers, wanted: Floats
+        self, body: BodyModel, trials: Prepared, emg: Sequence[Emg], estimated: Floats, speeds: Integers, wanted: Floats
     ) -> None:
-        """Args: told: (n, M) activations of muscles without EMG. speeds: (K,) numbers. wanted: (n, K)."""
+        """Args: estimated: (n, M) activations of muscles without EMG. speeds: (K,) numbers. wanted: (n, K)."""
         self.body, self.trials, self.wanted, device = body, trials, wanted, body.device
         muscles = [body.muscle(name) for name in body.muscles]
         known = kernels.Recordings()
         known.begin = to_device(trials.starts, int, device)
         known.time = to_device(np.concatenate([at - at[0] + LEAD for at in trials.times]), float, device)
         signal, self.measured = _signals(body, trials, emg)
-        known.emg, known.told, known.step = to_device(signal, float, device), to_device(told, float, device), STEP
+        known.emg, known.estimated = to_device(signal, float, device), to_device(estimated, float, device)
+        known.step = STEP
         known.measured = to_device(self.measured, int, device)
         model = body.scene.muscle_model
         known.rise_time, known.fall_time = (
             to_device([float(given(one, model, name)) for one in muscles], float, device)
             for name in ("rise_time", "fall_time")
         )
-        parts = [body.muscle_frames(trials.states, part) for part in body.chunks(len(told))]
+        parts = [body.muscle_frames(trials.states, part) for part in body.chunks(len(estimated))]
         for name in ("length", "speed", "moment_arm"):
             values = np.concatenate([getattr(part, name).numpy() for part in parts])
             setattr(known, name, to_device(values, float, device))

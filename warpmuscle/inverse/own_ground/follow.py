@@ -90,7 +90,7 @@ class GroundTracker(Tracker):
         self._ground, self._plans = ground, ground.plans
         super().__init__(body, trials, options, recorded)
         self._root = body.topology.speed_start[1]
-        self._told = np.stack([plan.effort[0] for plan in self._plans])  # (n, m) at the start of a window
+        self._applied = np.stack([plan.effort[0] for plan in self._plans])  # (n, m) at the start of a window
         self._foot_force = np.zeros((self.windows, self.count, 2, 3))
 
     def _initial_activation(self) -> Floats:
@@ -113,10 +113,10 @@ class GroundTracker(Tracker):
         q, v = self.driven.state()
         q, v = np.where(alive, q, q0), np.where(alive, v, v0)
         here = States(q, v, np.zeros_like(v), np.zeros((self.count, 0, 0)))
-        acting = self._told
+        acting = self._applied
         if w > 0:
             made = self._muscle_moments(here) + self._effort[w - 1]
-            acting = np.where(bare, self._told, np.where(alive, made[:, self._root :], self._told))
+            acting = np.where(bare, self._applied, np.where(alive, made[:, self._root :], self._applied))
         beside = np.concatenate([difference(self.body, q0, q), v - v0, acting - self._of_plans("effort", w)], axis=1)
         answer = np.einsum("nmx,nx->nm", self._of_plans("gain", w), beside)
         effort = self._of_plans("effort", w + 1) + answer
@@ -129,7 +129,7 @@ class GroundTracker(Tracker):
             self._of_plans("speeds", w + 1) + after[:, speeds:], np.zeros_like(v), here.by_root,
         )  # fmt: skip
         over = np.where(bare, 0.5 * (acting + effort), effort)  # what no muscle makes acts over all of the window
-        self._told = effort
+        self._applied = effort
         self._excite(w, here, expected, np.concatenate([np.zeros((self.count, self._root)), over], axis=1))
         self._run(w)
 

@@ -83,23 +83,23 @@ class DrivenBody:
         Args:
             effort: (n, S) N and N m along speeds. loads, later: at the window's start and end.
         """
-        told = dict(self._scene.forces)
-        if ROOT in told:
+        applied = dict(self._scene.forces)
+        if ROOT in applied:
             root = root_type(self.body.scene.character)
             parts = nothing(Load) | {
                 f"force_{AXES[axis]}": effort[:, k].copy() for k, axis in enumerate(root.moving)
             } | {
                 f"moment_{AXES[axis]}": effort[:, len(root.moving) + k].copy() for k, axis in enumerate(root.turning)
             }  # fmt: skip
-            told[ROOT] = msgspec.structs.replace(told[ROOT], parameters=parts)
+            applied[ROOT] = msgspec.structs.replace(applied[ROOT], parameters=parts)
         for name, speeds in zip(self._joints, self._first, strict=True):
             parts = nothing(JointLoad) | {
                 f"effort_{k}": effort[:, speed].copy() for k, speed in enumerate(range(speeds.start, speeds.stop))
             }
-            told[f"{JOINT} {name}"] = msgspec.structs.replace(told[f"{JOINT} {name}"], parameters=parts)
+            applied[f"{JOINT} {name}"] = msgspec.structs.replace(applied[f"{JOINT} {name}"], parameters=parts)
         if loads is not None and later is not None:
-            told |= self._plates(loads, later)
-        self._scene = msgspec.structs.replace(self._scene, forces=told)
+            applied |= self._plates(loads, later)
+        self._scene = msgspec.structs.replace(self._scene, forces=applied)
         self.rollout.change_forces(self._scene)
 
     def _plates(self, loads: BodyLoads, later: BodyLoads) -> dict[str, Force]:

@@ -52,10 +52,10 @@ class LookAhead:
 
     def reach(self, excitation: Floats) -> Reach:
         """What all muscles come to under excitations (n, M)."""
-        told, own = self._driven.rollout.state.muscles, self._state.muscles
+        simulated, own = self._driven.rollout.state.muscles, self._state.muscles
         for name in KEPT:
-            if getattr(told, name).size:
-                wp.copy(getattr(own, name), getattr(told, name))
+            if getattr(simulated, name).size:
+                wp.copy(getattr(own, name), getattr(simulated, name))
         steps, device = self._driven.window_steps, self._body.device
         first = self._driven.rollout.steps_done == 0
         shape = self._start.shape
@@ -66,7 +66,7 @@ class LookAhead:
             self._state.step.zero_()
             wp.launch(self._kernel, shape, [*inputs[:2], 1, self._start, self._start, excited], outputs, device=device)
             self._state.step.fill_(1)
-            wp.copy(own.activation, told.activation)
-            wp.copy(own.neural, told.neural)
+            wp.copy(own.activation, simulated.activation)
+            wp.copy(own.neural, simulated.neural)
         wp.launch(self._kernel, shape, inputs, outputs, device=device)
         return Reach(*(self._driven.of_muscles(array) for array in outputs))

@@ -264,10 +264,10 @@ def force_of(controller: ControllerKind) -> Any:
         if wp.static(has_force):
             wanted = force(instance, muscle, asked, row, model, state)
         if wp.static(has_excitation):
-            told = excitation(instance, muscle, 0, model, state, work, extension)
-            told = checked(told, instance, wp.static(cause) + muscle * wp.static(ENTRY), state, work)
-            if not (told < 0.0):
-                wanted = row.f_max * within(told)
+            level = excitation(instance, muscle, 0, model, state, work, extension)
+            level = checked(level, instance, wp.static(cause) + muscle * wp.static(ENTRY), state, work)
+            if not (level < 0.0):
+                wanted = row.f_max * within(level)
         return wanted
 
     return wanted_force

@@ -67,46 +67,44 @@ def time_since(instance: int, since: float, model: ModelRef, state: StateRef) ->
 
 
 @func
-def load(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, told: Load) -> Wrench:
+def load(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, row: Load) -> Wrench:
     """The force and the moment at the body's centre of mass."""
-    t = time_since(instance, told.since, model, state)
+    t = time_since(instance, row.since, model, state)
     w = Wrench()
     w.force = (
-        wp.vec3(told.force_x, told.force_y, told.force_z)
-        + wp.vec3(told.force_rate_x, told.force_rate_y, told.force_rate_z) * t
+        wp.vec3(row.force_x, row.force_y, row.force_z)
+        + wp.vec3(row.force_rate_x, row.force_rate_y, row.force_rate_z) * t
     )
     w.moment = (
-        wp.vec3(told.moment_x, told.moment_y, told.moment_z)
-        + wp.vec3(told.moment_rate_x, told.moment_rate_y, told.moment_rate_z) * t
+        wp.vec3(row.moment_x, row.moment_y, row.moment_z)
+        + wp.vec3(row.moment_rate_x, row.moment_rate_y, row.moment_rate_z) * t
     )
     return w
 
 
 @func
-def point_load(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, told: PointLoad) -> Wrench:
+def point_load(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, row: PointLoad) -> Wrench:
     """The force at the point as one at the centre of mass, with its moment."""
-    t = time_since(instance, told.since, model, state)
+    t = time_since(instance, row.since, model, state)
     point = (
-        wp.vec3(told.point_x, told.point_y, told.point_z)
-        + wp.vec3(told.point_rate_x, told.point_rate_y, told.point_rate_z) * t
+        wp.vec3(row.point_x, row.point_y, row.point_z)
+        + wp.vec3(row.point_rate_x, row.point_rate_y, row.point_rate_z) * t
     )
     center = work.position[body] + work.rotation[body] * at(model.skeleton.row, instance, body).com
     w = Wrench()
     w.force = (
-        wp.vec3(told.force_x, told.force_y, told.force_z)
-        + wp.vec3(told.force_rate_x, told.force_rate_y, told.force_rate_z) * t
+        wp.vec3(row.force_x, row.force_y, row.force_z)
+        + wp.vec3(row.force_rate_x, row.force_rate_y, row.force_rate_z) * t
     )
     w.moment = (
-        wp.vec3(told.moment_x, told.moment_y, told.moment_z)
-        + wp.vec3(told.moment_rate_x, told.moment_rate_y, told.moment_rate_z) * t
+        wp.vec3(row.moment_x, row.moment_y, row.moment_z)
+        + wp.vec3(row.moment_rate_x, row.moment_rate_y, row.moment_rate_z) * t
         + wp.cross(point - center, w.force)
     )
     return w
 
 
 @func
-def joint_load(
-    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, told: JointLoad
-) -> wp.vec3:
+def joint_load(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, row: JointLoad) -> wp.vec3:
     """The efforts."""
-    return wp.vec3(told.effort_0, told.effort_1, told.effort_2)
+    return wp.vec3(row.effort_0, row.effort_1, row.effort_2)

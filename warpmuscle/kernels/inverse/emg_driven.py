@@ -37,7 +37,7 @@ class Recordings:
     time: wp.array[float]  # (n,) s, since the first sample of the trial's EMG
     emg: wp.array3d[float]  # (trials, G, M) envelopes, 0 to 1, from some time before the first frame on
     step: float  # s, between samples of EMG
-    told: wp.array2d[float]  # (n, M) activations of muscles without EMG
+    estimated: wp.array2d[float]  # (n, M) activations of muscles without EMG
     measured: wp.array[int]  # (M,) 1: has EMG
     rise_time: wp.array[float]  # (M,) s
     fall_time: wp.array[float]
@@ -65,7 +65,7 @@ def emg_activations(
     end = known.begin[trial + 1]
     if known.measured[m] == 0:
         for other in range(f, end):
-            activation[c, other, m] = known.told[other, m]
+            activation[c, other, m] = known.estimated[other, m]
         return
     late = candidates.delay[c] / known.step
     a = wp.float32(0.0)

@@ -33,7 +33,7 @@ def window_forces_of(kind: MuscleKind) -> Any:
         force: wp.array2d[float], final: wp.array2d[float],
     ):  # fmt: skip
         i, m = wp.tid()
-        told = model
+        paths_given = model
         changing = state
         muscle = MuscleStep()
         muscle.step = 1
@@ -46,8 +46,8 @@ def window_forces_of(kind: MuscleKind) -> Any:
         for k in range(steps):
             stretch.moving = start[i, m] + rise * float(k)
             muscle.stretch = stretch
-            activate(i, m, muscle, told, changing)
-            contract(i, m, muscle, told, changing)
+            activate(i, m, muscle, paths_given, changing)
+            contract(i, m, muscle, paths_given, changing)
         force[i, m] = muscle.fibre.force
         final[i, m] = muscle.activation
 

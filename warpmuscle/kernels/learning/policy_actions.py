@@ -20,14 +20,14 @@ def finite(value: float) -> float:
 @wp.kernel
 def take_actions(
     # in
-    told: wp.array2d[float],
+    requested: wp.array2d[float],
     # in and out
     action: wp.array2d[float], previous: wp.array2d[float],
 ):  # fmt: skip
     """Take what a policy says, and keep what it said before. Launch with dim = (instances, actions)."""
     i, k = wp.tid()
     previous[i, k] = action[i, k]
-    action[i, k] = finite(told[i, k])
+    action[i, k] = finite(requested[i, k])
 
 
 @wp.kernel

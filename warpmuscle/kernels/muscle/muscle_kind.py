@@ -38,7 +38,7 @@ class MuscleKind(NamedTuple):
     excited: bool = False  # the rate of activation depends on the excitation
     smoothed: bool = False  # the time constant of some activations changes smoothly
     implicit: bool = False  # damping linearised over the step, with rigid tendons
-    told: bool = False  # and those of all muscles, so that it does not matter what joints want of them
+    all_timed: bool = False  # and those of all muscles, so that it does not matter what joints want of them
     given: bool = False  # excitations come from outside, as they are
     own: OwnCurves | Shaped | None = None  # in place of some curves of the model
     floored: bool = False  # excitations and activations have a minimum

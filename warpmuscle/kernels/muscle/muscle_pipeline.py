@@ -43,8 +43,8 @@ from warpmuscle.kernels.structs import (
     RecordRef,
     ScratchRef,
     StateRef,
-    afresh,
     at,
+    recomputed,
     rolled,
     whole,
 )
@@ -125,7 +125,7 @@ def sense_share_of(places: Places) -> Any:
 def sense_path_of(kind: MuscleKind) -> Any:
     """`sense` where each muscle gives what its joints want on average, unless it is told its excitation."""
     stretch_stage, arms = stretch_stage_of(kind), places_of(kind.pulls_at_hand).arms
-    asked = not (kind.told or kind.given)
+    asked = not (kind.all_timed or kind.given)
 
     @wp.func(inline=True)
     def sense(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -141,7 +141,7 @@ def sense_path_of(kind: MuscleKind) -> Any:
 def sense_past_arms_of(kind: MuscleKind) -> Any:
     """The same along the moment arms of the step before, which are there until those of this step are."""
     stretch_stage, arms = stretch_stage_of(kind), places_of(kind.pulls_at_hand).arms
-    asked = not (kind.told or kind.given)
+    asked = not (kind.all_timed or kind.given)
 
     @wp.func(inline=True)
     def sense(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -197,12 +197,12 @@ def timed_force_of(neural: bool, given: bool) -> Any:
             time = float(step) * model.time_step
             if wp.static(neural):
                 time -= 0.5 * model.time_step
-            told = timed_excitation(model.muscles, own, instance, time)
+            level = timed_excitation(model.muscles, own, instance, time)
             if wp.static(given):
-                if not (wp.abs(told) >= 0.0):  # what is not a number
+                if not (wp.abs(level) >= 0.0):  # what is not a number
                     blame(instance, wp.static(cause_of(GIVEN_EXCITATION)) + m * wp.static(ENTRY), state, work)
-                told = within(told)
-            force = f_max * told
+                level = within(level)
+            force = f_max * level
         return force
 
     return timed_force
@@ -219,7 +219,7 @@ def excite_of(late: bool, long_paths: bool) -> Any:
     @wp.func(inline=True)
     def excite(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):
         if wp.static(long_paths):
-            muscle.row = at(model.muscles.row, afresh(instance), m)  # not kept in registers all along the path
+            muscle.row = at(model.muscles.row, recomputed(instance), m)  # not kept in registers all along the path
         muscle.excitation = wp.min(muscle.desired / muscle.row.f_max, 1.0)
         if wp.static(late):
             muscle.excitation = delayed(

@@ -70,7 +70,7 @@ class PPO:
         order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`; those
             beyond the number of samples are of their mirror images, in the same order.
         max_log_deviation: () to be set before `update`; of use where options bound it.
-        told: (4,) means over the minibatches: policy loss, value loss, divergence from the old policy, share clipped.
+        statistics: (4,) means over the minibatches: policy loss, value loss, divergence from the old policy, share clipped.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class PPO:
         size = experience.samples // options.minibatches
         self.order = torch.zeros((options.epochs, options.minibatches, size), dtype=torch.int64, device=device)
         self.max_log_deviation = torch.zeros((), device=device)
-        self.told = torch.zeros(4, device=device)
+        self.statistics = torch.zeros(4, device=device)
 
     def shuffle(self, random: torch.Generator) -> None:
         """Draw the order of the samples in all epochs."""
@@ -114,7 +114,7 @@ class PPO:
             deviation, mean = torch.var_mean(advantage)
             advantage = (advantage - mean) * torch.rsqrt(deviation + 1e-8)
             old = self.networks.log_deviation.detach().clone()
-            self.told.zero_()
+            self.statistics.zero_()
             columns = [seen.observation, seen.privileged, seen.action, seen.mean]
             wide = [column.flatten(0, 1) for column in columns]
             narrow = [column.flatten() for column in (seen.likelihood, seen.value, advantage, returns)]
@@ -159,8 +159,8 @@ class PPO:
             if options.end_deviation:
                 networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
-            told = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
-            self.told.add_(told / self.order[:, :, 0].numel())
+            statistics = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
+            self.statistics.add_(statistics / self.order[:, :, 0].numel())
 
     def _improve_critic(self, privileged: Tensor, returns: Tensor) -> None:
         """One step of the critic alone on a minibatch of normal observations; it may change as far as it must."""
@@ -169,7 +169,7 @@ class PPO:
         (self.options.value_weight * value_loss).backward()
         with torch.no_grad():
             self.adam.step()
-            self.told[1].add_(value_loss / self.order[:, :, 0].numel())
+            self.statistics[1].add_(value_loss / self.order[:, :, 0].numel())
 
     def _adapt(self, divergence: Tensor) -> None:
         """Learn slower where the policy changes too fast, and faster where it hardly does."""

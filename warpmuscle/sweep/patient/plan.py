@@ -150,10 +150,10 @@ def _read(asked: PatientFile, file: Path, lines: list[str], table: str, own: Map
     try:
         return read(file)
     except SceneError as error:
-        raise _told(asked, error, table, own) from None
+        raise _placed(asked, error, table, own) from None
 
 
-def _told(asked: PatientFile, error: SceneError, table: str, own: Mapping[str, Any]) -> SceneError:
+def _placed(asked: PatientFile, error: SceneError, table: str, own: Mapping[str, Any]) -> SceneError:
     """An error of a sweep's file at the place of the patient's file that it comes from."""
     if error.key.startswith("search"):
         option = next((f".{name}" for name in SEARCH if name in error.message.split()), "")

@@ -36,7 +36,7 @@ STEPS = 12  # of Gauss-Newton from one goal to the next, at most
 DAMPING = 1.0  # at its start: two outcomes of many signals curve strongly
 STEP = 5e-3  # of a change, in difference quotients: single precision spoils those of smaller ones
 FAR = 50.0  # units, of limits that are passed, beyond which that counts no more
-TOLD = 0.3  # m/s, that count as much as the whole extent of the goals
+RESOLUTION = 0.3  # m/s, that count as much as the whole extent of the goals
 SMOOTHING = 1e-3
 ATTEMPTS = 3  # searches for the throw in the middle
 LEAST_GOALS = 10  # with the middle: a plane in five numbers, and some more
@@ -156,7 +156,7 @@ def learned(goals: Floats, changes: Floats, place: Floats, gravity: float) -> An
     """
 
     def inputs(asked: Floats) -> Floats:
-        return np.hstack([TOLD * (asked - LOW) / (HIGH - LOW), release_velocity(asked, place, gravity)])
+        return np.hstack([RESOLUTION * (asked - LOW) / (HIGH - LOW), release_velocity(asked, place, gravity)])
 
     rule = RBFInterpolator(inputs(goals), changes, kernel="thin_plate_spline", smoothing=SMOOTHING)
     return lambda asked: rule(inputs(asked))

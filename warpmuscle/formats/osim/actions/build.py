@@ -38,7 +38,7 @@ def made_action(force: OsimForce, model: Model, placement: Placement, joint: str
             text = checked_text(force.words["expression"], ("q", "qdot"))
             return Force("coordinate_expression", joint=joint, parameters={"scale": 1.0}, expressions={"effort": text})
         case "CoordinateActuator" | "ActivationCoordinateActuator":
-            return _told(force, Force("coordinate_expression", joint=joint), "effort")
+            return _with_expression(force, Force("coordinate_expression", joint=joint), "effort")
         case "ExpressionBasedPointToPointForce" | "PointToPointSpring" | "PointToPointActuator":
             return _between_points(force, placement)
         case "TorqueActuator":
@@ -81,7 +81,7 @@ def bushing_of_texts(
     return Force("bushing_expression", "", first, second, values, expressions, curves)
 
 
-def _told(force: OsimForce, made: Force, program: str) -> Force:
+def _with_expression(force: OsimForce, made: Force, program: str) -> Force:
     """A force that is an actuator's greatest one times a control over time."""
     made.parameters["scale"] = force.numbers["optimal_force"][0]
     made.expressions[program] = function_text(force.functions[CONTROL][0], "t", "control", made.curves)
@@ -106,7 +106,7 @@ def _between_points(force: OsimForce, placement: Placement) -> Force:
         return Force("point_spring", body=first, other_body=second, parameters=values)
     made = Force("point_expression", body=first, other_body=second, parameters={"scale": 1.0, **values})
     if force.kind == "PointToPointActuator":
-        made = _told(force, made, "tension")
+        made = _with_expression(force, made, "tension")
         made.parameters["scale"] = -force.numbers["optimal_force"][0]  # which pushes the points apart
         return made
     made.expressions["tension"] = checked_text(force.words["expression"], ("d", "ddot"))
@@ -125,7 +125,7 @@ def _torque(force: OsimForce, placement: Placement) -> Force:
     axis = (first.axes if inside else WORLD) @ (axis / np.linalg.norm(axis))
     values: dict[str, Number] = {"in_body": inside}
     values |= {f"axis_{letter}": number for letter, number in zip("xyz", vector(axis), strict=True)}
-    return _told(
+    return _with_expression(
         force, Force("torque_expression", body=first.name, other_body=second.name, parameters=values), "torque"
     )
 

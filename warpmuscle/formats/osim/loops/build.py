@@ -21,7 +21,7 @@ from warpmuscle.scene.topology import topology
 
 ENDLESS = (-1.0e3, 1.0e3)  # rad or m, of coordinates without a range
 MISSED = 1.0e-6  # m or rad, that the nearest pose may leave
-TOLD = 1.0e-6  # rad or m, by which a coordinate is moved without a word
+NOTED = 1.0e-6  # rad or m, by which a coordinate is moved without a word
 
 
 def put_loops(model: Model, scene: Scene, placement: Placement, notes: Notes) -> None:
@@ -70,7 +70,8 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     speeds = meeting_speeds(character, names, q, chosen, np.array([one.speed for one in own]))
     for name, value, speed in zip(free, q[0, chosen], speeds, strict=True):
         start[name] = state_at(character.joints[name], float(value), float(speed))
-    moved = [(name, float(q[0, k])) for name, k in zip(free, chosen, strict=True) if abs(q[0, k] - before[0, k]) > TOLD]
+    far = np.abs(q[0, chosen] - before[0, chosen]) > NOTED
+    moved = [(name, float(q[0, k])) for name, k, is_far in zip(free, chosen, far, strict=True) if is_far]
     if moved:
         listed = ", ".join(f"{name} {value:.4g}" for name, value in moved[:4]) + (", ..." if len(moved) > 4 else "")
         reason = f"their coordinates start where constraints are met, as near as can be to the model's: {listed}"
