@@ -70,7 +70,7 @@ class PPO:
         order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`; those
             beyond the number of samples are of their mirror images, in the same order.
         max_log_deviation: () to be set before `update`; of use where options bound it.
-        statistics: (4,) means over the minibatches: policy loss, value loss, divergence from the old policy, share clipped.
+        statistics: (4,) means over minibatches: policy loss, value loss, divergence from the old policy, share clipped.
     """
 
     def __init__(
