@@ -61,10 +61,12 @@ def test_on_level_ground_a_foot_is_put_where_it_is_wanted():
 
 
 def test_a_place_costs_more_the_further_the_more_uneven_and_the_later_it_is_changed():
-    cost = evaluate(footholds.foothold_cost, np.array([0.0, 0.1, -0.1, 0.0, 0.0, 0.0]), np.array([0, 0, 0, 0.05, 0, 0]),
-                    0.0, np.array([0, 0, 0, 0, 0.1, 0.1]), np.array([0, 0, 0, 0, 0.2, 0.9]))  # fmt: skip
+    shift, uneven = np.array([0.0, 0.1, -0.1, 0.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.0])
+    moved, phase = np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.1, -0.1]), np.array([0.0, 0.0, 0.0, 0.0, 0.2, 0.9, 0.9])
+    cost = evaluate(footholds.foothold_cost, shift, uneven, 0.0, moved, phase)
     assert cost[0] == 0.0
     assert cost[1] == pytest.approx(0.1)
     assert cost[2] == pytest.approx(float(footholds.BACKWARDS) * 0.1)
     assert cost[3] == pytest.approx(float(footholds.UNEVEN) * (0.05 - float(footholds.TOLERATED)))
     assert 0.0 < cost[4] < cost[5]
+    assert cost[6] == cost[5]  # back as much as ahead
