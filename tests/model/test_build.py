@@ -12,7 +12,16 @@ from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.pose import about, multiply, rotate, twist_angle
 from warpmuscle.formats import load
 from warpmuscle.kernels.structs import HINGE, ROOT_FREE, UNIVERSAL
-from warpmuscle.model.build import PARTS, ModelInputs, build_model, muscles_model, replaced, start_of, update_model
+from warpmuscle.model.build import (
+    PARTS,
+    ModelInputs,
+    ReferenceGait,
+    build_model,
+    muscles_model,
+    replaced,
+    start_of,
+    update_model,
+)
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import Ground, InitialState, JointState, Scene
 from warpmuscle.scene.parameters import start_values, substitute
@@ -159,6 +168,15 @@ def test_a_slope_turns_the_normal_of_each_instance_and_nothing_else():
     np.testing.assert_allclose(tilted.contacts.normal.numpy()[:, 0], upright, atol=1e-7)
     tilted.contacts.normal = level.contacts.normal
     assert values_of(tilted) == values_of(level)
+
+
+def test_a_reference_has_its_bins_for_each_stance():
+    scene = shipped("fwalk")
+    structure = structure_of(scene)
+    bodies = len(structure.names.bodies)
+    gait = ReferenceGait(np.tile([0.0, 0.0, 0.0, 1.0], (2 * 7, bodies, 1)), np.ones(bodies), by_contact=True)
+    model = build_model(scene, structure, "cpu", ModelInputs(reference=gait))
+    assert (model.reference_bins, model.reference_by_contact, model.reference.shape) == (7, 1, (14, bodies))
 
 
 def test_replaced_fields_come_back_after_an_error_too():

@@ -44,6 +44,10 @@ def height(instance: int, model: Model, state: State, work: Scratch) -> float:
     return work.center[0][1]
 
 @wp.func
+def away(instance: int, model: Model, state: State, work: Scratch) -> wp.vec3:
+    return work.center[0]
+
+@wp.func
 def spring(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
     """A torque of 3 N m about the first axis of every joint."""
     return wp.vec3(3.0, 0.0, 0.0)
@@ -193,6 +197,7 @@ class TestRuns:
             r"takes \(float\), but .* takes \(float, float\)",
         ),
         ({"muscle_model": MuscleModel(passive_force_length=f"{NAME}:silent")}, "must say that it returns float"),
+        ({"objective": {f"{NAME}:away": 1.0}}, "must say that it returns float, and says wp.vec3"),
         ({"custom_controller": f"{NAME}:torque"}, "must say that it returns wp.vec3, and says float"),
         ({"muscle_model": MuscleModel(legacy=True, force_velocity=f"{NAME}:lee")}, "take no curve of one's own"),
     ],

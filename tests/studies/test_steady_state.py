@@ -1,5 +1,7 @@
 """Scenes that begin in the midst of their own motion."""
 
+from types import SimpleNamespace
+
 import msgspec
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from warpmuscle.formats import load
 from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.studies.steady_state import steady_state
+from warpmuscle.studies.steady_state import first_step, steady_state
 
 
 def motion(scene, duration: float):
@@ -31,6 +33,15 @@ def test_settled_walk_goes_on_as_the_walk_does():
     np.testing.assert_allclose(again.root_position, moved, atol=5e-3)
     np.testing.assert_allclose(again.phase, original.phase[there], atol=2e-3)
     assert np.abs(again.joint_orientation - original.joint_orientation[there]).max() < 0.05
+
+
+def test_the_first_step_is_that_after_the_time_in_its_state_and_stance():
+    phase = np.array([0.0, 0.5, 0.1, 0.6, 0.2, 0.7, 0.0, 0.4, 0.1])  # steps begin in frames 2, 4, 6, 8
+    state, stance = np.array([0, 0, 1, 1, 0, 0, 0, 0, 0]), np.array([0, 0, 0, 0, 1, 1, 0, 0, 0])
+    motion = SimpleNamespace(time=np.arange(9.0), phase=phase, state=state, stance=stance)
+    assert [first_step(motion, after, 0, 0) for after in (0.0, 5.0, 6.0, 8.0)] == [6, 6, 8, None]
+    assert first_step(motion, 0.0, 1, 0) == 2
+    assert first_step(motion, 0.0, 0, 1) == 4
 
 
 def test_only_the_start_is_another():

@@ -40,7 +40,7 @@ def steady_state(scene: Scene, after: float) -> Scene:
     rollout = Rollout(longer, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
     rollout.run()
     motion = rollout.recording()
-    frame = _first_step(motion, after, scene.simbicon.start_state, int(scene.simbicon.start_stance == "right"))
+    frame = first_step(motion, after, scene.simbicon.start_state, int(scene.simbicon.start_stance == "right"))
     if frame is None:
         raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.time[-1]:.3g} s")
     ground = surface(rollout.numeric.ground)
@@ -76,7 +76,7 @@ def _following(scene: Scene, found: InitialState) -> InitialState:
     return rebuilt(found, replaced)
 
 
-def _first_step(motion: Recording, after: float, state: int, stance: int) -> int | None:
+def first_step(motion: Recording, after: float, state: int, stance: int) -> int | None:
     """First frame after a time in which the controller has just entered a state in a stance."""
     entered = np.diff(motion.phase, prepend=0.0) < 0.0
     found = np.flatnonzero((motion.time > after) & entered & (motion.state == state) & (motion.stance == stance))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import warp as wp
+from probes import filled
+from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.program.controller import ProgramParameters
@@ -16,8 +18,11 @@ from warpmuscle.kernels.program.stepping import (
     hill,
     pressure_of_step,
     smooth_way,
+    sole_middle,
     swing_path,
 )
+from warpmuscle.kernels.program.structs import Frames, Layout
+from warpmuscle.kernels.structs import Contacts, Model
 from warpmuscle.scene import Controller
 from warpmuscle.simulation.rollout import Rollout
 
@@ -45,6 +50,12 @@ def paths(p: ProgramParameters, memory: wp.array2d[float], found: wp.array2d[wp.
     found[i, 2] = plan.acceleration
     shapes[i, 0] = smooth_way(memory[i, 0])
     shapes[i, 1] = hill(memory[i, 0])
+
+
+@wp.kernel(enable_backward=False)
+def middles(foot: wp.array[int], layout: Layout, model: Model, frames: Frames, found: wp.array[wp.vec3]):
+    i = wp.tid()
+    found[i] = sole_middle(0, foot[i], layout, model, frames)
 
 
 def parameters(**changes: float) -> ProgramParameters:
@@ -114,6 +125,24 @@ def test_footholds_are_within_reach_and_to_the_own_side(out: float):
     feet = plans(far, np.array([0.4, 0.4]), out)[0] - STANDS
     assert np.sort(out * feet[:, 0]) == pytest.approx([0.08, 0.6], abs=1e-6)
     assert np.sort(feet[:, 2]) == pytest.approx([-0.6, 0.6], abs=1e-6)
+
+
+def test_the_middle_of_a_sole_is_that_of_its_points():
+    """Four points of one foot, one of another, none of a third, on a slope."""
+    rng = np.random.default_rng(5)
+    place, radius, normal = rng.normal(size=(6, 3)), rng.uniform(0.01, 0.05, 6), np.array([0.0, 0.8, 0.6])
+    turns, origins = Rotation.random(3, random_state=2), rng.normal(size=(3, 3))
+    contacts = filled(Contacts, point={"place": place[None], "radius": radius[None]}, normal=np.float32([[normal]]))
+    model = Model()
+    model.contacts = contacts
+    frames = filled(Frames, position=np.float32([origins]), orientation=np.float32([turns.as_quat()]))
+    owners = np.array([[1, 0], [2, 1], [3, 0], [0, 0], [5, 0]], dtype=np.int32)  # point 4 is of none
+    layout, found = filled(Layout, point=owners), wp.zeros(3, dtype=wp.vec3, device="cpu")
+    wp.launch(middles, 3, [wp.array([0, 1, 2], dtype=int, device="cpu"), layout, model, frames], [found], device="cpu")
+    for foot, its in enumerate(([1, 3, 0, 5], [2], [])):
+        touching = [turns[foot].apply(place[k]) - radius[k] * normal for k in its]
+        expected = origins[foot] + (np.mean(touching, axis=0) if its else 0.0)
+        assert found.numpy()[foot] == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_body_without_feet_does_not_step():
