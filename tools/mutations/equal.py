@@ -14,6 +14,10 @@ EQUAL: dict[tuple[str, str], str] = {
         "a tolerance, at which a bracket is small enough",
     ("warpmuscle/kernels/path/wrap_mujoco.py", "near = nearest_on_segment(a, b)"):
         "the nearest point of a segment is the same from either end",
+    ("warpmuscle/kernels/step.py", "monomials = 0 if muscles is None else muscles.paths.monomials"):
+        "a place in the working set that nothing reads where there are no muscles",
+    ("warpmuscle/kernels/inverse/marker_fit.py", "newton = 0.0"):
+        "which step is tried after one that went wrong, not the fit that steps end at",
     ("warpmuscle/studies/muscle_table.py", "start_warp()"):
         "whatever uses Warp next would start it, with its banner",
     ("warpmuscle/kernels/path/route.py", "SETTLED = 5.0e-4  # m, by which the length then changes no more"):
@@ -32,10 +36,6 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "they differ for k = 2 alone, for which the outer choice takes 0",
     ("warpmuscle/model/paths.py", "p.segment_points = to_device(table.segments or [(0, 0)], int, device)", "1"):
         "stands there where there are no segments, by whose numbers alone the array is read",
-    ("warpmuscle/kernels/step.py", "monomials = 0 if muscles is None else muscles.paths.monomials", "1"):
-        "a place in the working set that nothing reads where there are no muscles",
-    ("warpmuscle/kernels/inverse/marker_fit.py", "newton = 0.0", "1.0"):
-        "which step is tried after one that went wrong, not the fit that steps end at",
     ("warpmuscle/kernels/memory/scratch.py", "w.frame = integers_at(memory, second + 5, CONTROL, n)",
      "(second + 5 + 5)"): "a place that is free while a controller needs it",
 }  # fmt: skip
