@@ -128,7 +128,7 @@ def test_what_is_not_read_is_noted_once_a_kind_with_its_line(tmp_path: Path):
         ("<mass>1.0", "<mass>1e999", 5, "'1e999' is not a finite number"),
         ("<mass>1.0", "<mass>1e200", 5, "1e200 is beyond 1e+12"),
         ("<mass>1.0", "<mass>1 2", 5, "needs 1 number, has 2"),
-        ("PinJoint", "ConstantCurvatureJoint", 8, "<ConstantCurvatureJoint> 'pin': joints of this class are not known"),
+        ("PinJoint", "HelicalJoint", 8, "<HelicalJoint> 'pin': joints of this class are not known"),
         ("near</socket", "nearer</socket", 8, "there is no frame 'nearer'"),
         ("/ground", "/jointset/pin/near", 11, "hangs on itself"),
         ('Version="40000"', 'Version="50000"', 2, "newer than those known here"),

@@ -122,7 +122,7 @@ def build(
 
 def root_of(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
     """The type of the root: see `tree.root_kind`."""
-    needed = {coupler.independent for coupler in model.couplers}
+    needed = {name for coupler in model.couplers for name in (coupler.independent, *coupler.several)}
     for muscle in model.muscles:
         for point in muscle.points:
             needed |= {point.coordinate, *(name for name, _ in point.motion)}
