@@ -76,7 +76,8 @@ def test_a_passive_curve_that_is_not_given_is_schuttes_exponential(tmp_path: Pat
 
 
 def test_a_muscle_with_a_curve_that_is_not_known_is_taken_as_one_of_thelens(tmp_path: Path):
-    curve = "<active_force_length_curve><ExpressionBasedFunction><expression>x</expression></ExpressionBasedFunction></active_force_length_curve>"
+    inner = "<ExpressionBasedFunction><expression>x</expression></ExpressionBasedFunction>"
+    curve = f"<active_force_length_curve>{inner}</active_force_length_curve>"
     found, ignored = made(tmp_path, "Schutte1993Muscle", OLD + curve)
     assert found["tendon_strain"] == pytest.approx(0.04, abs=1e-4)
     assert found["passive_strain"] == pytest.approx(0.325, abs=5e-4)
