@@ -87,6 +87,13 @@ def test_waves_steps_and_stairs_are_sampled_closely(tmp_path, text, function):
     np.testing.assert_allclose(read_function(parse(file)).values(x), function(x), atol=2e-4)
 
 
+def test_a_quick_sine_is_refused(tmp_path):
+    file = tmp_path / "one.osim"
+    file.write_text("<Sine><amplitude>1</amplitude><omega>16</omega></Sine>")
+    with pytest.raises(SceneError, match="an omega of 16 is too quick: 25 turns are within 10 rad or s at most"):
+        read_function(parse(file))
+
+
 def test_a_step_that_goes_back_is_refused(tmp_path):
     file = tmp_path / "one.osim"
     file.write_text("<StepFunction><transition_start_time>1</transition_start_time><transition_end_time>1"

@@ -18,7 +18,8 @@ MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
 FAR = 1.0e3  # rad or m, of knots at which a function that holds its ends still has them
 ROUNDED, SEARCHED = 1.0e-9, 301  # rad or m; places on each side, at which a range may be left
 ENDLESS = 1.0e6  # rad or m, for a range that has no end
-WAVE_KNOTS, PER_TURN, WAVE_REACH = 4001, 64, 100.0  # of a sine; rad or s on each side of 0
+TURNS, PER_TURN = 25, 32  # of a sine on each side of 0, and the knots of each
+LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
@@ -148,8 +149,11 @@ def _sine(element: Element) -> Function:
     phase, offset = _number(element, "phase", 0.0), _number(element, "offset", 0.0)
     if size == 0.0 or speed == 0.0:
         return Function((offset + size * math.sin(phase),))
-    reach = min(WAVE_REACH, WAVE_KNOTS // PER_TURN * math.pi / abs(speed))
-    x = np.linspace(-reach, reach, int(min(max(reach * abs(speed) / math.pi * PER_TURN, KNOTS), WAVE_KNOTS)))
+    reach = min(WAVE_REACH, TURNS * 2.0 * math.pi / abs(speed))
+    if reach < LEAST_REACH:
+        element.fail(f"an omega of {speed:g} is too quick: {TURNS} turns are within {LEAST_REACH:g} rad or s at most")
+    turns = reach * abs(speed) / math.pi
+    x = np.linspace(-reach, reach, max(math.ceil(turns * PER_TURN), KNOTS))
     return Function(x=tuple(map(float, x)), y=tuple(map(float, offset + size * np.sin(speed * x + phase))))
 
 
