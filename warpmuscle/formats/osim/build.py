@@ -74,7 +74,7 @@ def build(
         notes.ignore(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim")
     cut_loops(model, notes)
     if not model.bodies:
-        raise refused(model, model.line, "the model has no bodies")
+        notes.ignore(model.file, model.line, f"Model {model.name}", "has no bodies: nothing in it moves")
     coordinates = Coordinates(model)
     tree = branches(model, coordinates)
     if welds_merged:
