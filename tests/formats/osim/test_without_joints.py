@@ -27,6 +27,6 @@ def test_they_load_and_stay_and_have_no_coordinates_to_write(tmp_path: Path, tex
     rollout.run()
     motion = rollout.recording()
     assert motion.frames > 2
-    assert np.isfinite(motion.position).all()
+    assert np.isfinite(motion.com).all()
     with pytest.raises(Error, match="nothing of small moves, so that there are no coordinates to write"):
         write(motion, scene, tmp_path / "small.mot")
