@@ -245,7 +245,7 @@ def rod_moves(coordinates: Coordinates, joint: Joint, rod: Rod) -> list[Move]:
             return function
 
         name = free[0] if free else ""
-        return [Move(False, axis, name, place(k), names[0]) for k, axis in enumerate(np.eye(3).tolist())]
+        return [Move(False, axis, name, place(k), names[0]) for k, axis in enumerate((X, Y, Z))]
     lines = of_first.line, of_second.line
     if any(line is None or line[1] != 1.0 for line in lines):
         message = f"joint {joint.name!r}: its coordinates {names[0]!r} and {names[1]!r} are coupled to two others"
