@@ -164,20 +164,18 @@ class Posed:
             found.append(name if name not in found else f"{body}_{name}")
         return found
 
-    def _couplers(self) -> list[tuple[int, int, Any, float]]:
-        """Dependent and independent coordinate, function and its factor, of the couplers that are enforced."""
+    def _couplers(self) -> list[tuple[int, list[int], Any, float]]:
+        """Dependent and independent coordinates, function and its factor, of the couplers that are enforced."""
         found = []
         for constraint in _all(self.model.getConstraintSet()):
             coupler = self.opensim.CoordinateCouplerConstraint.safeDownCast(constraint)
             if coupler is None or not coupler.isEnforced(self.state):
                 continue
             independent = coupler.getIndependentCoordinateNames()
-            if independent.getSize() != 1:
-                raise SystemExit(f"{coupler.getName()}: only couplers with one independent coordinate are compared")
-            names = [coupler.getDependentCoordinateName(), independent.get(0)]
-            dependent, master = (self.names.index(name) for name in names)
+            dependent = self.names.index(coupler.getDependentCoordinateName())
+            masters = [self.names.index(independent.get(k)) for k in range(independent.getSize())]
             scale = self.opensim.PropertyHelper.getValueDouble(coupler.getPropertyByName("scale_factor"))
-            found.append((dependent, master, coupler.getFunction(), scale))
+            found.append((dependent, masters, coupler.getFunction(), scale))
         return found
 
     def _places(self) -> list[int]:
@@ -209,19 +207,30 @@ class Posed:
     def coupled(self, q: Floats) -> Floats:
         """A pose with the dependent coordinates of couplers as they say."""
         q = q.copy()
-        for dependent, master, function, factor in self.couplers:
-            q[dependent] = factor * function.calcValue(self.opensim.Vector(1, q[master]))
+        for dependent, masters, function, factor in self.couplers:
+            q[dependent] = factor * function.calcValue(self.opensim.Vector.createFromMat(q[masters]))
         return q
 
     def consistent(self, q: Floats, rate: Floats, acceleration: Floats) -> tuple[Floats, Floats]:
         """Rates and accelerations with those of dependent coordinates as the couplers say."""
-        first, second = self.opensim.StdVectorInt([0]), self.opensim.StdVectorInt([0, 0])
         rate, acceleration = rate.copy(), acceleration.copy()
-        for dependent, master, function, factor in self.couplers:
-            x = self.opensim.Vector(1, q[master])
-            slope, bend = factor * function.calcDerivative(first, x), factor * function.calcDerivative(second, x)
-            rate[dependent] = slope * rate[master]
-            acceleration[dependent] = slope * acceleration[master] + bend * rate[master] ** 2
+        for dependent, masters, function, factor in self.couplers:
+            v = rate[masters]
+
+            def slopes(at: Floats, of: Any = function, times: float = factor) -> Floats:
+                x = self.opensim.Vector.createFromMat(at)
+                return times * np.array([of.calcDerivative(self.opensim.StdVectorInt([k]), x) for k in range(len(at))])
+
+            slope = slopes(q[masters])
+            if len(masters) == 1:
+                twice = self.opensim.StdVectorInt([0, 0])
+                x = self.opensim.Vector.createFromMat(q[masters])
+                bend = np.array([[factor * function.calcDerivative(twice, x)]])
+            else:  # OpenSim 4.6 gives a first derivative of a polynomial of several for its second one
+                steps = SMALL * np.eye(len(masters))
+                bend = np.array([(slopes(q[masters] + e) - slopes(q[masters] - e)) / (2.0 * SMALL) for e in steps])
+            rate[dependent] = slope @ v
+            acceleration[dependent] = slope @ acceleration[masters] + v @ bend @ v
         return rate, acceleration
 
     def pose(self, q: Floats, rate: Floats) -> None:

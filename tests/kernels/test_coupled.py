@@ -268,9 +268,9 @@ def test_what_is_wrong_with_it_is_said(change, key: str, words: str):
     assert caught.value.key == f"character.joints.knee{key}"
 
 
-def test_other_joints_take_no_functions_and_mujoco_has_no_coupled_joint():
+def test_other_joints_take_no_functions_and_mujoco_no_splines():
     scene = leg()
-    with pytest.raises(SceneError, match="MuJoCo has no coupled joint"):
+    with pytest.raises(SceneError, match="MuJoCo's polynomials of the fourth degree miss this function by"):
         mjcf.dumps(scene)
     scene.character.joints["hip"].rotations = [Displacement(Z, slope=1.0)]
     with pytest.raises(SceneError, match="a hinge joint takes no rotations"):

@@ -4,9 +4,9 @@ The world is MuJoCo's: z up, x forward, y left; `up="y"` keeps our own axes. A M
 origin at the centre of mass, and the same axes, y up in the reference pose. Joints keep their names; a universal joint
 becomes the hinges `<name>_b` and `<name>_a`, the root joint `<root>_free`, or `<root>_y`, `<root>_z` and `<root>_turn`
 for a planar root. Bodies without mass are left out: the joints in a row through them are all of the body at its end.
-Geoms collide with the ground only. Controller and ground stiffness are not written. The keyframe `start` is the initial
-state; in MuJoCo's reference configuration (qpos0) the root has its initial pose and all joints are in the reference
-pose.
+Coupled joints become hinges and slides with equalities, see `mujoco/coupled.py`. Geoms collide with the ground only.
+Controller and ground stiffness are not written. The keyframe `start` is the initial state; in MuJoCo's reference
+configuration (qpos0) the root has its initial pose and all joints are in the reference pose.
 
 A muscle becomes a spatial tendon of its name through the sites `<muscle>_0`, `<muscle>_1`, ... at its via points;
 conditional ones, which MuJoCo does not know, are left out. Cylinders and spheres that it wraps around become geoms (see
@@ -36,6 +36,7 @@ from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned
 from warpmuscle.formats.mjcf_looks import BONE, SHORTEST_BONE, add_camera, add_defaults, add_looks, look_of
 from warpmuscle.formats.mjcf_muscles import add_muscles
 from warpmuscle.formats.mjcf_text import numbers, text, texts
+from warpmuscle.formats.mujoco.coupled import add_equalities, motions_of, values_of
 from warpmuscle.model.build import start_of
 from warpmuscle.scene import (
     Body,
@@ -105,6 +106,7 @@ def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
     _place_root(root, scene.character, scene.initial_state, world_of)
     add_camera(root, conjugate(_root_orientation(scene.initial_state)))
     muscles = add_muscles(model, scene)
+    add_equalities(model, scene.character)
     qpos, qvel = _start(scene, world_of)
     key = SubElement(SubElement(model, "keyframe"), "key", name="start", qpos=texts(qpos), qvel=texts(qvel))
     if muscles:
@@ -175,7 +177,7 @@ def _chain(joint: str, character: Character) -> list[str]:
     """
     chain = [joint]
     while massless(character.bodies[character.joints[chain[-1]].child]):
-        if not any(joint_type(character.joints[link]).moves for link in chain):
+        if not any(joint_type(one).moves or one.follows for one in (character.joints[link] for link in chain)):
             break
         child = character.joints[chain[-1]].child
         beyond = [name for name, other in character.joints.items() if other.parent == child]
@@ -223,8 +225,12 @@ def _start(scene: Scene, world_of: _World) -> tuple[list[float], list[float]]:
         q = start.coordinates[0, slice(*names.coordinate_start[body : body + 2])].tolist()
         v = start.speeds[0, slice(*names.speed_start[body : body + 2])].tolist()
         if body > 0:
-            kind = joint_type(scene.character.joints[names.joints[body - 1]])
+            name = names.joints[body - 1]
+            joint, kind = scene.character.joints[name], joint_type(scene.character.joints[name])
             q, v = [q[k] for k in kind.mujoco_coordinates], [v[k] for k in kind.mujoco_speeds]
+            if kind.displaced:
+                at, speed = names.coordinates_of(body), names.speeds_of(body)
+                q, v = values_of(joint, name, start.coordinates[0, at], start.speeds[0, speed])
         elif not v:
             q = []
         elif root.placed:
@@ -259,6 +265,9 @@ def _place_child(element: Element, chain: dict[str, Joint], limits: bool) -> Non
 def _motions(name: str, joint: Joint, place: tuple[float, ...], limits: bool) -> Iterator[Element]:
     """The MuJoCo joints that stand for one of ours; the first one is the outermost, whose axis rides on the parent."""
     entry = joint_type(joint)
+    if entry.displaced and not joint.beside:
+        yield from motions_of(name, joint, place, limits)
+        return
     if (entry.moves or entry.by_coordinate) and not entry.mujoco:
         message = f"MuJoCo has no {joint.type} joint, so that this scene cannot be written for it"
         raise SceneError(message, key=f"character.joints.{name}.type")

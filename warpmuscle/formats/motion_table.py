@@ -203,6 +203,8 @@ def _place_of(scene: Scene, body: str, joints: dict[str, Floats], frames: int) -
         joint = character.joints[name]
         kind, (q, v) = joint_type(joint), starts[name]
         source = moved[joint.follows or name]
+        if joint.beside and source is not None and (other := moved[joint.beside]) is not None:
+            source, v = np.concatenate([source, other], axis=1), np.zeros((1, 2))
         motion = kind.motion(joint, np.repeat(q, frames, axis=0) if source is None else source, np.repeat(v, frames, 0))
         turned = _turned(name, joints[name], scene) if kind.quaternion and name in joints else motion.orientation
         place, turn = poses[joint.parent]

@@ -56,7 +56,7 @@ def scaled_model(
     if mass is not None and total > 0.0:
         part = mass / total
         found.bodies = [replace(one, mass=one.mass * part, inertia=one.inertia * part) for one in found.bodies]
-    found.joints = [_joint(joint, of(joint.parent)) for joint in model.joints]
+    found.joints = [_joint(joint, of(joint.parent), of(joint.child)) for joint in model.joints]
     found.surfaces = {name: _surface(one, of(one.frame)) for name, one in model.surfaces.items()}
     found.muscles = [_muscle(model, muscle, of) for muscle in model.muscles]
     found.contacts = {name: _contact(one, of(one.frame)) for name, one in model.contacts.items()}
@@ -96,19 +96,27 @@ def _inertia(body: Body, s: Floats) -> Floats:
     return np.asarray(found)
 
 
-def _joint(joint: Joint, s: Floats) -> Joint:
-    """Shifts that are functions of a coordinate change along their axes; a coordinate itself does not. Radii do."""
+def _joint(joint: Joint, s: Floats, of_child: Floats) -> Joint:
+    """Shifts that are functions of a coordinate change along their axes; a coordinate itself does not. Radii do, too.
+
+    A rod changes as the child at its end does along y.
+    """
 
     def shifted(axis: Axis) -> Axis:
         if axis.coordinates and axis.function.line is not None and axis.function.line[1] != 0.0:
             return axis
         along = np.asarray(axis.direction) / np.linalg.norm(axis.direction)
-        return replace(axis, function=axis.function.scaled(float(np.abs(along) @ s)))
+        factor = float(np.abs(along) @ s)
+        terms = tuple((factor * a, powers) for a, powers in axis.terms)
+        return replace(axis, function=axis.function.scaled(factor), terms=terms)
 
     ellipsoid = joint.ellipsoid
     if ellipsoid is not None:
         ellipsoid = replace(ellipsoid, radii=_times(ellipsoid.radii, s))
-    return replace(joint, translations=tuple(map(shifted, joint.translations)), ellipsoid=ellipsoid)
+    rod = joint.rod
+    if rod is not None:
+        rod = replace(rod, length=rod.length * float(of_child[1]))
+    return replace(joint, translations=tuple(map(shifted, joint.translations)), ellipsoid=ellipsoid, rod=rod)
 
 
 def _surface(one: Surface, s: Floats) -> Surface:

@@ -61,8 +61,13 @@ def coordinates(motion: Recording, scene: Scene) -> tuple[list[str], Floats]:
 
     Args:
         scene: without free parameters, of the same character.
+
+    Raises:
+        Error: it has none.
     """
     found = degrees_of_freedom(motion, scene)
+    if not found:
+        raise Error(f"nothing of {scene.name} moves, so that there are no coordinates to write")
     columns = [np.degrees(degree.values) if degree.unit == "rad" else degree.values for degree in found]
     return [degree.name for degree in found], np.stack(columns, axis=1)
 

@@ -184,6 +184,9 @@ class _Builder:
             at = self._element(at, True, kind.frame(joint)[0][0], self._single(name), LINE)
         elif kind.name == "slide":
             at = self._element(at, False, kind.frame(joint)[0][0], self._single(name), LINE)
+        elif joint.beside:
+            message = f"markers cannot be fitted through a joint that depends on two coordinates, as {name!r} does"
+            raise SceneError(message, key=f"joints.{name}")
         elif kind.name == "coupled":
             number = self._single(joint.follows or name)
             count = len(joint.rotations) + len(joint.translations)

@@ -81,6 +81,8 @@ class Coupling:
     driver: int  # the body whose joint's coordinate it is: another one if it follows that
     first: int  # of the functions of a coupled joint
     row: int  # number of the coordinate among those that are followed, see `followed.py`; -1: none of them
+    beside: int  # the body of the other joint on whose coordinate it depends, see `two_coordinates.py`; -1: none
+    kind: int  # of its functions then
 
 
 @wp.struct

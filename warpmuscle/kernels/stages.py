@@ -52,7 +52,7 @@ KNOWN_JOINTS = (  # as `model.joints` numbers them
     MotionOf(FIRST_OF_TABLE, slide_motion),
     MotionOf(FIRST_OF_TABLE + 1, coupled_motion),
 )
-OF_JOINTS = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, resistance=True))
+OF_JOINTS = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, resistance=True, of_two=True))
 kinematics_stage, inertia_stage = OF_JOINTS.kinematics, OF_JOINTS.inertia
 body_inertia = body_inertia_of(True)
 
@@ -261,7 +261,9 @@ def forward_dynamics_of(followed: int = 0, constraints: int = 0) -> Any:
         acceleration: (instances, bodies) of the centres of mass, world, m/s^2.
         angular_acceleration: (instances, bodies) world, rad/s^2.
     """
-    own = joint_stages_of(SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints))
+    own = joint_stages_of(
+        SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints, of_two=True)
+    )
     accelerate, views = own.acceleration, own.work_at
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False})

@@ -12,13 +12,14 @@ from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_d
 from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
+from warpmuscle.kernels.body.two_coordinates import RATE_ONLY, ROD
 from warpmuscle.model.bodies import stacked
-from warpmuscle.scene import Constraint, Displacement, Scene
+from warpmuscle.scene import Constraint, Displacement, Joint, Scene
 from warpmuscle.scene.constraints.pose import ROWS, across, row_count
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
 from warpmuscle.scene.joints.displacement import TURN, Span, pieces
-from warpmuscle.scene.number import Vector
+from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.topology import Topology, followed_drivers
 
 NUMBERS = {"weld": WELD, "point": POINT, "point_on_line": POINT_ON_LINE, "distance": DISTANCE}
@@ -29,7 +30,7 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     character = scene.character
     nothing = Displacement((1.0, 0.0, 0.0))
     first, displacements, spans = [0], list[Displacement](), list[Span]()
-    bodies: list[int] = []
+    bodies, of_two = list[int](), list[bool]()
     for name in names.joints:
         joint = character.joints[name]
         first.append(len(displacements))
@@ -38,13 +39,20 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
             for given in (joint.rotations, joint.translations):
                 displacements += [*given, *[nothing] * (3 - len(given))]
                 spans += [span_of(joint, character.joints[joint.follows or name])] * 3
-    displacements, spans, bodies = displacements or [nothing], spans or [TURN], bodies or [0]
-    starts_of, coefficients = zip(*map(pieces, displacements, spans), strict=True)
+                of_two += [bool(joint.beside)] * 3
+    displacements, spans, bodies, of_two = displacements or [nothing], spans or [TURN], bodies or [0], of_two or [False]
+    made = [
+        terms_of(one) if two else pieces(one, span) for one, span, two in zip(displacements, spans, of_two, strict=True)
+    ]
+    starts_of, coefficients = zip(*made, strict=True)
     piece_start = starts(map(len, starts_of))
     c = structs.Couplings()
     rows_of = {driver: k for k, driver in enumerate(followed_drivers(character, names))}
     row = [rows_of.get(driver, -1) for driver in names.driver]
-    c.joint = records_to_device(structs.Coupling, device, driver=names.driver, first=first, row=row)
+    kinds = [0, *(_kind(character.joints[name]) for name in names.joints)]
+    c.joint = records_to_device(
+        structs.Coupling, device, driver=names.driver, first=first, row=row, beside=names.beside, kind=kinds
+    )
     c.followed = len(rows_of) + row_count(character)
     columns = {
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
@@ -64,6 +72,25 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     armature, damping = (rows([0.0, *(getattr(one, field) for one in own)]) for field in ("armature", "damping"))
     c.resistance = to_device(np.stack(np.broadcast_arrays(armature, damping), axis=-1), wp.vec2, device)
     return c
+
+
+def _kind(joint: Joint) -> int:
+    """What the functions of a joint of two coordinates are on the device."""
+    rod = any(one.rod for one in joint.translations)
+    return (RATE_ONLY if joint.rate_only else 0) + (ROD if rod else 0)
+
+
+def terms_of(displacement: Displacement) -> tuple[Floats, Floats]:
+    """A function of two coordinates in the table of pieces: starts (P,) without meaning, and rows (rows, P, 4).
+
+    A term has its coefficient and powers there, a rod its length and angles.
+    """
+    zero = 0.0
+    found: list[list[Number]] = (
+        [[*displacement.rod, zero]] if displacement.rod else [[displacement.value, zero, zero, zero]]
+    )
+    found += [[a, float(m), float(n), zero] for a, m, n in displacement.terms]
+    return np.zeros(len(found)), rows(found)
 
 
 def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:

@@ -50,6 +50,7 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
     return SkeletonKind(
         joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground),
         any(map(resists, character.joints.values())), ground.treadmill is not None,
+        any(joint.beside for joint in character.joints.values()),
     )  # fmt: skip
 
 

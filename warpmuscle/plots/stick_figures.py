@@ -72,6 +72,8 @@ def _figure(
     """Side and front view at the same scale above, curves over time below."""
     feet = scene.feet or ("lFoot", "rFoot")
     drawn = sorted(pieces(scene.character, feet), key=lambda piece: _LAYERS.index(piece.side))
+    if not drawn:
+        raise Error(f"no body of {scene.name} is as long as a stick")
     frames, offsets = _spread(recording, drawn)
     middle = int(frames[len(frames) // 2])
     side, front = _extent(recording, drawn, frames, offsets, _SIDE), _extent(recording, drawn, [middle], 0.0, _FRONT)

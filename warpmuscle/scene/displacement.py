@@ -17,6 +17,9 @@ class Displacement(Part):
     It is value + slope q; or the `polynomial` c0 + c1 q + c2 q^2 ...; or goes through knots (x, y), and straight on
     beyond them: as a cubic spline whose `ends` are `simm`, as SIMM and OpenSim's SimmSpline have it, or `natural`,
     without curvature, or `linear`, straight from knot to knot.
+    Of a joint that depends on the coordinate p of another one besides, it is the sum of a q^m p^n over `terms`
+    [a, m, n]; or how far the end of a rod is from its beginning, which bends along an arc: `rod` is [length, and the
+    angles about x and z at q = p = 0].
     """
 
     axis: Annotated[Vector, "1"]
@@ -26,6 +29,12 @@ class Displacement(Part):
     y: Annotated[list[Number], "rad or m"] = []
     ends: Literal["simm", "natural", "linear"] = "simm"
     polynomial: Annotated[list[Number], "rad or m per power of q"] = []  # the constant first
+    terms: Annotated[
+        list[tuple[Number, int, int]], "rad or m per powers of q and p"
+    ] = []  # coefficient, power of q, power of p
+    rod: Annotated[
+        list[Number], "m, rad, rad"
+    ] = []  # the first of `translations` is along x, the second y, the third z
 
 
 class Coupling(Displacement):

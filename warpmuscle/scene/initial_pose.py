@@ -8,7 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
-from warpmuscle.scene import JointState, Scene
+from warpmuscle.scene import Joint, JointState, Scene
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.terrain.surface import surface
@@ -32,12 +32,21 @@ def initial_pose(scene: Scene) -> tuple[Poses, dict[str, Floats]]:
     for name in topology(character).joints:
         joint = character.joints[name]
         kind = joint_type(joint)
-        motion = kind.motion(joint, *moved[joint.follows or name])
+        motion = kind.motion(joint, *arguments(joint, name, moved))
         position, orientation = poses[joint.parent]
         anchor = position + rotate(orientation, plain_vector(joint.position_in_parent) + motion.place[0])
         turned = multiply(orientation, motion.orientation[0])
         poses[joint.child] = np.asarray(anchor - rotate(turned, plain_vector(joint.position_in_child))), turned
     return poses, angles
+
+
+def arguments(joint: Joint, name: str, moved: dict[str, tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Coordinates (n, C) and speeds (n, S) that the motion of a joint depends on, from those of all joints."""
+    q, v = moved[joint.follows or name]
+    if not joint.beside:
+        return q, v
+    other_q, other_v = moved[joint.beside]
+    return np.concatenate([q, other_q], axis=1), np.concatenate([v, other_v], axis=1)
 
 
 def world_poses(scene: Scene) -> Poses:

@@ -23,6 +23,7 @@ class Topology:
     coordinate_start: tuple[int, ...]  # (bodies + 1,)
     speed_start: tuple[int, ...]  # (bodies + 1,)
     driver: tuple[int, ...]  # by body: the one whose joint's coordinates move its joint; another one if it follows it
+    beside: tuple[int, ...]  # by body: the one on whose joint's coordinate its joint depends besides; -1: on none
 
     @property
     def coordinates(self) -> int:
@@ -41,6 +42,13 @@ class Topology:
     def speeds_of(self, body: int) -> slice:
         """Where the speeds are that move the joint of a body."""
         return slice(*self.speed_start[self.driver[body] : self.driver[body] + 2])
+
+    def arguments_of(self, body: int) -> tuple[list[int], list[int]]:
+        """Numbers of the coordinates and of the speeds that the motion of the joint of a body depends on."""
+        bodies = [self.driver[body], *([self.beside[body]] if self.beside[body] >= 0 else [])]
+        starts = (self.coordinate_start, self.speed_start)
+        coordinates, speeds = ([k for one in bodies for k in range(start[one], start[one + 1])] for start in starts)
+        return coordinates, speeds
 
     def body_of_joint(self, joint: str) -> int:
         """Number of the body that a joint carries; `root` is the root."""
@@ -101,6 +109,7 @@ def topology(character: Character) -> Topology:
         coordinate_start=(0, *np.cumsum([len(entry.coordinates) for entry in types]).tolist()),
         speed_start=(0, *np.cumsum([len(entry.speeds) for entry in types]).tolist()),
         driver=(0, *(joints.index(character.joints[key].follows or key) + 1 for key in joints)),
+        beside=(-1, *(joints.index(one) + 1 if (one := character.joints[key].beside) else -1 for key in joints)),
     )
 
 
@@ -110,7 +119,9 @@ def followers(character: Character, joint: str) -> list[str]:
 
 
 def is_near(character: Character, joint: str) -> bool:
-    """Whether a joint that follows another one is its neighbour: on its parent, or on what moves with it alone."""
+    """Whether a joint that follows one other is its neighbour: on its parent, or on what moves with it alone."""
+    if character.joints[joint].beside:
+        return False
     driver = character.joints[character.joints[joint].follows]
     others = [character.joints[name].child for name in followers(character, character.joints[joint].follows)]
     return character.joints[joint].parent in (driver.parent, driver.child, *others)

@@ -227,6 +227,9 @@ class Recorder:
         """Frames first..count - 1 of all arrays of a row; only these leave the device."""
         arrays = {name: attrgetter(name)(self.record) for name in self._kept}
         kept = {name: array[row, first:count].numpy().astype(float) for name, array in arrays.items() if array.size}
+        for name, array in arrays.items():  # of a character without joints that move
+            if not array.size and array.shape[:2] > (row, 0):
+                kept[name] = array.numpy()[row, first:count].astype(float)
         return {"own": np.zeros((count - first, 0))} | kept
 
     def _centers(self, scene: Scene, instance: int) -> Floats:

@@ -164,8 +164,8 @@ def _outward(character: Character, names: Topology, motion: Moving) -> list[_Bod
         anchor = rows(joint.position_in_parent)
         if names.parents[number] > 0:
             anchor = anchor - rows(character.joints[names.joints[names.parents[number] - 1]].position_in_child)
-        speeds = names.speeds_of(number)
-        q, v, a = motion[0][:, names.coordinates_of(number)], motion[1][:, speeds], motion[2][:, speeds]
+        coordinates, speeds = names.arguments_of(number)
+        q, v, a = motion[0][:, coordinates], motion[1][:, speeds], motion[2][:, speeds]
         bodies.append(_child(joint_type(joint).motion(joint, q, v), parent, anchor, v, a))
     return bodies
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.formats.osim.elements import Element
+from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.functions import Function, composed, read_function
 
 X, Y = "-1 -0.5 0 0.4 0.9 1.5 2 2.4", "0 0.2 0.1 -0.3 0.5 0.6 0.1 0"
@@ -36,8 +36,8 @@ def test_a_spline_through_its_knots_has_opensims_values(half_order: str, expecte
 def test_one_that_smooths_or_of_another_class_is_refused():
     with pytest.raises(SceneError, match=r"a\.osim:7: <error_variance>: smooths"):
         read_function(knots("GCVSpline", element("error_variance", "0.1")))
-    with pytest.raises(SceneError, match=r"a\.osim:7: <StepFunction>: functions of this class are not known"):
-        read_function(element("StepFunction"))
+    with pytest.raises(SceneError, match=r"a\.osim:7: <ExpressionBasedFunction>: functions of this class are not"):
+        read_function(element("ExpressionBasedFunction"))
 
 
 def test_lines_polynomials_and_broken_lines():
@@ -64,3 +64,39 @@ def test_functions_of_lines_are_exact_and_others_nearly():
     difference = np.max(np.abs(function.values(inside) - spline.values(square.values(inside))))
     assert difference < 3.0 * error + 1e-9
     assert error < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("text", "function"),
+    [
+        ("<Sine><amplitude>2</amplitude><omega>3</omega><phase>0.4</phase><offset>0.1</offset></Sine>",
+            lambda x: 0.1 + 2.0 * np.sin(3.0 * x + 0.4)),
+        ("<Sine><amplitude>2</amplitude><omega>0</omega><phase>0.5</phase></Sine>",
+            lambda x: 2.0 * np.sin(0.5) + 0.0 * x),
+        ("<StepFunction><transition_start_time>1</transition_start_time><transition_end_time>3</transition_end_time>"
+            "<start_value>2</start_value><end_value>6</end_value></StepFunction>",
+            lambda x: 2.0 + 4.0 * np.polyval([6.0, -15.0, 10.0, 0.0, 0.0, 0.0], np.clip(0.5 * (x - 1.0), 0.0, 1.0))),
+        ("<PiecewiseConstantFunction><x>0 1 2</x><y>1 2 5</y></PiecewiseConstantFunction>",
+            lambda x: np.where(x < 1.0, 1.0, np.where(x < 2.0, 2.0, 5.0))),
+    ],
+)  # fmt: skip
+def test_waves_steps_and_stairs_are_sampled_closely(tmp_path, text, function):
+    file = tmp_path / "one.osim"
+    file.write_text(text)
+    x = np.random.default_rng(1).uniform(-4.0, 6.0, 400)
+    np.testing.assert_allclose(read_function(parse(file)).values(x), function(x), atol=2e-4)
+
+
+def test_a_quick_sine_is_refused(tmp_path):
+    file = tmp_path / "one.osim"
+    file.write_text("<Sine><amplitude>1</amplitude><omega>16</omega></Sine>")
+    with pytest.raises(SceneError, match="an omega of 16 is too quick: 25 turns are within 10 rad or s at most"):
+        read_function(parse(file))
+
+
+def test_a_step_that_goes_back_is_refused(tmp_path):
+    file = tmp_path / "one.osim"
+    file.write_text("<StepFunction><transition_start_time>1</transition_start_time><transition_end_time>1"
+        "</transition_end_time></StepFunction>")  # fmt: skip
+    with pytest.raises(SceneError, match="must end after 1, not at 1"):
+        read_function(parse(file))

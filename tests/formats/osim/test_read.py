@@ -7,6 +7,7 @@ import pytest
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import Ignored, load
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.frames import on_body
 from warpmuscle.formats.osim.read import read
@@ -128,7 +129,7 @@ def test_what_is_not_read_is_noted_once_a_kind_with_its_line(tmp_path: Path):
         ("<mass>1.0", "<mass>1e999", 5, "'1e999' is not a finite number"),
         ("<mass>1.0", "<mass>1e200", 5, "1e200 is beyond 1e+12"),
         ("<mass>1.0", "<mass>1 2", 5, "needs 1 number, has 2"),
-        ("PinJoint", "ConstantCurvatureJoint", 8, "<ConstantCurvatureJoint> 'pin': joints of this class are not known"),
+        ("PinJoint", "HelicalJoint", 8, "<HelicalJoint> 'pin': joints of this class are not known"),
         ("near</socket", "nearer</socket", 8, "there is no frame 'nearer'"),
         ("/ground", "/jointset/pin/near", 11, "hangs on itself"),
         ('Version="40000"', 'Version="50000"', 2, "newer than those known here"),
@@ -175,3 +176,13 @@ def test_a_coordinate_starts_at_its_default_and_not_at_an_older_initial_value(tm
     for given, start in ((text, 0.3), (OLD.replace("default_value", "initial_value"), 0.3)):
         model = read(small.written(tmp_path, given), Notes())
         assert model.coordinates["q"].value == start
+
+
+def test_a_muscle_along_a_shortest_path_is_left_out_with_a_note(tmp_path: Path):
+    given = small.muscle("m", "").replace("GeometryPath", "Scholz2015GeometryPath")
+    ignored: list[Ignored] = []
+    scene = load(small.written(tmp_path, small.pendulum(forces=given)), ignored=ignored)
+    assert not scene.character.muscles
+    note = next(note for note in ignored if "Scholz2015GeometryPath" in note.reason)
+    assert note.text == "Millard2012EquilibriumMuscle m"
+    assert note.line > 0

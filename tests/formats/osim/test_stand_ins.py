@@ -76,7 +76,8 @@ def test_a_passive_curve_that_is_not_given_is_schuttes_exponential(tmp_path: Pat
 
 
 def test_a_muscle_with_a_curve_that_is_not_known_is_taken_as_one_of_thelens(tmp_path: Path):
-    curve = "<active_force_length_curve><Sine><amplitude>1</amplitude></Sine></active_force_length_curve>"
+    inner = "<ExpressionBasedFunction><expression>x</expression></ExpressionBasedFunction>"
+    curve = f"<active_force_length_curve>{inner}</active_force_length_curve>"
     found, ignored = made(tmp_path, "Schutte1993Muscle", OLD + curve)
     assert found["tendon_strain"] == pytest.approx(0.04, abs=1e-4)
     assert found["passive_strain"] == pytest.approx(0.325, abs=5e-4)
@@ -132,3 +133,22 @@ def test_muscles_with_curves_through_knots_come_back_from_opensims_file(tmp_path
     assert again.muscle_model == scene.muscle_model
     assert again.character.muscles == scene.character.muscles
     assert not [note for note in lost if "muscles" in note.text]
+
+
+def test_an_older_thelen_muscle_is_one_with_its_own_defaults(tmp_path: Path):
+    own = "<Vmax>8</Vmax><Vmax0>4</Vmax0><damping>0.05</damping>"
+    found, ignored = made(tmp_path, "Thelen2003Muscle_Deprecated", own)
+    values = [found[name] for name in ("v_max", "tendon_strain", "passive_strain", "rise_time", "fall_time")]
+    assert values == pytest.approx([8.0, 0.033, 0.6, 0.01, 0.04])
+    assert [note.text for note in ignored if "is taken as a Thelen2003Muscle" in note.reason] == [
+        "Thelen2003Muscle_Deprecated m"
+    ]
+
+
+def test_a_muscle_whose_fibre_has_mass_is_one_without(tmp_path: Path):
+    own = "<mass>0.1</mass><fiber_damping>0.02</fiber_damping>"
+    own += "<fiber_force_length_damping>0.01</fiber_force_length_damping>"
+    found, ignored = made(tmp_path, "Millard2012AccelerationMuscle", own)
+    assert (found["f_max"], found["l_opt"], found["l_slack"]) == (500.0, 0.1, 0.2)
+    assert not [note for note in ignored if "damping" in note.text]
+    assert any("its fibre has no mass" in note.reason for note in ignored)

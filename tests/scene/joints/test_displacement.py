@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from warpmuscle.scene import Displacement
-from warpmuscle.scene.joints.displacement import depends, held_beyond, pieces, rates
+from warpmuscle.scene.joints.displacement import MANY, depends, held_beyond, pieces, rates
 
 X = (1.0, 0.0, 0.0)
 
@@ -71,3 +72,13 @@ def test_what_is_held_beyond_a_range_is_the_function_of_the_clamped_coordinate(c
     np.testing.assert_allclose(slope[beyond], 0.0, atol=1e-15)
     inside = (q > low + 1e-6) & (q < high - 1e-6)
     np.testing.assert_allclose(slope[inside], rates(curve, q[inside])[1], atol=1e-11)
+
+
+def test_a_spline_through_many_knots_is_scipys():
+    x = np.sort(np.random.default_rng(1).uniform(-2.0, 2.0, 3 * MANY))
+    y = np.sin(3.0 * x)
+    at = np.linspace(x[0], x[-1], 501)
+    found = rates(Displacement(X, x=x.tolist(), y=y.tolist(), ends="natural"), at)
+    spline = CubicSpline(x, y, bc_type="natural")
+    for order in range(3):
+        np.testing.assert_allclose(found[order], spline(at, order), rtol=1e-8, atol=1e-8)

@@ -74,7 +74,7 @@ def build(
         notes.ignore(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim")
     cut_loops(model, notes)
     if not model.bodies:
-        raise refused(model, model.line, "the model has no bodies")
+        notes.ignore(model.file, model.line, f"Model {model.name}", "has no bodies: nothing in it moves")
     coordinates = Coordinates(model)
     tree = branches(model, coordinates)
     if welds_merged:
@@ -122,7 +122,7 @@ def build(
 
 def root_of(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
     """The type of the root: see `tree.root_kind`."""
-    needed = {coupler.independent for coupler in model.couplers}
+    needed = {name for coupler in model.couplers for name in (coupler.independent, *coupler.several)}
     for muscle in model.muscles:
         for point in muscle.points:
             needed |= {point.coordinate, *(name for name, _ in point.motion)}

@@ -16,6 +16,7 @@ from warpmuscle.formats.osim.cables import made_cable
 from warpmuscle.formats.osim.chain import set_function
 from warpmuscle.formats.osim.frames import note, on_body, refused, turned
 from warpmuscle.formats.osim.functions import ENDLESS, Function, span_within, spans_within
+from warpmuscle.formats.osim.joints.several import powers
 from warpmuscle.formats.osim.moves import Coordinates, finite_range
 from warpmuscle.formats.osim.placement import Placement, direction, rotation_vector, vector
 from warpmuscle.formats.osim.records import Model
@@ -246,16 +247,6 @@ class MuscleBuilder:
                 values *= function.at(0.0) ** np.array([row[index] for row in exponents])
         coefficients: list[Number] = [float(c * v) for c, v in zip(path.coefficients, values, strict=True)]
         return PolynomialPath(joints, [[row[index] for index in kept] for row in exponents], coefficients)
-
-
-def powers(dimension: int, order: int) -> Iterable[tuple[int, ...]]:
-    """Exponents of the terms of OpenSim's MultivariatePolynomialFunction in the order of its coefficients."""
-    if dimension == 0:
-        yield ()
-        return
-    for first in range(order + 1):
-        for rest in powers(dimension - 1, order - first):
-            yield (first, *rest)
 
 
 def put_curves(one: records.Muscle, muscle: Muscle) -> None:

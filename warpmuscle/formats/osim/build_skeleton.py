@@ -63,6 +63,8 @@ def build_skeleton(model: Model, tree: list[Branch], root: str, coordinates: Coo
             _branch(model, branch, skeleton, coordinates, notes)
         notes.places[f"character.bodies.{branch.body.name}"] = (model.file, branch.body.line)
     for name in coordinates.couplers:
+        if coordinates.of_several(name):
+            continue
         argument, function = coordinates.master(name)
         if argument in skeleton.character.joints:
             coupling = Coupling(joint=argument)

@@ -68,7 +68,7 @@ def row_of(
                 here.fold(move)
             continue
         argument = group[0].argument
-        again = argument in row.joints  # it moved the joint before another coordinate did
+        again = argument in row.joints or group[0].beside != ""  # it moved the joint before another coordinate did
         last = _joint(group, here, masters | {argument} if again else masters)
         key = name_beside(group[0].coordinate if last.follows else argument, row.joints)
         last.child = f"{child}_{key}"
@@ -110,10 +110,17 @@ def _joint(group: list[Move], here: _Here, masters: set[str]) -> Joint:
             place = vector(here.body.point(here.place + here.turn @ along * line[0]))
         return Joint("hinge" if move.turns else "slide", here.body.name, "", place, (0.0, 0.0, 0.0),
             axes=[direction(axes @ along * sign)])  # fmt: skip
-    rotations = [displacement(move.function, axes @ np.array(move.axis)) for move in group if move.turns]
-    translations = [displacement(move.function, axes @ np.array(move.axis)) for move in group if not move.turns]
+    rotations = [displaced(move, axes @ np.array(move.axis)) for move in group if move.turns]
+    translations = [displaced(move, axes @ np.array(move.axis)) for move in group if not move.turns]
     return Joint("coupled", here.body.name, "", place, (0.0, 0.0, 0.0), rotations=rotations,
-        translations=translations, follows=follows)  # fmt: skip
+        translations=translations, follows=follows, beside=group[0].beside, rate_only=group[0].rate_only)  # fmt: skip
+
+
+def displaced(move: Move, axis: Floats) -> Displacement:
+    """A move along or about an axis of ours."""
+    if not move.beside:
+        return displacement(move.function, axis)
+    return Displacement(direction(axis), terms=list(move.terms), rod=list(move.rod or ()))
 
 
 def displacement(function: Function, axis: Floats) -> Displacement:

@@ -18,6 +18,10 @@ MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
 FAR = 1.0e3  # rad or m, of knots at which a function that holds its ends still has them
 ROUNDED, SEARCHED = 1.0e-9, 301  # rad or m; places on each side, at which a range may be left
 ENDLESS = 1.0e6  # rad or m, for a range that has no end
+TURNS, PER_TURN = 25, 32  # of a sine on each side of 0, and the knots of each
+LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
+STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
+STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
 
 
@@ -124,7 +128,58 @@ def read_function(element: Element) -> Function:
         if inner is None or not inner.children:
             element.fail("multiplies no function")
         return read_function(inner.children[0]).scaled(scale.number() if scale is not None else 1.0)
-    element.fail("functions of this class are not known; lines, polynomials and splines through knots are")
+    if kind == "sine":
+        return _sine(element)
+    if kind == "stepfunction":
+        return _step(element)
+    if kind == "piecewiseconstantfunction":
+        return _stairs(_knots(element, "linear"))
+    message = "lines, polynomials, sines, steps and splines through knots are"
+    element.fail(f"functions of this class are not known; {message}")
+
+
+def _number(element: Element, tag: str, usual: float) -> float:
+    found = element.child(tag)
+    return found.number() if found is not None and found.words() else usual
+
+
+def _sine(element: Element) -> Function:
+    """A sine, as a spline through knots about 0: as many turns as fit."""
+    size, speed = _number(element, "amplitude", 1.0), _number(element, "omega", 1.0)
+    phase, offset = _number(element, "phase", 0.0), _number(element, "offset", 0.0)
+    if size == 0.0 or speed == 0.0:
+        return Function((offset + size * math.sin(phase),))
+    reach = min(WAVE_REACH, TURNS * 2.0 * math.pi / abs(speed))
+    if reach < LEAST_REACH:
+        element.fail(f"an omega of {speed:g} is too quick: {TURNS} turns are within {LEAST_REACH:g} rad or s at most")
+    turns = reach * abs(speed) / math.pi
+    x = np.linspace(-reach, reach, max(math.ceil(turns * PER_TURN), KNOTS))
+    return Function(x=tuple(map(float, x)), y=tuple(map(float, offset + size * np.sin(speed * x + phase))))
+
+
+def _step(element: Element) -> Function:
+    """From one value to another as s^3 (10 - 15 s + 6 s^2), level before and behind."""
+    start, end = (_number(element, f"transition_{word}_time", usual) for word, usual in (("start", 0.0), ("end", 1.0)))
+    first, last = _number(element, "start_value", 0.0), _number(element, "end_value", 1.0)
+    if not start < end:
+        element.fail(f"its transition must end after {start:g}, not at {end:g}")
+    s = np.linspace(0.0, 1.0, STEP_KNOTS)
+    level = np.arange(1, LEVEL + 1) / STEP_KNOTS
+    x = start + (end - start) * np.concatenate([-level[::-1], s, 1.0 + level])
+    rise = np.concatenate([np.zeros(LEVEL), s**3 * (10.0 - 15.0 * s + 6.0 * s * s), np.ones(LEVEL)])
+    y = first + (last - first) * rise
+    return Function(x=(x[0] - FAR, *map(float, x), x[-1] + FAR), y=(first, *map(float, y), last), ends="linear")
+
+
+def _stairs(knots: Function) -> Function:
+    """The value of the last knot, from there on: steep between two."""
+    if not knots.x:
+        return knots
+    x, y = [knots.x[0] - FAR], [knots.y[0]]
+    for before, after, at, last in zip(knots.y, knots.y[1:], knots.x[1:], knots.x, strict=False):
+        x += [at - STEEP * (at - last), at]
+        y += [before, after]
+    return Function(x=(*x, knots.x[-1] + FAR), y=(*y, knots.y[-1]), ends="linear")
 
 
 def owned_function(element: Element, *others: str) -> Function | None:

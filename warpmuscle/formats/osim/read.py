@@ -42,6 +42,11 @@ NO_MUSCLE = (
     "muscles of this class are not known; make it a Millard2012EquilibriumMuscle or a Thelen2003Muscle; "
     "it is left out, and pulls on nothing"
 )
+SHORTEST = "Scholz2015GeometryPath"
+NO_SHORTEST = (
+    "its path is the shortest one over surfaces of contact (Scholz2015GeometryPath), which is not known; give it a "
+    "GeometryPath; it is left out, and pulls on nothing"
+)
 NO_CONTROLLER = "only a PrescribedController is known; what it controls gets its excitation from the scene"
 SWITCHED_OFF = "switched off in the model, and left out"
 
@@ -169,6 +174,9 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         if element.tag in CLASSES:
             if element.name in names or not element.name:
                 element.fail("a muscle needs a name that no other one has")
+            if own.find(element, SHORTEST) is not None:
+                _leave_out(notes, element, NO_SHORTEST)
+                continue
             names[element.name] = element.line
             found.muscles.append(read_muscle(element, frames, own, old))
         elif element.tag in NUMBERS:

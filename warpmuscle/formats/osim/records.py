@@ -11,6 +11,7 @@ from pathlib import Path
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.osim.functions import Function
+from warpmuscle.formats.osim.joints.several import Terms
 
 Vec3 = tuple[float, float, float]
 
@@ -62,9 +63,10 @@ class Axis:
     """One turn or shift of a joint, a function of coordinates."""
 
     direction: Vec3
-    coordinates: tuple[str, ...]  # names, of one at most
-    function: Function
+    coordinates: tuple[str, ...]  # names
+    function: Function  # of one coordinate at most
     line: int
+    terms: Terms = ()  # of several
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +79,19 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True, slots=True)
+class Rod:
+    """What a joint's child is at the end of, see `joints.rods`."""
+
+    length: float  # m
+    angles: Vec3  # rad, about x, z and y, at which it is straight and not turned
+
+
+@dataclass(frozen=True, slots=True)
 class Joint:
     """A joint: shifts along axes of the parent's frame, then turns, each about an axis that the former ones turned.
 
-    With an ellipsoid, what moves is a row of its own, see `joints.ellipsoids`, and `rotations` only say which
-    coordinates are angles.
+    With an ellipsoid or a rod, what moves is a row of its own, see `joints.ellipsoids` and `joints.rods`, and
+    `rotations` only say which coordinates are angles.
     """
 
     kind: str
@@ -94,11 +104,12 @@ class Joint:
     rotations: tuple[Axis, ...]
     translations: tuple[Axis, ...]
     ellipsoid: Ellipsoid | None = None
+    rod: Rod | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Coupler:
-    """A coordinate that is a function of another one."""
+    """A coordinate that is a function of another one, or of several."""
 
     name: str
     line: int
@@ -106,6 +117,8 @@ class Coupler:
     independent: str
     function: Function
     constant: bool = False  # a Constant, which takes no coordinate at all
+    several: tuple[str, ...] = ()  # all the coordinates, where there are several
+    terms: Terms = ()  # of these
 
 
 @dataclass(frozen=True, slots=True)

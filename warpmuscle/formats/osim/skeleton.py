@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
@@ -12,6 +14,8 @@ from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import GROUND, Frames
 from warpmuscle.formats.osim.functions import IDENTITY, ZERO, Function, owned_function
 from warpmuscle.formats.osim.joints.ellipsoids import RADII, X, Y, Z, read_ellipsoid
+from warpmuscle.formats.osim.joints.rods import ROD, read_rod
+from warpmuscle.formats.osim.joints.several import Terms, read_terms
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Coupler, Joint, Model, Vec3
 
@@ -26,6 +30,7 @@ MOTIONS: dict[str, tuple[tuple[Vec3, ...], tuple[Vec3, ...]]] = {  # axes of tur
     "PlanarJoint": ((Z,), (X, Y)),
     "EllipsoidJoint": ((X, Y, Z), ()),  # and with the turns along an ellipsoid
     "ScapulothoracicJoint": ((X, Y, Z, Y), ()),
+    ROD: ((X, Z, Y), ()),  # and with the first two along an arc
 }
 ONE_BY_ONE = 30500  # version of the file from which on moments of inertia stand together
 INERTIAS = ("inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz")
@@ -64,7 +69,7 @@ def read_joint(element: Element, model: Model, frames: Frames, own: Properties) 
     """A joint of one of the known kinds; its frames are connected already.
 
     Raises:
-        SceneError: of another kind, or without bodies; an axis that depends on an unknown coordinate, or on several.
+        SceneError: of another kind, or without bodies; an axis that depends on an unknown coordinate.
     """
     path = f"/jointset/{element.name}"
     if element.tag not in (*MOTIONS, "CustomJoint"):
@@ -81,7 +86,7 @@ def read_joint(element: Element, model: Model, frames: Frames, own: Properties) 
     element.child("reverse")  # the tree of bodies decides on that
     return Joint(
         element.tag, element.name, path, element.line, parent, child, tuple(coordinates), rotations, translations,
-        ellipsoid,
+        ellipsoid, read_rod(element, own) if element.tag == ROD else None,
     )  # fmt: skip
 
 
@@ -172,11 +177,12 @@ def _axis(element: Element, own: Properties) -> Axis:
     names = tuple(last_name(word) for word in named.words()) if named is not None else ()
     if names in (("Unassigned",), ("unassigned",)):
         names = ()
-    if len(names) > 1:
-        element.fail(f"is a function of {number_of(len(names), 'coordinate')}; an axis may depend on one")
     direction = own.vector(element, "axis", X)
     if not np.linalg.norm(direction) > 1e-9:
         element.fail("its axis has no length")
+    if len(names) > 1:
+        terms = _terms_of(element, names, "coordinates", "axis", "name")
+        return Axis(direction, names, ZERO, element.line, terms)
     function = owned_function(element, "coordinates", "axis", "name") or (IDENTITY if names else ZERO)
     if function.constant or not names:
         function, names = Function((function.at(0.0),)), ()
@@ -187,7 +193,7 @@ def read_constraint(element: Element, own: Properties) -> Coupler | None:
     """A coupler of two coordinates; None if it is not enforced.
 
     Raises:
-        SceneError: a constraint of another class, or a function of several coordinates.
+        SceneError: a constraint of another class, or a function that is not known.
     """
     if not own.applied(element):
         for child in element.children:
@@ -197,15 +203,27 @@ def read_constraint(element: Element, own: Properties) -> Coupler | None:
         element.fail("a constraint of this class cannot be represented; set <isEnforced> to false to do without it")
     names = own.find(element, "independent_coordinate_names")
     independent = [last_name(word) for word in names.words()] if names is not None else []
-    if len(independent) != 1:
-        element.fail(f"depends on {number_of(len(independent), 'coordinate')}; a coupler of one may be represented")
+    if not independent:
+        element.fail("has no <independent_coordinate_names>")
     dependent = last_name(own.word(element, "dependent_coordinate_name"))
     if not dependent:
         element.fail("has no <dependent_coordinate_name>")
     holder = own.find(element, "coupled_coordinates_function")
+    scale = own.number(element, "scale_factor", 1.0)
+    if len(independent) > 1 and holder is not None:
+        terms = tuple((scale * a, exponents) for a, exponents in _terms_of(holder, independent))
+        return Coupler(element.name, element.line, dependent, independent[0], ZERO, False, tuple(independent), terms)
     function = owned_function(holder) if holder is not None else None
     if function is None:
         element.fail("has no <coupled_coordinates_function>")
-    scale = own.number(element, "scale_factor", 1.0)
     constant = any(one.tag == "Constant" for one in holder.all()) if holder is not None else False
     return Coupler(element.name, element.line, dependent, independent[0], function.scaled(scale), constant)
+
+
+def _terms_of(element: Element, names: Sequence[str], *others: str) -> Terms:
+    """The terms of the function of several coordinates that an element holds, itself or within `function`."""
+    wrapper = element.child("function")
+    held = wrapper.children if wrapper is not None else [one for one in element.children if one.tag not in others]
+    if not held:
+        element.fail(f"has no function of its {number_of(len(names), 'coordinate')}")
+    return read_terms(held[-1], len(names))

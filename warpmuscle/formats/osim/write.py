@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.pose import about, euler_xyz, from_rotation_vector, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.formats.lines import Ignored
@@ -194,6 +195,9 @@ def _rates(axes: Floats, velocity: Floats) -> Floats:
 
 def _joint(scene: Scene, name: str, joint: Joint) -> str:
     """A joint with its coordinates, where they start and their ranges."""
+    if joint.beside:
+        message = "a joint that depends on two coordinates cannot be written as an OpenSim model"
+        raise SceneError(message, key=f"character.joints.{name}.beside")
     frame = frame_xml("near", frame_path(scene, joint.parent), WORLD.T @ plain_vector(joint.position_in_parent))
     own = WORLD.T @ plain_vector(joint.position_in_child)
     child, kind = frame_path(scene, joint.child), joint_type(joint)

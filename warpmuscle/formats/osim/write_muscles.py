@@ -10,8 +10,9 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.osim.build_muscles import FAMILIES, SHAPES, STRAINS, TWICE, powers
+from warpmuscle.formats.osim.build_muscles import FAMILIES, SHAPES, STRAINS, TWICE
 from warpmuscle.formats.osim.cables import cable_xml
+from warpmuscle.formats.osim.joints.several import powers
 from warpmuscle.formats.osim.muscles.write import old_muscle_xml
 from warpmuscle.formats.osim.placement import WORLD, direction, vector
 from warpmuscle.formats.osim.xml_text import element, function_xml, name_of, numbers, objects

@@ -27,6 +27,7 @@ from warpmuscle.kernels.body.hybrid import (
 from warpmuscle.kernels.body.joint_motion import MotionOf, has_motion, motion_of
 from warpmuscle.kernels.body.kinematics import move_joint, place_body
 from warpmuscle.kernels.body.motion import prescribe_stage
+from warpmuscle.kernels.body.two_coordinates import move_by_two
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, whole
@@ -181,8 +182,8 @@ def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 
 
 @cache
-def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False) -> Any:
-    """The Warp function `move_joint` where there may be such joints of one coordinate."""
+def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False, of_two: bool = False) -> Any:
+    """The Warp function `move_joint` where there may be such joints of one coordinate, or of two."""
     joint_motion = motion_of(joints, displaced)
 
     @wp.func
@@ -205,5 +206,7 @@ def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False) -> Any:
             work.coordinate_turning_drift[body] = m.turning_slope * (v * v)
             work.coordinate_drift[body] = m.moving_slope * (v * v)
             work.coordinate_state[body] = wp.vec3(q, v, gain)
+            if wp.static(of_two):
+                move_by_two(instance, body, model, state, work)
 
     return move_any

@@ -54,6 +54,7 @@ class SkeletonKind(NamedTuple):
     terrain: int = FLAT  # whether the ground rises over its plane, see `contact/terrain.py`
     resistance: bool = False  # whether some joints have armature or damping, see `resistance.py`
     moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
+    of_two: bool = False  # whether some joints depend on two coordinates, see `two_coordinates.py`
 
     @property
     def follows(self) -> bool:
@@ -117,7 +118,7 @@ def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
         hybrid = hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining))
     return JointStages(
         views,
-        kinematics_stage_of(move_any_of(kind.joints, displaced), place_any, prepare),
+        kinematics_stage_of(move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare),
         prescribe_any,
         inertia_stage,
         acceleration,

@@ -32,7 +32,9 @@ class Joint(Part):
     `rotations` and `translations`: of a coupled joint, such as a knee, three of each at most: the child turns about the
     rotations' axes in their order, each axis riding on the turns before, and its joint point moves along the
     translations' axes, which stay in the parent. All are functions of the joint's one coordinate, or of that of the
-    joint which it `follows`, as a patella does the knee: then it has none of its own.
+    joint which it `follows`, as a patella does the knee: then it has none of its own. A follower may depend on a
+    second coordinate, that of the joint `beside` it, by `terms` of displacements or along a `rod`. That takes two
+    joints in a row: one follows the first coordinate; one with `rate_only` the second, and adds its part of the motion.
     `limits`: one [low, high] in rad per axis (three for a ball: swing, swing x twist, twist), of a slide in m; none if
     empty. Their stiffness and damping are those of a slide in N/m and N s/m; so is its own `damping`, and its
     `armature` is in kg. Both of a joint that follows another one resist the rates of its displacements.
@@ -50,6 +52,8 @@ class Joint(Part):
     rotations: list[Displacement] = []
     translations: list[Displacement] = []
     follows: str = ""  # joint with a single coordinate of its own, anywhere in the tree
+    beside: str = ""  # another such joint, on whose coordinate the functions of a follower depend besides
+    rate_only: bool = False  # of the two joints in a row that do, whether it is the second one
     armature: Annotated[Number, "kg m^2"] = 0.0  # inertia along its coordinates, as of a motor's rotor
     damping: Annotated[Number, "N m s/rad"] = 0.0  # of its coordinates, whatever drives it
 

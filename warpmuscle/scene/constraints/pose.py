@@ -64,9 +64,8 @@ def bodies_at(character: Character, names: Topology, q: Floats) -> Poses:
     found = {names.bodies[0]: (root.place, root.orientation)}
     for number, name in enumerate(names.joints, start=1):
         joint = character.joints[name]
-        own = q[:, names.coordinates_of(number)]
-        speeds = names.speeds_of(number)
-        motion = joint_type(joint).motion(joint, own, np.zeros((len(q), speeds.stop - speeds.start)))
+        coordinates, speeds = names.arguments_of(number)
+        motion = joint_type(joint).motion(joint, q[:, coordinates], np.zeros((len(q), len(speeds))))
         place, turn = found[joint.parent]
         anchor = place + rotate(turn, rows(joint.position_in_parent) + motion.place)
         turned = multiply(turn, motion.orientation)

@@ -18,7 +18,7 @@ All else follows: kinematics, dynamics, limits, muscles across it, control, pres
 viewer, figures. `tests/scene/joints/test_new_type.py` adds a screw so. A joint of several speeds, or with a quaternion,
 needs stages of its own in `kernels.body.kinematics`, `dynamics`, `integration`, `limits` and `control` besides.
 
-May import: core, scene.
+May import: core, scene, kernels.algebra.
 To add: a type, as a `JointType` in a file here, and into `TYPES`.
 """
 

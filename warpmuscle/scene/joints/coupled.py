@@ -15,8 +15,10 @@ from warpmuscle.scene import Displacement, Joint, JointState
 from warpmuscle.scene.joints.coordinate import Coordinate
 from warpmuscle.scene.joints.displacement import TURN, Span, depends, rates
 from warpmuscle.scene.joints.joint_type import OTHER_AXIS, JointKinematics
+from warpmuscle.scene.joints.two_coordinates import depends_on_two, rates_of_two
 from warpmuscle.scene.validation.checks import Checks
 
+MOST_POWER = 20  # of a coordinate
 FAR = 100.0  # rad or m: knots from there on only hold what is at the ends
 
 _SAMPLES = 361  # of the coordinate, among which the one nearest to a pose is looked for
@@ -39,18 +41,24 @@ class Coupled(Coordinate):
                 raise SceneError(f"a {self.name} joint takes 3 {field} at most, got {len(given)}", key=f"{key}.{field}")
             for index, displacement in enumerate(given):
                 check_displacement(checks, f"{key}.{field}.{index}", displacement)
-        if not any(map(depends, (*joint.rotations, *joint.translations))):
+        if joint.beside:
+            check_two(checks, key, joint)
+        elif not any(map(depends, (*joint.rotations, *joint.translations))):
             message = "depends on no coordinate; give a rotation or translation a `slope`, a `polynomial`, or knots"
             raise SceneError(message, key=key)
 
     def unit(self, joint: Joint) -> str:
-        return "rad" if any(map(depends, joint.rotations)) else "m"
+        changes = depends_on_two if joint.beside else depends
+        return "rad" if any(map(changes, joint.rotations)) else "m"
 
     def frame(self, joint: Joint) -> tuple[Floats, Floats]:
-        axis = next(d.axis for d in (*joint.rotations, *joint.translations) if depends(d))
+        changes = depends_on_two if joint.beside else depends
+        axis = next(d.axis for d in (*joint.rotations, *joint.translations) if changes(d))
         return normalized(rows(axis)), rows(OTHER_AXIS)
 
     def motion(self, joint: Joint, q: Floats, v: Floats) -> JointKinematics:
+        if joint.beside:
+            return motion_of_two(joint, q, v)
         zero = np.zeros((len(q), 3))
         orientation = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
         turning, bending, place, moving, curving = zero, zero, zero, zero, zero
@@ -91,6 +99,7 @@ def check_displacement(checks: Checks, key: str, displacement: Displacement) -> 
         raise SceneError(
             f"{number_of(len(displacement.y), 'value')} for {number_of(len(displacement.x), 'knot')}", key=f"{key}.y"
         )
+    check_terms(key, displacement)
     what = "knots `x` and `y`" if displacement.x else "a `polynomial`"
     if displacement.x:
         if len(displacement.x) < 2:
@@ -115,6 +124,58 @@ def span_of(joint: Joint, driver: Joint) -> Span:
     ends = limits or knots or TURN
     beyond = 0.5 * (max(ends) - min(ends))
     return min(ends) - beyond, max(ends) + beyond
+
+
+def check_terms(key: str, displacement: Displacement) -> None:
+    """Raise SceneError unless powers are none that are negative, and a rod has its three numbers."""
+    for index, (_, m, n) in enumerate(displacement.terms):
+        if not (0 <= m <= MOST_POWER and 0 <= n <= MOST_POWER):
+            raise SceneError(f"powers are from 0 to {MOST_POWER}, not {m} and {n}", key=f"{key}.terms.{index}")
+    if displacement.rod and len(displacement.rod) != 3:
+        raise SceneError("a rod has a length and two angles", key=f"{key}.rod")
+
+
+def check_two(checks: Checks, key: str, joint: Joint) -> None:
+    """Raise SceneError unless a joint of two coordinates turns about one axis, or moves along some."""
+    given = [*joint.rotations, *joint.translations]
+    if len(joint.rotations) > 1 or (joint.rotations and joint.translations):
+        message = "a joint of two coordinates turns about one axis or moves along some; put several in a row"
+        raise SceneError(message, key=f"{key}.beside")
+    if joint.rotations and joint.rotations[0].rod:
+        raise SceneError("a rod's end moves along `translations`", key=f"{key}.rotations.0.rod")
+    for field in ("rotations", "translations"):
+        for index, one in enumerate(getattr(joint, field)):
+            if one.x or one.polynomial or one.slope != 0.0 or (one.rod and (one.terms or one.value != 0.0)):
+                message = "of two coordinates it is `value` and `terms`, or a `rod`"
+                raise SceneError(message, key=f"{key}.{field}.{index}")
+    if any(one.rod for one in given) and not all(one.rod for one in given):
+        raise SceneError("a `rod` is of all translations, or of none", key=f"{key}.translations")
+    if not any(map(depends_on_two, given)):
+        raise SceneError("depends on no coordinate; give it `terms` or a `rod`", key=key)
+    for field in ("armature", "damping"):
+        if getattr(joint, field) != 0.0:
+            raise SceneError("a joint of two coordinates takes none", key=f"{key}.{field}")
+
+
+def motion_of_two(joint: Joint, q: Floats, v: Floats) -> JointKinematics:
+    """The motion of a joint at its own coordinate and that beside it, both columns of (n, 2)."""
+    zero = np.zeros((len(q), 3))
+    orientation = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
+    turning, bending, place, moving, curving = zero, zero, zero, zero, zero
+    for rotation in joint.rotations:
+        own = normalized(rows(rotation.axis))
+        of = rates_of_two(rotation, 0, joint.rate_only, q[:, 0], q[:, 1])
+        turning = own * of.first[:, None]
+        bending = own * (of.second * v[:, 0] + of.mixed * v[:, 1])[:, None]
+        orientation = orientation if joint.rate_only else about(own, of.value)
+    for component, translation in enumerate(joint.translations):
+        axis = normalized(rows(translation.axis))
+        of = rates_of_two(translation, component, joint.rate_only, q[:, 0], q[:, 1])
+        place = place if joint.rate_only else place + axis * of.value[:, None]
+        moving = moving + axis * of.first[:, None]
+        curving = curving + axis * (of.second * v[:, 0] + of.mixed * v[:, 1])[:, None]
+    own_speed = v[:, :1]
+    return JointKinematics(orientation, place, [turning], [moving], bending * own_speed, curving * own_speed)
 
 
 class Follower(Coupled):

@@ -12,6 +12,7 @@ from warpmuscle.scene import Displacement
 
 Span = tuple[float, float]  # lowest and highest coordinate that counts
 TURN: Span = (-math.pi, math.pi)
+MANY = 64  # knots, from which on a spline's equations are solved by its three diagonals
 _CUBIC = 4  # coefficients
 _MISS = 1.0e-9  # rad or m, by which the pieces of a polynomial may miss it
 _MOST_PIECES = 4096
@@ -110,7 +111,23 @@ def _second_derivatives(x: Floats, y: Floats, ends: str) -> Floats:
         if count > 3:
             third = np.diff(np.diff(slope, axis=1) / (x[2:] - x[:-2]), axis=1) / (x[3:] - x[:-3])
             right[:, 0], right[:, -1] = 6.0 * width[0] * third[:, 0], -6.0 * width[-1] * third[:, -1]
+    if count > MANY:
+        return _tridiagonal(matrix, right)
     return np.asarray(np.linalg.solve(matrix, right.T).T)
+
+
+def _tridiagonal(matrix: Floats, right: Floats) -> Floats:
+    """Solutions (rows, K) of equations with a matrix (K, K) of three diagonals, which takes no time of K^3."""
+    below, middle, above = (np.diagonal(matrix, k) for k in (-1, 0, 1))
+    pivot, found = middle.copy(), right.copy()
+    for k in range(1, len(pivot)):
+        factor = below[k - 1] / pivot[k - 1]
+        pivot[k] = middle[k] - factor * above[k - 1]
+        found[:, k] -= factor * found[:, k - 1]
+    found[:, -1] /= pivot[-1]
+    for k in range(len(pivot) - 2, -1, -1):
+        found[:, k] = (found[:, k] - above[k] * found[:, k + 1]) / pivot[k]
+    return found
 
 
 def rates(displacement: Displacement, q: Floats) -> tuple[Floats, Floats, Floats]:

@@ -78,6 +78,8 @@ def _joint(checks: Checks, key: str, joint: Joint) -> None:
         raise SceneError(f"{joint.type!r} is none of {kinds}{near(joint.type, TYPES)}", key=f"{key}.type")
     if joint.follows and not TYPES[joint.type].displaced:
         raise SceneError(f"a coupled joint can follow another one, a {joint.type} joint cannot", key=f"{key}.follows")
+    if (joint.beside or joint.rate_only) and not (joint.follows and joint.beside):
+        raise SceneError("only a joint that follows another one has a second one beside it", key=f"{key}.beside")
     joint_type(joint).check(checks, key, joint)
     for index, (low, high) in enumerate(joint.limits):
         checks.ordered(f"{key}.limits.{index}", low, high)
@@ -121,6 +123,12 @@ def _follower(key: str, joint: Joint, character: Character) -> None:
         raise SceneError(f"{joint.follows!r} follows {driver.follows!r} itself; name that one instead", key=key)
     if joint_type(driver).scalars != 1:
         raise SceneError(f"{joint.follows!r} is a {driver.type} joint, which has no single coordinate", key=key)
+    if joint.beside:
+        known(joint.beside, character.joints, "joint", f"{key.removesuffix('follows')}beside")
+        other = character.joints[joint.beside]
+        if other.follows or joint_type(other).scalars != 1 or joint.beside == joint.follows:
+            message = f"{joint.beside!r} is no other joint with a single coordinate of its own"
+            raise SceneError(message, key=f"{key.removesuffix('follows')}beside")
     if joint.parent == joint.child:
         raise SceneError(f"hangs on its own child {joint.child!r}", key=key)
 

@@ -78,7 +78,9 @@ def on_ellipsoid(kind: str, radii: np.ndarray, q: np.ndarray) -> tuple[np.ndarra
     return axes @ wing, place + axes @ (origin - wing @ origin)
 
 
-@pytest.mark.parametrize("radii", ["0.08 0.15 0.11", "0.1 0.1 0.1", "0.15 0.08 0.08", "0.08 0.08 0.15"])
+@pytest.mark.parametrize(
+    "radii", ["0.08 0.15 0.11", "0.1 0.1 0.1", "0.15 0.08 0.08", "0.08 0.08 0.15", "-0.08 -0.15 -0.11"]
+)
 @pytest.mark.parametrize("kind", TAGS)
 def test_the_child_is_on_the_ellipsoid_with_its_z_axis_along_the_normal(tmp_path: Path, kind: str, radii: str):
     names = [f"q{k}" for k in range(3 if kind == "EllipsoidJoint" else 4)]
@@ -169,7 +171,7 @@ def test_radii_are_scaled_along_the_bodys_axes(tmp_path: Path):
 
 @pytest.mark.parametrize("kind", TAGS)
 @pytest.mark.parametrize(
-    ("radii", "said"), [("", "has no <"), ("0.1 0 0.1", "greater than 0"), ("0.1 0.1", "3 numbers")]
+    ("radii", "said"), [("", "has no <"), ("0.1 0 0.1", "no radius of an ellipsoid is 0"), ("0.1 0.1", "3 numbers")]
 )
 def test_an_ellipsoid_without_radii_is_refused(tmp_path: Path, kind: str, radii: str, said: str):
     with pytest.raises(SceneError, match=said):

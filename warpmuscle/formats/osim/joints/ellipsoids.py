@@ -38,8 +38,8 @@ def read_ellipsoid(element: Element, own: Properties) -> Ellipsoid:
     if given is None or not given.words():
         element.fail(f"has no <{tag}>, the radii of its ellipsoid")
     a, b, c = given.numbers(3)
-    if not min(a, b, c) > 0.0:
-        given.fail(f"radii are greater than 0, not {a:g} {b:g} {c:g}")
+    if 0.0 in (a, b, c):
+        given.fail(f"no radius of an ellipsoid is 0, not {a:g} {b:g} {c:g}")
     if element.tag != "ScapulothoracicJoint":
         return Ellipsoid((a, b, c))
     place = own.find(element, "scapula_winging_axis_origin")

@@ -14,7 +14,19 @@ THELEN = "Thelen2003Muscle"
 SCHUTTE = ("Schutte1993Muscle", "Schutte1993Muscle_Deprecated")
 OF_TIME_SCALE = (*SCHUTTE, "Delp1990Muscle", "Delp1990Muscle_Deprecated")
 RIGID = "RigidTendonMuscle"
-STOOD_FOR = (*OF_TIME_SCALE, RIGID)
+LIKE = {  # classes whose muscles are near to others, what they are taken for, and what there is to say
+    "Thelen2003Muscle_Deprecated": (THELEN, "is taken as a Thelen2003Muscle; the damping of its fibre is not known"),
+    "Millard2012AccelerationMuscle": (
+        "Millard2012EquilibriumMuscle",
+        "is taken as a Millard2012EquilibriumMuscle: its fibre has no mass, and nothing that it pushes",
+    ),
+}
+OLD_THELEN = {"FmaxTendonStrain": 0.033, "KshapeActive": 0.5, "KshapePassive": 4.0, "Af": 0.3, "Flen": 1.8,
+    "activation_time_constant": 0.01, "deactivation_time_constant": 0.04, "Vmax": 10.0}  # fmt: skip
+NO_MASS = ("FiberCompressiveForceLengthCurve", "FiberCompressiveForceCosPennationCurve", "mass",
+    "tendon_force_length_damping", "fiber_force_length_damping", "fiber_compressive_force_length_damping",
+    "fiber_compressive_force_cos_pennation_damping")  # fmt: skip
+STOOD_FOR = (*OF_TIME_SCALE, RIGID, *LIKE)
 KEPT = ("max_isometric_force", "optimal_fiber_length", "tendon_slack_length", "pennation_angle_at_optimal",
     "max_contraction_velocity", "default_activation")  # fmt: skip
 OLD_CURVES = ("active_force_length_curve", "passive_force_length_curve", "tendon_force_length_curve",
@@ -33,11 +45,13 @@ OWN = {
 
 
 def stand_in(element: Element, own: Properties) -> tuple[str, OldCurves | None]:
-    """Make a muscle of one of `STOOD_FOR` one of Thelen's, in place; what there is to say of it, and its curves.
+    """Make a muscle of one of `STOOD_FOR` one of another class, in place; what there is to say of it, and its curves.
 
     Raises:
         SceneError: its times are none.
     """
+    if element.tag in LIKE:
+        return _relative(element, own), None
     kept = {tag: own.number(element, tag, np.nan) for tag in KEPT}
     passive, tendon = (_strain(element, tag) for tag in OLD_CURVES[1:3])
     rigid = element.tag == RIGID
@@ -65,6 +79,25 @@ def stand_in(element: Element, own: Properties) -> tuple[str, OldCurves | None]:
         element.children.append(_made(element, "ignore_tendon_compliance", "true"))
     element.tag = THELEN
     return note, curves
+
+
+def _relative(element: Element, own: Properties) -> str:
+    """Make a muscle one of the class that is like its own; what there is to say of it."""
+    kind, note = LIKE[element.tag]
+    kept = {}
+    if kind == THELEN:
+        kept = {tag: own.number(element, tag, value) for tag, value in OLD_THELEN.items()}
+        kept["max_contraction_velocity"] = kept.pop("Vmax")
+        element.child("Vmax", "Vmax0", "damping")
+    for tag in NO_MASS:
+        for child in element.children:
+            if child.tag == tag:
+                for inner in (child, *child.all()):
+                    inner.used = True
+    element.children = [child for child in element.children if child.tag not in kept]
+    element.children += [_made(element, tag, numbers([value])) for tag, value in kept.items()]
+    element.tag = kind
+    return note
 
 
 def _times(element: Element, own: Properties) -> dict[str, float]:
