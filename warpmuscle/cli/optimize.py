@@ -97,6 +97,9 @@ def optimize(
     resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
     quantities: Quantities = None,
     single: Single = False,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Do not open the page of the walk before and after in the browser.")
+    ] = False,
 ) -> None:
     """Search for the scene's free parameters of lowest cost, all candidates in batched simulations.
 
@@ -107,7 +110,7 @@ def optimize(
     limit, scene = None if until is None else seconds(until), None
     if resume is not None:
         refuse_besides(context, {"candidates", "until", "target", "device", "threads", "resume", "trust", "quantities",
-                                 "single"})  # fmt: skip
+                                 "single", "no_open"})  # fmt: skip
         output = resume
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
@@ -139,18 +142,23 @@ def optimize(
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
-    _print_all(result, bar, scene, output, device, threads)
+    _print_all(result, bar, scene, output, device, threads, no_open)
 
 
 def _print_all(
-    result: Result, bar: ProgressBar, begun: Scene | None, output: Path, device: str | None, threads: int | None
-) -> None:
-    """Print what was found and where it is; `begun` as of `_print_result`."""
+    result: Result, bar: ProgressBar, begun: Scene | None, output: Path, device: str | None, threads: int | None,
+    no_open: bool,
+) -> None:  # fmt: skip
+    """Print what was found and where it is, last what to look at; `begun` as of `_print_result`."""
+    from warpmuscle.cli.view import open_page
+
     _print_result(result, bar, begun)
     out.print(f"wrote {output}")
-    if not received():  # else there may be little time left
-        _show_walks(result, output, device, threads)
+    page = None if received() else _show_walks(result, output, device, threads)  # else there may be little time left
     suggest(f"`warpmuscle report {output}` says what it found")
+    if page is not None:
+        opened = not no_open and log.is_terminal and open_page(page)
+        out.print(f"{page} shows both walks side by side: {'it opens' if opened else 'open it'} in a browser")
 
 
 def _with_objective(scene: Scene, free: list[str] | None, settings: list[str] | None) -> Scene:
@@ -233,14 +241,15 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
         print_warnings(mass_warnings(plain))
 
 
-def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> None:
-    """Print what a search for a person's walk began with beside what it found, and write a page of both."""
+def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> Path | None:
+    """Print what a search for a person's walk began with beside what it found, and write a page of both; its path."""
     from warpmuscle.core.files import replace_file
-    from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
 
-    if not is_to_walk(result):
-        return
     with log.status("walking as before and after"):
+        from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
+
+        if not is_to_walk(result):
+            return None
         walks = before_and_after(result, device=device, threads=threads)
         text = page(*walks, result.command)
     out.print("")
@@ -248,7 +257,7 @@ def _show_walks(result: Result, output: Path, device: str | None, threads: int |
         out.print(line, markup=False)
     path = output.with_name(f"{output.stem}_before_after.html")
     replace_file(path, text)
-    out.print(f"wrote {path}: both side by side")
+    return path
 
 
 def stands_still(scene: Scene, gait: Gait) -> bool:
