@@ -22,6 +22,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.bones.attachments import attachments
 from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
 from warpmuscle.view.content import doll_content, piece_contents, track_content
 from warpmuscle.view.crowd import Facts, facts_content, shades_of
@@ -238,6 +239,8 @@ class _Dolls:
             look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
             if self._meshes is not None and not self._coarse and scene.opensim is not None:
                 look = with_meshes(look, scene, doll.names.bodies, self._meshes)
+            if not self._coarse:
+                look += attachments(scene, doll.muscles.names, doll.names.bodies, look)
             look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
             look += device_pieces(scene, doll.names.bodies)
             look += object_pieces(scene)

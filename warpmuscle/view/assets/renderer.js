@@ -2,7 +2,7 @@
 
 const FEW = 4; // bipeds up to which all is drawn finely
 const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain little, as corners are what costs
-const LAYERS = ["flesh", "bone", "surface", "shape", "object", "device"];
+const LAYERS = ["flesh", "bone", "tendon", "surface", "shape", "object", "device"];
 // From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
 // told apart without red or green cones, too.
 const ACTIVATION = [[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]];
@@ -47,7 +47,7 @@ class Renderer {
     const tubes = (above) => (fine ? [36, 20] : [10, 5]).map((sectors) => tubeMesh(sectors, above));
     this.layers = {};
     for (const name of LAYERS)
-      this.layers[name] = { limb: solid(...(name === "bone" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
+      this.layers[name] = { limb: solid(...(name === "bone" || name === "tendon" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
     this.marks = { tube: solid(tubeMesh(fine ? 18 : 5), bandMesh()), cone: solid(...tubes(0)), limb: solid(...limbs) };
     this.path = solid(tubeMesh(fine ? 5 : 3), bandMesh());
     const along = fine ? [[18, 6], [8, 4], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 4] : [2, 2];
@@ -161,7 +161,7 @@ class Renderer {
   }
 
   drawView(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, surface, shape, object, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
+    const gl = this.gl, { flesh, bone, tendon, surface, shape, object, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
@@ -177,6 +177,7 @@ class Renderer {
     if (this.ground.visible && !spared && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
+    if (muscles) this.drawSolids([tendon], OWN(1));
     this.drawSolids([object, device, this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
     const opaque = this.shaded || (!muscles && !(this.fine && shown.bones)); // what is inside is to be seen
     if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
