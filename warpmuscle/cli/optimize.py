@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
+    BoardFolder,
     Device,
     Duration,
     FreeNumbers,
@@ -21,6 +22,7 @@ from warpmuscle.cli.common import (
     Threads,
     TimeStep,
     Trust,
+    board_too,
     changed,
     command_line,
     doubts_printed,
@@ -97,6 +99,7 @@ def optimize(
     resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
     quantities: Quantities = None,
     single: Single = False,
+    tensorboard: BoardFolder = None,
     no_open: Annotated[
         bool, typer.Option("--no-open", help="Do not open the page of the walk before and after in the browser.")
     ] = False,
@@ -110,15 +113,15 @@ def optimize(
     limit, scene = None if until is None else seconds(until), None
     if resume is not None:
         refuse_besides(context, {"candidates", "until", "target", "device", "threads", "resume", "trust", "quantities",
-                                 "single", "no_open"})  # fmt: skip
+                                 "single", "tensorboard", "no_open"})  # fmt: skip
         output = resume
         start_warp()
         from warpmuscle.optimization.resume import resume as go_on
 
-        with searches_told(), _kept(output), ProgressBar() as bar:
+        with searches_told(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
-                progress=bar.update, quantities=quantities_in(quantities), single=single,
+                progress=tell, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     elif sources:
         start_driver(device)
@@ -134,11 +137,11 @@ def optimize(
         start_warp()
         from warpmuscle.optimization.optimize import optimize as begin
 
-        with searches_told(), _kept(output), ProgressBar() as bar:
+        with searches_told(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
-                progress=bar.update, quantities=quantities_in(quantities), single=single,
+                progress=tell, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
@@ -245,11 +248,12 @@ def _show_walks(result: Result, output: Path, device: str | None, threads: int |
     """Print what a search for a person's walk began with beside what it found, and write a page of both; its path."""
     from warpmuscle.core.files import replace_file
 
-    with log.status("walking as before and after"):
+    with log.status("looking at what was found"):
         from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
 
         if not is_to_walk(result):
             return None
+    with log.status("walking as before and after"):
         walks = before_and_after(result, device=device, threads=threads)
         text = page(*walks, result.command)
     out.print("")

@@ -22,6 +22,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.access import POLICY, POLICY_OF_FILES
 from warpmuscle.view.bones.attachments import attachments
 from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
 from warpmuscle.view.content import doll_content, piece_contents, track_content
@@ -167,6 +168,7 @@ def page_of(
     folder = files("warpmuscle.view") / "assets"
     fields = {
         "title": html.escape(title),
+        "policy": f'<meta http-equiv="{POLICY}" content="{POLICY_OF_FILES}">' if live is waiting is None else "",
         "style": without_comments((folder / "page.css").read_text(encoding="utf-8")),
         "script": "\n".join(without_comments((folder / name).read_text(encoding="utf-8")) for name in SCRIPTS),
         "content": packed_json(content),
