@@ -109,7 +109,7 @@ def test_page_shows_and_hides_muscles_forces_and_desired_pose(opened):
         assert np.mean(np.any(without != whole, axis=-1)) > 1e-4, name
         opened.get_by_label(name).check()
     np.testing.assert_array_equal(picture_of(opened), whole)
-    for name in ("desired pose", "contact shapes", "thickness by force"):
+    for name in ("desired pose", "contact shapes", "thickness by force", "blue to yellow", "dark stage"):
         opened.get_by_label(name).check()
         assert np.mean(np.any(picture_of(opened) != whole, axis=-1)) > 1e-3, name
         opened.get_by_label(name).uncheck()

@@ -41,8 +41,8 @@ SCRIPTS = (
     "save_curves.js", "controls.js", "pushing.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
-    "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "markers", "path",
-    "labels", "norms", "strides", "follow", "turntable", "split",
+    "muscles", "thickness", "yellow", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "markers", "path",
+    "labels", "norms", "strides", "follow", "turntable", "split", "dark",
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
@@ -211,6 +211,7 @@ def _shown(
     there = {
         "muscles": few and any(track.doll.muscles.names for track in tracks),
         "thickness": few and any(track.doll.muscles.names for track in tracks),
+        "yellow": few and any(track.doll.muscles.names for track in tracks),
         "desired": few and any(track.desired is not None for track in tracks),
         "forces": few,
         "path": few,
@@ -221,7 +222,15 @@ def _shown(
         "norms": any("norm" in panel for listed in panels for panel in listed),
         "strides": striding,
     }
-    off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False}
+    off = {
+        "surfaces": False,
+        "shapes": False,
+        "desired": False,
+        "path": False,
+        "thickness": False,
+        "yellow": False,
+        "dark": False,
+    }
     off |= {"turntable": False, "split": split}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 

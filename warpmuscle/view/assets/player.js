@@ -119,6 +119,14 @@ class Player {
     if (name === "follow") this.camera.follow = on;
     if (name === "turntable") this.camera.turntable = on;
     if (name === "split") this.split(on);
+    if (name === "dark") {
+      Object.assign(stage, STAGES[Number(on)]);
+      this.element("scene").closest("main").classList.toggle("dark", on);
+    }
+    if (name === "yellow") {
+      this.renderer.yellow = on;
+      this.shades.draw(this.element("scale"));
+    }
     if (name === "norms") this.plots.norms = on;
     if (name === "strides") {
       this.plots.strides = this.element("stride").firstChild.checked = on;
