@@ -6,14 +6,38 @@ import math
 import time
 from collections.abc import Mapping
 from os import PathLike
-from typing import Any
+from typing import Any, Protocol
 
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.errors import Error
 from warpmuscle.core.extras import need
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.optimization.progress import Progress
-from warpmuscle.sweep.board import SweepProgress
+
+
+class SweepProgress(Protocol):
+    """What is drawn of how far a sweep has come, see `sweep.board`."""
+
+    @property
+    def ended(self) -> int:
+        """Runs that have."""
+
+    @property
+    def evaluated(self) -> int:
+        """Candidates of all runs."""
+
+    @property
+    def best(self) -> float:
+        """Least cost of all runs."""
+
+    @property
+    def best_run(self) -> str:
+        """Its name."""
+
+    @property
+    def training(self) -> TrainingProgress | None:
+        """That of the run `best_run`, where runs are trainings."""
+
 
 AnyProgress = Progress | TrainingProgress | SweepProgress
 
