@@ -134,7 +134,13 @@ def plot(
     subjects = [_subject(one, choices, scene, run) for one in sources]
     if len(several) > 1 and len(subjects) > 1:
         raise Error("a list of curves is drawn of one result at a time")
-    figure: Figure = draw_curves(subjects[0], several) if len(several) > 1 else draw_over(subjects, only)
+    figure: Figure
+    try:
+        figure = draw_curves(subjects[0], several) if len(several) > 1 else draw_over(subjects, only)
+    except Error as error:
+        if several:
+            raise type(error)(f"kind: {error}") from None
+        raise
     if picture is not None:
         save(figure, picture)
     return figure
