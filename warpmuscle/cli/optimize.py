@@ -116,7 +116,8 @@ def optimize(
                                  "single", "tensorboard", "no_open"})  # fmt: skip
         output = resume
         start_warp()
-        from warpmuscle.optimization.resume import resume as go_on
+        with log.status("getting ready"):  # imports take a second
+            from warpmuscle.optimization.resume import resume as go_on
 
         with searches_told(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = go_on(
@@ -135,7 +136,8 @@ def optimize(
         output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
         writable(output)
         start_warp()
-        from warpmuscle.optimization.optimize import optimize as begin
+        with log.status("getting ready"):  # imports take a second
+            from warpmuscle.optimization.optimize import optimize as begin
 
         with searches_told(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = begin(
