@@ -9,7 +9,7 @@ import warpmuscle as wm
 
 
 def first_guesses(folder: Path) -> list[str]:
-    """Some thirty-five guesses; what each gave, as text."""
+    """Some forty guesses; what each gave, as text."""
     said: list[str] = []
 
     def say(value: object) -> None:
@@ -33,6 +33,11 @@ def first_guesses(folder: Path) -> list[str]:
     say(run.plot("Joints"))
     say(run.plot("knee"))
     say(wm.plot(run, "joints"))
+    say(run.plot(["hip flexion", "knee flexion"]))
+    say(run.plot("com y"))
+    say(run["joint_angle"].dims)
+    say(wm.scenes("stairs").names)
+    say(wm.scenes()["fwalk"].muscles)
     say(len(wm.scenes().to_dataframe()))
     run.save(folder / "run.mot")
     run.save(folder / "run.csv")
@@ -47,6 +52,7 @@ def first_guesses(folder: Path) -> list[str]:
         say(rollout.cost().shape)  # 20
         recording = rollout.recording(3)
         say(rollout._repr_html_()[:4])
+        say(wm.show(rollout))
     say(wm.show(recording))  # 21
     say(recording._repr_html_()[:7])  # 22
     wm.save(run.scene, folder / "scene.toml")

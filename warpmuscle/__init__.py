@@ -89,6 +89,18 @@ _ELSEWHERE = {
     "train": "wm.learn trains a policy",
     "film": "a run's save('walk.mp4') makes a film",
     "video": "a run's save('walk.mp4') makes a film",
+    "gait": "wm.measure(recording, scene) measures a gait, and a run has it as run.gait",
+    "render": "wm.show shows a motion",
+    "display": "wm.show shows a motion",
+    "list_scenes": "wm.scenes() lists them",
+    "models": "wm.scenes() lists the shipped scenes",
+    "load_scene": "wm.load reads a scene or a model",
+    "load_model": "wm.load reads a scene or a model",
+    "from_osim": "wm.load reads a scene or a model",
+    "help": "help(wm.simulate) and others of dir(wm) say what they take",
+    "plots": "wm.plot draws",
+    "learning": "wm.learn trains a policy",
+    "gym": "import warpmuscle.gym, then gymnasium.make('warpmuscle/Biped-v0')",
     "export": "a run's save('walk.mot') writes OpenSim's files",
     "judge": "`warpmuscle judge` of the command line is it",
     "report": "`warpmuscle report` of the command line is it",
@@ -96,10 +108,20 @@ _ELSEWHERE = {
 }
 
 
+class _NoFunction(ModuleType):
+    """A sub-package whose name somebody may take for a function's."""
+
+    def __call__(self, *_: Any, **__: Any) -> None:
+        name = self.__name__.rpartition(".")[2]
+        raise TypeError(f"wm.{name} is a package, not a function{_instead(name)}")
+
+
 class _Package(ModuleType):
     """This package, whose functions are not hidden by sub-packages of the same names, once these are imported."""
 
     def __setattr__(self, name: str, value: Any) -> None:
+        if isinstance(value, ModuleType) and name in _ELSEWHERE:
+            value.__class__ = _NoFunction
         if not (name in _HOMES and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 

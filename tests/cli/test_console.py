@@ -1,7 +1,9 @@
 """What commands say while they work, and what the program says by itself."""
 
 import io
+import sys
 import time
+import webbrowser
 
 import pytest
 from typer.testing import CliRunner
@@ -10,6 +12,7 @@ from command_line import run
 from warpmuscle.cli import console
 from warpmuscle.cli.console import PlainConsole, tell_of_compiling
 from warpmuscle.cli.program import TRY, app
+from warpmuscle.cli.view import open_page
 
 
 @pytest.fixture
@@ -76,3 +79,27 @@ def test_the_program_alone_says_what_to_try_and_each_of_it_is_a_command():
     assert all(f"warpmuscle {words}" in done.stdout for words in TRY)
     names = {command.name for command in app.registered_commands}
     assert {words.split()[0] for words in TRY} - {"--help"} <= names
+
+
+def test_lines_come_often_while_somebody_waits_and_seldom_later(monkeypatch):
+    assert console.between_lines() in (console.SILENCE, console.LINES)
+    assert console.SILENCE < 2.0
+    monkeypatch.setattr(console, "_BEGIN", console.time.monotonic())
+    assert console.between_lines() == console.SILENCE
+    monkeypatch.setattr(console, "_BEGIN", console.time.monotonic() - console.AWAITED)
+    assert console.between_lines() == console.LINES
+
+
+def test_a_page_opens_only_where_somebody_sits_before_a_screen(monkeypatch, tmp_path):
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: opened.append(address) or True)
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SSH_CONNECTION"):
+        monkeypatch.delenv(name, raising=False)
+    assert not open_page(tmp_path / "a b.html")
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert open_page(tmp_path / "a b.html")
+    assert opened == [(tmp_path / "a b.html").as_uri()]
+    monkeypatch.setenv("SSH_CONNECTION", "10.0.0.1 22 10.0.0.2 22")
+    assert not open_page(tmp_path / "a b.html")
+    assert len(opened) == 1

@@ -145,7 +145,7 @@ def cases(folder: Path, p: Any = None) -> dict[str, Case]:
                 "excitations": {"HFL": 0.1}, "device": "cpu", "record_rate": 100.0, "trust": False,
             },
         ),
-        "scenes": Case(wm.scenes, {}),
+        "scenes": Case(wm.scenes, {"words": "fwalk"}),
         "quadratic_program": Case(
             wm.quadratic_program,
             {

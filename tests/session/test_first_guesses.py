@@ -1,5 +1,7 @@
 """The first guesses of somebody new work, and a closed rollout says so."""
 
+import copy
+import pickle
 import re
 
 import numpy as np
@@ -68,3 +70,59 @@ def test_a_recording_knows_the_numbers_of_its_instance():
     scenes = [one() for one in made if one is not None]
     assert all(isinstance(scene, Scene) for scene in scenes)
     assert [float(scene.controller.states[0].time) for scene in scenes] == pytest.approx([0.6, 0.7])
+
+
+WRONG = [  # what is typed, and what is to be in the one line that answers
+    ("wm.simulate(['fwalk', 'iwalk'])", "call it once for each"),
+    ("wm.simulate(run)", "its scene is run.scene"),
+    ("wm.load('fwalk').simulate()", "wm.simulate(scene) runs it"),
+    ("wm.load('fwalk').show()", "wm.show(scene) shows it"),
+    ("wm.load('fwalk').muscles", "scene.character.muscles"),
+    ("wm.load('fwalk').duraton", "did you mean 'duration'?"),
+    ("wm.load('run.h5')", "wm.read opens a result"),
+    ("wm.read('fwalk')", "wm.simulate('fwalk') runs it"),
+    ("wm.read('run.h5').cost", "best.cost is the lowest"),
+    ("wm.list_scenes()", "wm.scenes() lists them"),
+    ("wm.view('run.h5')", "wm.show shows a motion"),
+    ("wm.gait(run)", "run.gait"),
+    ("wm.show(3)", "motion must be a run, a result or its file"),
+    ("wm.show(wm.Rollout('fwalk'))", "name instances in Rollout(..., record=[0])"),
+    ("wm.Rollout('fwalk').recording()", "nothing was recorded: name it in Rollout(..., record=[0])"),
+    ("wm.Rollout('fwalk').to_xarray()", "recording(i).to_xarray()"),
+    ("wm.sweep('fwalk')", "a scene takes a grid"),
+    ("wm.sweep('fwalk', grid={'seed': 3})", "grid: seed must have a list of values, not 3"),
+    ("wm.convert('fwalk', 'a.docx')", "by wm.convert as .xml, too"),
+    ("run.save('a.nc')", "to_xarray().to_netcdf(path)"),
+    ("run.view()", "show() shows the motion"),
+    ("run.angles", "run.plot('joints') draws them"),
+    ("run.gait.speed", "speed_forward"),
+    ("run.recording.plot()", "wm.plot(recording"),
+    ("run['hip flexion']", "plot draws curves by their names"),
+    ("run.plot('com')", "name one of 'centre of mass x'"),
+    ("run.plot('hip flexoin')", "did you mean 'Hip flexion'?"),
+    ("run.plot(['hip flexion', 3])", "kind must be a list of texts; 3 is none"),
+]
+
+
+@pytest.fixture(scope="module")
+def walked():
+    return wm.simulate("fwalk", duration=0.2)
+
+
+@pytest.mark.parametrize(("typed", "answer"), WRONG)
+def test_a_wrong_guess_is_answered_in_a_line_that_says_what_to_type(walked, typed, answer, tmp_path, monkeypatch):
+    for package in ("matplotlib", "xarray"):
+        pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    walked.save("run.h5")
+    with pytest.raises((wm.Error, AttributeError, TypeError)) as told:
+        eval(typed, {"wm": wm, "run": walked})
+    assert answer in str(told.value)
+    assert "\n" not in str(told.value)
+
+
+def test_what_says_where_things_are_copies_and_pickles_as_before(walked):
+    assert copy.deepcopy(walked.scene) == walked.scene
+    assert pickle.loads(pickle.dumps(walked.gait)) == walked.gait
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(walked.recording)).time, walked.recording.time)
+    assert not hasattr(walked.recording, "_repr_png_")

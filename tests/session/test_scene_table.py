@@ -3,6 +3,7 @@
 import pytest
 
 import warpmuscle as wm
+from warpmuscle.core.errors import ArgumentError
 
 
 @pytest.fixture(scope="module")
@@ -24,3 +25,14 @@ def test_a_part_of_the_table_is_a_table_that_notebooks_show(table):
     assert len(part) == 2
     assert part._repr_html_().count("<tr>") == 3
     assert part[0] in part
+
+
+def test_a_scene_is_found_by_its_name_and_scenes_by_words(table):
+    assert table["walk56"].muscles == 56
+    with pytest.raises(ArgumentError, match="no scene is called 'wlak56'; did you mean 'walk56'"):
+        table["wlak56"]
+    found = wm.scenes("walk STAIRS")
+    assert "bwalk_stairs" in found
+    assert len(found) < len(table)
+    assert all("stairs" in f"{row.name} {row.description}".lower() for row in found)
+    assert len(wm.scenes("nothing of this kind")) == 0

@@ -1,9 +1,12 @@
 """Which requests a viewer answers, by what a browser says of them."""
 
+from pathlib import Path
+
 import pytest
 
+import warpmuscle
 from warpmuscle.core.errors import Error
-from warpmuscle.view.access import Access, access_to
+from warpmuscle.view.access import POLICY, POLICY_OF_FILES, Access, access_to
 
 SOCKET = [("Upgrade", "websocket"), ("Connection", "Upgrade")]
 
@@ -145,3 +148,15 @@ def test_hosts_where_nothing_can_listen_are_one_clear_error(host):
     with pytest.raises(Error, match="the viewer cannot listen at") as caught:
         access_to(host)
     assert "\n" not in str(caught.value)
+
+
+def test_pages_that_are_files_have_the_policy_of_the_server_too():
+    folder = Path(warpmuscle.__file__).parent
+    pages = sorted((folder / "report" / "templates").glob("*.html"))
+    assert len(pages) == 6
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert f'<meta http-equiv="{POLICY}" content="{POLICY_OF_FILES}">' in text, page.name
+        assert text.index(POLICY) < text.index("<style"), page.name
+    assert "default-src 'none'" in POLICY_OF_FILES
+    assert "connect-src" not in POLICY_OF_FILES  # so that the default holds

@@ -6,6 +6,7 @@ import re
 from importlib.resources import files
 
 import numpy as np
+import pytest
 
 from warpmuscle.core.array_types import Floats
 
@@ -23,9 +24,12 @@ DEUTERANOPIA = np.array(
 )
 
 
-def stops() -> Floats:
+RAMPS = {"red": 0, "yellow": 1}
+
+
+def stops(ramp: str) -> Floats:
     text = (files("warpmuscle.view") / "assets" / "renderer.js").read_text(encoding="utf-8")
-    return np.array(json.loads(re.search(r"const ACTIVATION = (\[.*\]);", text)[1]))
+    return np.array(json.loads(re.search(r"const ACTIVATIONS = (\[.*\]);", text)[1])[RAMPS[ramp]])
 
 
 def linear(colours: Floats) -> Floats:
@@ -36,22 +40,25 @@ def oklab(light: Floats) -> Floats:
     return np.cbrt(np.clip(light, 0.0, 1.0) @ TO_CONES.T) @ TO_LAB.T
 
 
-def test_steps_are_equal_and_each_is_lighter():
-    seen = oklab(linear(stops()))
+@pytest.mark.parametrize("ramp", RAMPS)
+def test_steps_are_equal_and_each_is_lighter(ramp):
+    seen = oklab(linear(stops(ramp)))
     step = np.linalg.norm(np.diff(seen, axis=0), axis=1)
     assert np.ptp(step) < 0.05 * step.mean()
     assert (np.diff(seen[:, 0]) > 0.02).all()
 
 
-def test_rest_is_blue_full_activation_red_and_nothing_is_dark():
-    first, last = stops()[[0, -1]]
+@pytest.mark.parametrize("ramp", RAMPS)
+def test_rest_is_blue_full_activation_red_or_yellow_and_nothing_is_dark(ramp):
+    first, last = stops(ramp)[[0, -1]]
     assert first.argmax() == 2
     assert last.argmax() == 0
-    assert oklab(linear(stops()))[:, 0].min() > 0.44  # black is 0, white 1
+    assert oklab(linear(stops(ramp)))[:, 0].min() > 0.44  # black is 0, white 1
 
 
-def test_who_lacks_a_kind_of_cones_tells_the_stops_apart():
+@pytest.mark.parametrize("ramp", RAMPS)
+def test_who_lacks_a_kind_of_cones_tells_the_stops_apart(ramp):
     for sight in (PROTANOPIA, DEUTERANOPIA):
-        seen = oklab(linear(stops()) @ sight.T)
+        seen = oklab(linear(stops(ramp)) @ sight.T)
         for one, other in itertools.combinations(range(len(seen)), 2):  # 0.02 is just seen
             assert np.linalg.norm(seen[one] - seen[other]) > 0.04 * (other - one), (one, other)

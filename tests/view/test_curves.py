@@ -25,7 +25,8 @@ def test_legs_come_first_from_the_hip_to_the_toes_then_the_trunk_arms_and_the_he
     assert found == [
         "hip flexion", "hip rotation", "hip abduction", "knee flexion", "ankle dorsiflexion", "ankle inversion",
         "toe joint", "trunk flexion", "trunk rotation to the left", "trunk bending to the right",
-        "shoulder", "elbow", "torso head",
+        "shoulder flexion", "shoulder rotation", "shoulder abduction from level", "elbow flexion",
+        "neck flexion", "neck rotation to the left", "neck bending to the right",
     ]  # fmt: skip
 
 
@@ -55,6 +56,30 @@ def test_hips_abduct_and_rotate_inwards_with_a_positive_sign():
         (panel,) = (one for one in panels_of(moved, plain) if (one.group, one.title) == ("angles", "hip abduction"))
         turned[joint] = next(line.values[0] for line in panel.lines if line.name.startswith(joint))
     assert turned == pytest.approx({"lHip": np.degrees(0.3), "rHip": np.degrees(0.3)}, abs=1e-4)
+
+
+def test_arms_that_are_lifted_ahead_flex_and_elbows_bend_with_a_positive_sign():
+    scene = load("walk56")
+    plain = substitute(scene, start_values(scene))
+    pose = first_pose(plain)
+    for side, outwards in (("l", 1.0), ("r", -1.0)):  # in the reference pose arms point aside
+        hanging = from_rotation_vector(np.array([0.0, 0.0, -0.5 * np.pi * outwards]))
+        lifted = multiply(from_rotation_vector(np.array([-0.3, 0.0, 0.0])), hanging)
+        assert rotate(lifted, np.array([outwards, 0.0, 0.0])) == pytest.approx([0.0, -np.cos(0.3), np.sin(0.3)])
+        bent = from_rotation_vector(np.array([0.0, -0.5 * outwards, 0.0]))  # which brings the hand ahead
+        assert rotate(multiply(hanging, bent), np.array([outwards, 0.0, 0.0]))[2] > 0.0
+        joint, body = np.array(pose.joint_orientation), np.array(pose.body_orientation)
+        for name, turn in ((f"{side}Shoulder", lifted), (f"{side}Elbow", bent)):
+            parts = plain.character.joints[name]
+            parent, child = (pose.body_names.index(one) for one in (parts.parent, parts.child))
+            joint[:, pose.joint_names.index(name)] = turn
+            body[:, child] = multiply(body[:, parent], turn)
+        moved = dataclasses.replace(pose, joint_orientation=joint, body_orientation=body)
+        found = {one.title: line.values[0] for one in panels_of(moved, plain) if one.group == "angles"
+                 for line in one.lines if line.name.startswith(side)}  # fmt: skip
+        assert found["shoulder flexion"] == pytest.approx(np.degrees(0.3), abs=1e-4)
+        assert found["shoulder abduction from level"] == pytest.approx(-90.0, abs=1e-4)
+        assert found["elbow flexion"] == pytest.approx(np.degrees(0.5), abs=1e-4)
 
 
 def test_a_trunk_that_leans_ahead_flexes_and_turns_to_the_left_with_a_positive_sign():

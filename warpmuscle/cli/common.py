@@ -7,9 +7,9 @@ import re
 import shlex
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -84,6 +84,12 @@ Quantities = Annotated[
     ),
 ]  # fmt: skip
 Single = Annotated[bool, typer.Option("--single", help="Keep motions in single precision, which takes half the room.")]
+BoardFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--tensorboard", metavar="FOLDER", help="Write how it goes into this folder, too, as files of TensorBoard."
+    ),
+]
 Trust = Annotated[
     bool,
     typer.Option(
@@ -313,3 +319,20 @@ def _quantities(given: str | None) -> str | None:
 def quantities_in(given: str | None) -> list[str] | None:
     """The names in `com,muscle_force`; None if all quantities are kept."""
     return None if given is None else [name.strip() for name in given.split(",") if name.strip()]
+
+
+@contextlib.contextmanager
+def board_too(tell: Callable[[Any], None], folder: Path | None) -> Iterator[Callable[[Any], None]]:
+    """What is to be told of progress: a bar, and within a folder TensorBoard's files, if one is named."""
+    if folder is None:
+        yield tell
+        return
+    from warpmuscle.report.scalar_log import TensorBoard
+
+    with TensorBoard(folder) as board:
+
+        def both(progress: Any) -> None:
+            tell(progress)
+            board(progress)
+
+        yield both

@@ -21,7 +21,14 @@ if TYPE_CHECKING:
 
 
 LINES = 10.0  # s between two lines of progress where there is no terminal to draw it in
-SILENCE = 9.0  # s, after which a line says what is going on
+SILENCE = 1.9  # s, the same of a work's first minutes, whose reader waits
+AWAITED = 120.0  # s since the program's start, which those minutes are
+_BEGIN = time.monotonic()
+
+
+def between_lines() -> float:
+    """Seconds between two lines of progress where there is no terminal to draw it in."""
+    return SILENCE if time.monotonic() - _BEGIN < AWAITED else LINES
 
 
 class _Lines:
@@ -33,7 +40,7 @@ class _Lines:
         threading.Thread(target=self._tell, daemon=True).start()
 
     def _tell(self) -> None:
-        while not self._ended.wait(SILENCE):
+        while not self._ended.wait(between_lines()):
             self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
 
     def end(self) -> None:
@@ -63,7 +70,7 @@ class _Status(Status):
 
     def update(self, status: Any = None, **options: Any) -> None:
         if isinstance(status, str):
-            if not self._console.is_terminal and time.monotonic() - self._line > LINES:
+            if not self._console.is_terminal and time.monotonic() - self._line > between_lines():
                 self._line = time.monotonic()
                 self._console.print(status)
             self.text, status = status, _Timed(status)
@@ -187,15 +194,16 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     from warpmuscle.scene.parameters import start_values, substitute
 
     plain = substitute(scene, start_values(scene))
-    effort = spent(steady, plain)
-    cost = None if effort is None else cost_of_transport(effort.power, speed)
-    if effort is None or cost is None:
-        return
+    with log.status("adding up what its muscles spend"):
+        effort = spent(steady, plain)
+        cost = None if effort is None else cost_of_transport(effort.power, speed)
+        if effort is None or cost is None:
+            return
+        two = bhargava_costs(steady, plain, speed)
     common = f"{effort.common_power / speed:.2f}"
     beside = "" if common == f"{cost:.2f}" else f" ({common} at {COMMON_TENSION / 1e6:g} MPa)"
     words = accounting(plain, steady.muscle_names)
     out.print(f"cost of transport {cost:.2f} J/(kg m){beside}: {words}", markup=False)
-    two = bhargava_costs(steady, plain, speed)
     net, strict = two.get(BHARGAVA_NET), two.get(BHARGAVA_STRICT)
     if net is not None and strict is not None:
         known = REFERENCES["cost of transport"]

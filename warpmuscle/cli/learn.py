@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
+    BoardFolder,
     Device,
     Settings,
     Threads,
     Trust,
+    board_too,
     command_line,
     load_scene,
     refuse_besides,
@@ -70,6 +72,7 @@ def learn(
         typer.Option("--output", "-o", help="HDF5 file to write and to replace; by default SCENE_policy.h5."),
     ] = None,
     resume: Annotated[Path | None, typer.Option(help="Go on with the training of this HDF5 file instead.")] = None,
+    tensorboard: BoardFolder = None,
 ) -> None:
     """Learn a policy that moves the scene, thousands of bodies at once, by proximal policy optimisation.
 
@@ -79,11 +82,13 @@ def learn(
     """
     limit = None if until is None else seconds(until)
     if resume is not None:
-        refuse_besides(context, {"until", "iterations", "target", "device", "threads", "resume", "trust"})
+        refuse_besides(
+            context, {"until", "iterations", "target", "device", "threads", "resume", "trust", "tensorboard"}
+        )
     elif not sources:
         raise Error("learn takes a scene, or --resume and a file")
     begin = time.monotonic()
-    with TrainingBar() as bar:
+    with TrainingBar() as bar, board_too(bar.update, tensorboard) as tell:
         if resume is not None:
             output = resume
             _start()
@@ -91,7 +96,7 @@ def learn(
 
             trained = go_on(
                 resume, device=device, iterations=iterations, until=limit, target=target, threads=threads,
-                command=command_line(), progress=bar.update,
+                command=command_line(), progress=tell,
             )  # fmt: skip
         else:
             start_driver(device)
@@ -110,7 +115,7 @@ def learn(
             trained = begin_training(
                 scene, output, options=values | parsed(option or []), source=source, seed=seed, device=device,
                 iterations=iterations, until=limit, target=target, threads=threads, command=command_line(),
-                progress=bar.update,
+                progress=tell,
             )  # fmt: skip
     _print_trained(trained, time.monotonic() - begin)
     out.print(f"wrote {output}")

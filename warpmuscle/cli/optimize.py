@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from warpmuscle.cli.common import (
+    BoardFolder,
     Device,
     Duration,
     FreeNumbers,
@@ -21,6 +22,7 @@ from warpmuscle.cli.common import (
     Threads,
     TimeStep,
     Trust,
+    board_too,
     changed,
     command_line,
     doubts_printed,
@@ -97,6 +99,10 @@ def optimize(
     resume: Annotated[Path | None, typer.Option(help="Go on with the search of this HDF5 file instead.")] = None,
     quantities: Quantities = None,
     single: Single = False,
+    tensorboard: BoardFolder = None,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Do not open the page of the walk before and after in the browser.")
+    ] = False,
 ) -> None:
     """Search for the scene's free parameters of lowest cost, all candidates in batched simulations.
 
@@ -107,15 +113,16 @@ def optimize(
     limit, scene = None if until is None else seconds(until), None
     if resume is not None:
         refuse_besides(context, {"candidates", "until", "target", "device", "threads", "resume", "trust", "quantities",
-                                 "single"})  # fmt: skip
+                                 "single", "tensorboard", "no_open"})  # fmt: skip
         output = resume
         start_warp()
-        from warpmuscle.optimization.resume import resume as go_on
+        with log.status("getting ready"):  # imports take a second
+            from warpmuscle.optimization.resume import resume as go_on
 
-        with search_notes_printed(), _kept(output), ProgressBar() as bar:
+        with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
-                progress=bar.update, quantities=quantities_in(quantities), single=single,
+                progress=tell, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     elif sources:
         start_driver(device)
@@ -129,28 +136,34 @@ def optimize(
         output = output if output is not None else Path(f"{file_name(scene.name)}.h5")
         writable(output)
         start_warp()
-        from warpmuscle.optimization.optimize import optimize as begin
+        with log.status("getting ready"):  # imports take a second
+            from warpmuscle.optimization.optimize import optimize as begin
 
-        with search_notes_printed(), _kept(output), ProgressBar() as bar:
+        with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
-                progress=bar.update, quantities=quantities_in(quantities), single=single,
+                progress=tell, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
-    _print_all(result, bar, scene, output, device, threads)
+    _print_all(result, bar, scene, output, device, threads, no_open)
 
 
 def _print_all(
-    result: Result, bar: ProgressBar, begun: Scene | None, output: Path, device: str | None, threads: int | None
-) -> None:
-    """Print what was found and where it is; `begun` as of `_print_result`."""
+    result: Result, bar: ProgressBar, begun: Scene | None, output: Path, device: str | None, threads: int | None,
+    no_open: bool,
+) -> None:  # fmt: skip
+    """Print what was found and where it is, last what to look at; `begun` as of `_print_result`."""
+    from warpmuscle.cli.view import open_page
+
     _print_result(result, bar, begun)
     out.print(f"wrote {output}")
-    if not received():  # else there may be little time left
-        _show_walks(result, output, device, threads)
+    page = None if received() else _show_walks(result, output, device, threads)  # else there may be little time left
     suggest(f"`warpmuscle report {output}` says what it found")
+    if page is not None:
+        opened = not no_open and log.is_terminal and open_page(page)
+        out.print(f"{page} shows both walks side by side: {'it opens' if opened else 'open it'} in a browser")
 
 
 def _with_objective(scene: Scene, free: list[str] | None, settings: list[str] | None) -> Scene:
@@ -233,13 +246,15 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
         print_warnings(mass_warnings(plain))
 
 
-def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> None:
-    """Print what a search for a person's walk began with beside what it found, and write a page of both."""
+def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> Path | None:
+    """Print what a search for a person's walk began with beside what it found, and write a page of both; its path."""
     from warpmuscle.core.files import replace_file
-    from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
 
-    if not is_to_walk(result):
-        return
+    with log.status("looking at what was found"):
+        from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
+
+        if not is_to_walk(result):
+            return None
     with log.status("walking as before and after"):
         walks = before_and_after(result, device=device, threads=threads)
         text = page(*walks, result.command)
@@ -248,7 +263,7 @@ def _show_walks(result: Result, output: Path, device: str | None, threads: int |
         out.print(line, markup=False)
     path = output.with_name(f"{output.stem}_before_after.html")
     replace_file(path, text)
-    out.print(f"wrote {path}: both side by side")
+    return path
 
 
 def stands_still(scene: Scene, gait: Gait) -> bool:

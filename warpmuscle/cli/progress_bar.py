@@ -12,7 +12,7 @@ from rich.progress import Progress as Bars
 from rich.table import Column
 from rich.text import Text
 
-from warpmuscle.cli.console import LINES, log
+from warpmuscle.cli.console import between_lines, log
 from warpmuscle.core.plain_text import printable
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ class Bar:
         self._task = self._bars.add_task("", total=1.0, done="", state="")
 
     def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self.show(0.0, "", "getting ready")
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -66,7 +68,7 @@ class Bar:
             at_once: where there is no terminal, do not wait until it is time for another line.
         """
         if not self._console.is_terminal:
-            if at_once or time.monotonic() - self._line > LINES:
+            if at_once or time.monotonic() - self._line > between_lines():
                 self._line = time.monotonic()
                 self._console.print(f"{done}: {state}" if state else done)
             return

@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, search_notes_printed, seconds, start_warp
+from warpmuscle.cli.common import (
+    BoardFolder,
+    Device,
+    Population,
+    Trust,
+    board_too,
+    doubts_printed,
+    search_notes_printed,
+    seconds,
+    start_warp,
+)
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
@@ -51,6 +61,7 @@ def sweep(
     ] = None,
     status: Annotated[bool, typer.Option("--status", help="Only print how far the sweep has got.")] = False,
     trust: Trust = False,
+    tensorboard: BoardFolder = None,
 ) -> None:
     """Run many optimisations of a scene with other numbers, or trainings of policies, gathered into one file.
 
@@ -78,10 +89,10 @@ def sweep(
     from warpmuscle.sweep.status import sweep_status
 
     begin = time.perf_counter()
-    with progress_shown() as bar:
+    with progress_shown() as bar, board_too(bar.update, tensorboard) as tell:
         result = run(
             plan, output, cluster=cluster, device=device, threads=threads, share=share, part=part,
-            command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=bar.update,
+            command=f"warpmuscle sweep {shlex.quote(file.name)}", progress=tell,
         )  # fmt: skip
     _print_status(sweep_status(result.folder.path))
     took = f"{time.perf_counter() - begin:.1f} s"

@@ -215,6 +215,18 @@ def _open(server: PageServer, no_open: bool) -> None:
         webbrowser.open(server.url_once)
 
 
+def open_page(path: Path) -> bool:
+    """Open a file in the browser where somebody sits before a screen; whether it does."""
+    import os
+    import sys
+    import webbrowser
+
+    own_screen = sys.platform in ("win32", "darwin") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+    if not own_screen or os.environ.get("SSH_CONNECTION"):
+        return False
+    return webbrowser.open(path.absolute().as_uri())
+
+
 def _serve(viewer: Viewer) -> None:
     """Show it until Ctrl-C."""
     viewer.start()

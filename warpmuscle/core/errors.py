@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from warpmuscle.core.plain_text import one_line
@@ -55,6 +57,19 @@ class SignalError(Error):
 def shortened(text: str) -> str:
     """A text with its middle left out if it is too long to be read, as a message that quotes a long word may be."""
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 2 :]}"
+
+
+def lacking(thing: str, name: str, known: Iterable[str], instead: Mapping[str, str]) -> AttributeError:
+    """What is raised for an attribute that a thing does not have: what to type instead, or the nearest that it has.
+
+    Args:
+        thing: in words, such as "a run". known: what it has. instead: what to type, by names that are often tried.
+    """
+    hint = instead.get(name, "")
+    if not hint and not name.startswith("_"):
+        found = difflib.get_close_matches(name, [one for one in known if not one.startswith("_")], n=1)
+        hint = f"did you mean {found[0]!r}?" if found else ""
+    return AttributeError(f"{thing} has no {name!r}" + (f"; {hint}" if hint else ""))
 
 
 class ArgumentError(Error, ValueError):

@@ -11,6 +11,7 @@ EXTRAS = {
     "sklearn": ("scikit-learn", "synergies"),
     "matplotlib": ("matplotlib", "plot"),
     "jinja2": ("jinja2", "plot"),
+    "tensorboard": ("TensorBoard", "tensorboard"),
     "imageio_ffmpeg": ("imageio-ffmpeg", "video"),
 }
 BY_SUFFIX = {".png": "matplotlib", ".svg": "matplotlib", ".pdf": "matplotlib", ".mp4": "imageio_ffmpeg"}

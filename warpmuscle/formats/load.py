@@ -141,6 +141,10 @@ def scene_of(given: SceneLike, name: str = "scene", trust: bool = False) -> Scen
     if isinstance(given, str | PathLike) and given:
         return load(given, trust=trust)
     hint = "; best_scene(result)[0] is that of a result" if hasattr(given, "replays") else ""
+    if hasattr(given, "result"):
+        hint = "; its scene is run.scene"
+    elif isinstance(given, list | tuple):
+        hint = "; call it once for each"
     raise SceneError(f"{name} must be a scene, its name or its file, not {in_words(given)}{hint}")
 
 
@@ -172,7 +176,8 @@ def _warn(doubts: Iterable[SceneError], stacklevel: int = 3) -> None:
 def _shipped(name: str) -> Path:
     """Path of a shipped scene."""
     if "/" in name or Path(name).exists():
-        raise SceneError(f"a scene is read from {', '.join(READ)}", file=name)
+        hint = "; wm.read opens a result" if name.endswith((".h5", ".hdf5")) else ""
+        raise SceneError(f"a scene is read from {', '.join(READ)}{hint}", file=name)
     path = shipped_file(f"{name}.toml")
     if path is not None and is_scene(path):
         return path

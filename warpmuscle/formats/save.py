@@ -47,7 +47,7 @@ def save(scene: SceneLike, path: str | Path, ignored: list[Ignored] | None = Non
         as_kind(list, ignored, "ignored")
     suffix = path.suffix.lower()
     if suffix not in WRITTEN:
-        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(WRITTEN)}")
+        raise SceneError(f"{path.name!r}: a scene is written as {', '.join(WRITTEN)}; by wm.convert as .xml, too")
     if suffix == ".toml":
         toml.write(scene, path)
         return

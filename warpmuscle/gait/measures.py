@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from warpmuscle.core.arguments import as_kind, as_number, as_text, in_words
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import ArgumentError, Error
+from warpmuscle.core.errors import ArgumentError, Error, lacking
 from warpmuscle.core.pose import about, conjugate, rotate, twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.over_belts import over_belts
@@ -37,6 +37,12 @@ class Gait:
     step_width: float | None  # m, mean; negative where feet cross
     cadence: float | None  # steps/min, between the first and the last of them
     heading_drift: float  # rad, heading at the end minus heading at the start; positive to the left
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried."""
+            raise lacking("a gait", name, dir(self), {"speed": "it has speed_forward and speed_horizontal"})
 
 
 def feet_of(scene: Scene) -> tuple[str, str]:

@@ -85,7 +85,7 @@ KINDS: dict[str, Kind] = {
 
 def plot(
     source: Source | Sequence[Source],
-    kind: str = "angles",
+    kind: str | Sequence[str] = "angles",
     path: str | Path | None = None,
     *,
     scene: SceneLike | None = None,
@@ -103,7 +103,7 @@ def plot(
         source: a result, a run, or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of
             these, to be drawn over one another where the kind is one of `overlay.OVERLAYS`.
         kind: one of `KINDS`; or `dataset:` and the path of a dataset in a file; or the name of a curve, such as `hip
-            flexion`, `knee moment`, a degree of freedom or a muscle, see `one_curve`.
+            flexion`, `knee moment`, a degree of freedom or a muscle, or a list of curves, see `one_curve`.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
         scene: of a recording, or its name or file; free parameters count with their start values.
         joints: names or patterns such as `l*` of what is shown, by default all. muscles: the same.
@@ -119,7 +119,8 @@ def plot(
         Absent: the source does not hold what the kind shows.
         Error: matplotlib is not installed, an unknown kind or choice, or a file cannot be read or written.
     """
-    as_text(kind, "kind")
+    several = as_texts(kind, "kind") if isinstance(kind, list | tuple) and kind else ()
+    only = several[0] if several else as_text(kind, "kind")
     picture = None if path is None else as_path(path, "path")
     if picture is not None:
         check_picture(picture)
@@ -130,7 +131,16 @@ def plot(
     sources = list(source) if isinstance(source, list | tuple) else [source]
     if not sources:
         raise Error("source must be a result, a recording, the path of a file, or a list of these, not an empty list")
-    figure: Figure = draw_over([_subject(one, choices, scene, run) for one in sources], kind)
+    subjects = [_subject(one, choices, scene, run) for one in sources]
+    if len(several) > 1 and len(subjects) > 1:
+        raise Error("a list of curves is drawn of one result at a time")
+    figure: Figure
+    try:
+        figure = draw_curves(subjects[0], several) if len(several) > 1 else draw_over(subjects, only)
+    except Error as error:
+        if several:
+            raise type(error)(f"kind: {error}") from None
+        raise
     if picture is not None:
         save(figure, picture)
     return figure
@@ -187,7 +197,13 @@ def draw(subject: Subject, kind: str) -> Any:
             return dataset.draw(subject, kind.removeprefix(DATASET))
         if (known := kind_named(kind, KINDS)) in KINDS:
             return KINDS[known].draw(subject)
-        return one_curve.draw(subject, _curve_named(subject, kind))
+        return one_curve.draw(subject, [_curve_named(subject, kind)])
+
+
+def draw_curves(subject: Subject, names: Sequence[str]) -> Any:
+    """The matplotlib figure of several curves below one another; see `draw` for what it raises."""
+    with style():
+        return one_curve.draw(subject, [_curve_named(subject, name) for name in names])
 
 
 def _curve_named(subject: Subject, name: str) -> str:

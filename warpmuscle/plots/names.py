@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 ALIASES = {"grf": "ground_force", "emg": "activation", "excitation": "control"}
+CURVES = {"com": "centre of mass", "center of mass": "centre of mass"}  # the same of curves
 FEW = 6  # names that a message lists
 
 
@@ -24,6 +26,8 @@ def kind_named(name: str, kinds: Iterable[str]) -> str:
 def curves_named(name: str, curves: Iterable[str]) -> list[str]:
     """Curves that a name means: the one that is called so, or else all that hold its words."""
     asked, listed = plain(name), list(curves)
+    for word, meant in CURVES.items():
+        asked = re.sub(rf"\b{word}\b", meant, asked)
     exact = [curve for curve in listed if plain(curve) == asked]
     if exact or not asked:
         return exact[:1]

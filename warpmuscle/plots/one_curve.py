@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,20 +20,27 @@ from warpmuscle.scene.norms import LEG_ANGLES
 HEIGHT = 3.0  # inches
 
 
-def draw(subject: Subject, name: str) -> Any:
-    """A curve over the gait cycle, both sides, with people's; or over time, where the motion has no cycles.
+def draw(subject: Subject, names: Sequence[str]) -> Any:
+    """Curves below one another: over the gait cycle, both sides, with people's; or over time, of what has no cycles.
 
     Args:
-        name: one of `curve_names`, in any case.
+        names: of `curve_names`, in any case.
     """
-    wanted = name.strip().lower()
-    if subject.walks:
-        for title, curve in gait_curves(subject.recording, subject.scene, subject.strides).items():
-            if title.lower() == wanted:
-                return _over_cycle(subject, title, curve)
-    return next(
-        _lines(subject, title, unit, lines) for title, unit, lines in _over_time(subject) if title.lower() == wanted
-    )
+    figure = page(HEIGHT * len(names))
+    cyclic = gait_curves(subject.recording, subject.scene, subject.strides) if subject.walks else {}
+    titles = {title.lower(): title for title in cyclic}
+    over_time = {title.lower(): (title, unit, lines) for title, unit, lines in _over_time(subject)}
+    for name, axes in zip(names, figure.subplots(len(names), squeeze=False)[:, 0], strict=True):
+        wanted = name.strip().lower()
+        if wanted in titles:
+            _over_cycle(subject, titles[wanted], cyclic[titles[wanted]], axes)
+        else:
+            _lines(subject, *over_time[wanted], axes)
+        if len(names) > 1:
+            axes.set_title(name.strip(), loc="left")
+    legend_below(figure, axes)
+    heading(figure, f"{subject.scene.name}: {', '.join(name.strip().lower() for name in names)}")
+    return figure
 
 
 def curve_names(subject: Subject) -> list[str]:
@@ -42,9 +49,7 @@ def curve_names(subject: Subject) -> list[str]:
     return list(dict.fromkeys([*cyclic, *(title for title, _, _ in _over_time(subject))]))
 
 
-def _over_cycle(subject: Subject, title: str, curve: Any) -> Any:
-    figure = page(HEIGHT)
-    axes = figure.subplots()
+def _over_cycle(subject: Subject, title: str, curve: Any, axes: Any) -> None:
     if subject.choices.norms:
         if title in LEG_ANGLES:
             angle_bands(axes, title, subject.runs)
@@ -59,9 +64,6 @@ def _over_cycle(subject: Subject, title: str, curve: Any) -> Any:
     axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
     cycle_axis(axes)
     axes.set(xlabel="gait cycle (%)", ylabel=f"{title.split()[-1]} ({curve.unit})")
-    legend_below(figure, axes)
-    heading(figure, f"{subject.scene.name}: {title[0].lower()}{title[1:]}")
-    return figure
 
 
 def _over_time(subject: Subject) -> Iterator[tuple[str, str, dict[str, Floats]]]:
@@ -77,18 +79,16 @@ def _over_time(subject: Subject) -> Iterator[tuple[str, str, dict[str, Floats]]]
         yield degree.name, "deg" if turns else degree.unit, {"": np.degrees(degree.values) if turns else degree.values}
     for k, muscle in enumerate(recording.muscle_names):
         yield muscle, "activation", {"": recording.muscle_activation[:, k]}
+        if len(recording.muscle_force):
+            yield f"{muscle} force", "N", {"": recording.muscle_force[:, k]}
+    for k, axis in enumerate("xyz" if len(recording.com) else ""):
+        yield f"centre of mass {axis}", "m", {"": recording.com[:, k]}
     for k, (name, unit) in enumerate(zip(recording.recorded_names, recording.recorded_units, strict=True)):
         yield name, unit, {"": recording.recorded[:, k]}
 
 
-def _lines(subject: Subject, title: str, unit: str, lines: dict[str, Floats]) -> Any:
-    figure = page(HEIGHT)
-    axes = figure.subplots()
+def _lines(subject: Subject, title: str, unit: str, lines: dict[str, Floats], axes: Any) -> None:
     for side, values in lines.items():
         axes.plot(subject.recording.time, values, color=SIDE_COLORS.get(side, PALETTE[0]), label=side or None)
     axes.margins(x=0.0)
     axes.set(xlabel="time (s)", ylabel=unit if unit == "activation" else f"{title.split()[-1]} ({unit})")
-    if len(lines) > 1:
-        legend_below(figure, axes)
-    heading(figure, f"{subject.scene.name}: {title}")
-    return figure

@@ -24,6 +24,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.studies import judge
 from warpmuscle.studies.walkers import SceneWalker
+from warpmuscle.view.access import POLICY, POLICY_OF_FILES
 from warpmuscle.view.page import iframe, replay_html
 
 LASTING = 10.0  # s, of the walk that is measured
@@ -44,6 +45,8 @@ MEASURES = {
 }
 _STYLE = """body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
 table { border-collapse: collapse; } th, td { padding: .2rem .9rem; border-bottom: 1px solid #ccc; text-align: left; }
+@media (max-width: 40rem) { body { margin: 1rem auto; padding: 0 .5rem; } h1 { font-size: 1.4rem; }
+th, td { padding: .2rem .3rem; } }
 td.number { text-align: right; font-variant-numeric: tabular-nums; } @media (prefers-color-scheme: dark) {
 body { background: #16181c; color: #e6e6e6; } th, td { border-color: #444; } }"""
 _HEIGHT = 620  # px
@@ -139,6 +142,7 @@ def page(before: Walked, after: Walked, command: str = "") -> str:
     notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in [*_notes(after), *([command] if command else [])])
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="{POLICY}" content="{POLICY_OF_FILES}">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
         f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{iframe(replay, _HEIGHT)}\n"
         f"<table>\n<tr>{head}</tr>\n{body}\n</table>\n{notes}</body>\n</html>\n"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.errors import ArgumentError, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
 from warpmuscle.core.plain_text import number_of
@@ -56,6 +56,14 @@ _JOINT_VECTOR = ("frame", "joint", "x y z")
 _JOINT_QUATERNION = ("frame", "joint", "x y z w")
 
 
+INSTEAD = {
+    "plot": "wm.plot(recording, 'hip flexion', scene=scene) draws a curve",
+    "show": "wm.show(recording) shows it",
+    "to_csv": "to_dataframe().to_csv(path) writes one",
+    "to_pandas": "to_dataframe() is a table of pandas",
+    "positions": "body_position has them",
+    "angles": "joint_angle has them",
+}  # by what is often tried
 LISTED = 8  # bodies, joints and muscles that a notebook's table names
 
 
@@ -194,6 +202,12 @@ class Recording:
         rows += [(f"{len(names)} {what}", ", ".join(names[:LISTED]) + (", ..." if len(names) > LISTED else ""))
                  for what, names in lists.items() if names]  # fmt: skip
         return html_table(("recording", ""), rows)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried."""
+            raise lacking("a recording", name, dir(type(self)), INSTEAD)
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.4g} to {self.time[-1]:.4g} s" if self.frames else ""

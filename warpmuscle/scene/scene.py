@@ -10,10 +10,11 @@ joint axis has the same coordinates in parent and child.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
+from warpmuscle.core.errors import lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.scene.body_contact.part import BodyContact
 from warpmuscle.scene.character.opensim import BallCoordinates, DrawnMesh, Marker, OpenSim, drawable
@@ -210,6 +211,23 @@ class Ground(Part):
     treadmill: Treadmill | None = None  # by which it moves along itself; none: it stands still
 
 
+INSTEAD = {
+    "simulate": "wm.simulate(scene) runs it",
+    "run": "wm.simulate(scene) runs it",
+    "show": "wm.show(scene) shows it",
+    "view": "wm.show(scene) shows it",
+    "plot": "wm.simulate(scene).plot(...) draws its motion",
+    "save": "wm.save(scene, 'scene.toml') writes it",
+    "write": "wm.save(scene, 'scene.toml') writes it",
+    "to_toml": "wm.save(scene, 'scene.toml') writes it",
+    "to_dict": "wm.save(scene, 'scene.toml') writes it as a file of tables",
+    "optimize": "wm.optimize(scene) searches",
+    "parameters": "wm.Rollout(scene).parameters are its free ones",
+    "set": "wm.load(scene, set={...}) changes numbers",
+    "dt": "scene.time_step is the time step, s",
+}  # by what is often tried
+
+
 class Scene(Part):
     """A complete experiment."""
 
@@ -273,6 +291,14 @@ class Scene(Part):
     def pairs(self) -> dict[str, tuple[str, str]]:
         """Joints, left and right, that belong together, by a name for both."""
         return {} if self.simbicon is None else self.simbicon.pairs
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried, or where a part is."""
+            if name in {field.name for field in msgspec.structs.fields(Character)}:
+                raise AttributeError(f"a scene has no {name!r}, but its character has: scene.character.{name}")
+            raise lacking("a scene", name, dir(type(self)), INSTEAD)
 
     def __repr__(self) -> str:
         parts = self.character

@@ -17,6 +17,15 @@ from warpmuscle.view.page import Page
 RESULTS = (".h5", ".hdf5")
 PAGES = (".html", ".htm")
 FILMS = (".mp4", ".gif", ".webp")
+OTHERS = {
+    ".nc": "; a run's to_xarray().to_netcdf(path) writes one",
+    ".parquet": "; a run's to_dataframe().to_parquet(path) writes one",
+    ".xlsx": "; a run's to_dataframe().to_excel(path) writes one",
+    ".toml": "; wm.save(run.scene, path) writes the scene",
+    ".json": "; a run's to_dataframe().to_json(path) writes one",
+    ".pkl": "; .h5 keeps all of it",
+    ".npz": "; .h5 keeps all of it",
+}
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
 
@@ -46,4 +55,5 @@ def keep(result: Result, path: str | PathLike[str], page: Callable[[], Page]) ->
     else:
         known = ", ".join((RESULTS[0], PAGES[0], *sto.SUFFIXES, *FILMS))
         hint = f"; plot(kind, {str(place)!r}) draws a figure" if suffix in PICTURES else ""
+        hint = hint or OTHERS.get(suffix, "")
         raise ArgumentError(f"path must end in {known}, not {place.suffix!r}{hint}")

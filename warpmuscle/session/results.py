@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, overload
 
 from warpmuscle.core.arguments import as_path
+from warpmuscle.core.errors import ResultError, lacking
+from warpmuscle.formats import scene_names
 from warpmuscle.optimization.optimize import optimize as _optimize
 from warpmuscle.optimization.resume import resume as _resume
 from warpmuscle.plots import plot
@@ -23,11 +25,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 P = ParamSpec("P")
+INSTEAD = {
+    "cost": "best.cost is the lowest, evaluations.cost has all",
+    "costs": "evaluations.cost has all",
+    "best_scene": "wm.best_scene(result)[0] is the scene found",
+    "params": "best.params are those of the best candidate",
+    "x": "best.params are those of the best candidate",
+    "fun": "best.cost is the lowest cost",
+    "recording": "replays has its motions",
+    "recordings": "replays has its motions",
+    "to_xarray": "replays[0].to_xarray() is the first motion",
+    "to_dataframe": "replays[0].to_dataframe() is the first motion",
+    "view": "show() shows its motions",
+}  # by what is often tried
 
 
 @dataclass(frozen=True, repr=False)
 class ShownResult(Result):
     """A result of a search or a simulation with what one does with it first."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried."""
+            raise lacking("a result", name, dir(self), INSTEAD)
 
     def show(self, replay: int | None = None, *, meshes: str | PathLike[str] | None = None) -> Page:
         """Its motions as a page, see `warpmuscle.show`.
@@ -40,7 +61,7 @@ class ShownResult(Result):
         """
         return show(self, replay=replay, meshes=meshes)
 
-    def plot(self, what: str = "angles", path: str | PathLike[str] | None = None) -> Figure:
+    def plot(self, what: str | Sequence[str] = "angles", path: str | PathLike[str] | None = None) -> Figure:
         """A figure, such as "angles", "hip flexion", "convergence" or "parameters"; see `warpmuscle.plot`.
 
         Raises:
@@ -85,5 +106,7 @@ def read(path: str | Path, run: None = None, *, replay: int | None = None) -> Sh
 @functools.wraps(_read)
 def read(path: str | Path, run: str | None = None, *, replay: int | None = None) -> ShownResult | Any:
     """See `results.sweeps.read`."""
+    if isinstance(path, str) and path in scene_names():
+        raise ResultError(f"{path} is a scene: wm.simulate({path!r}) runs it, wm.load({path!r}) reads it")
     found = _read(path, run, replay=replay) if run is not None else _read(path, replay=replay)
     return shown(found) if type(found) is Result else found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 
 from warpmuscle.core.arguments import as_kind, as_number, as_path
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import ArgumentError, CommandWarning
+from warpmuscle.core.errors import ArgumentError, CommandWarning, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike, scene_of, toml
@@ -41,6 +41,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+INSTEAD = {
+    "to_pandas": "to_dataframe() is a table of pandas",
+    "to_numpy": "run.recording has the arrays",
+    "to_netcdf": "to_xarray().to_netcdf(path) writes one",
+    "to_csv": "save('run.csv') writes one",
+    "view": "show() shows the motion",
+    "play": "show() shows the motion",
+    "render": "show() shows the motion",
+    "film": "save('run.mp4') makes a film",
+    "cost": "run.terms has the terms of the objective",
+    "keys": "run.to_xarray() lists what was recorded",
+    "angles": "run.plot('joints') draws them, run.to_xarray()['joint_angle'] has them",
+    "joint_angles": "run.to_xarray()['joint_angle'] has them",
+    "muscles": "run.recording.muscle_activation, muscle_force and others are by run.recording.muscle_names",
+    "activations": "run.recording.muscle_activation has them",
+    "forces": "run.recording.muscle_force and foot_force have them",
+    "data": "run.recording has the arrays, run.to_xarray() them with names and units",
+    "metrics": "run.gait has speed and steps",
+    "optimize": "wm.optimize(run.scene) searches",
+}  # by what is often tried
 STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 
@@ -75,11 +95,12 @@ class Run:
         """
         return page_of_sights(of_replays(self.result), meshes=meshes, beside=self.folder)
 
-    def plot(self, what: str = "", path: str | PathLike[str] | None = None) -> Figure:
+    def plot(self, what: str | Sequence[str] = "", path: str | PathLike[str] | None = None) -> Figure:
         """A figure of the motion; see `warpmuscle.plot` for what there is, such as "hip flexion" or "sticks".
 
         Args:
-            what: by default the angles of legs over the gait cycle, or all over time of what does not walk.
+            what: a figure or a curve, or a list of curves; by default the angles of legs over the gait cycle, or all
+                over time of what does not walk.
 
         Raises:
             Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
@@ -106,12 +127,27 @@ class Run:
         """The motion as a `pandas.DataFrame`, a row a frame, see `Recording.to_dataframe`."""
         return self.recording.to_dataframe()
 
+    def __getitem__(self, name: str) -> Any:
+        """A quantity of `to_xarray`, such as run["joint_angle"], with names and units; see `Recording.to_xarray`.
+
+        Raises:
+            ArgumentError: nothing is called so.
+        """
+        table = self.to_xarray()
+        if name not in table:
+            known = [str(one) for one in table]
+            raise ArgumentError(
+                f"no quantity is called {name!r}{near(str(name), known)}; plot draws curves by their names; "
+                f"there are {', '.join(known)}"
+            )
+        return table[name]
+
     def __getattr__(self, name: str) -> Any:
         """Say where it is, of what its recording or its scene has."""
-        for part in ("recording", "scene") if not name.startswith("_") else ():
+        for part in ("recording", "scene") if not name.startswith("_") and name not in INSTEAD else ():
             if name in dir(self.__dict__.get(part)):
                 raise AttributeError(f"a run has no {name!r}, but its {part} has: run.{part}.{name}")
-        raise AttributeError(f"a run has no {name!r}{near(name, dir(type(self)))}")
+        raise lacking("a run", name, dir(type(self)), INSTEAD)
 
     def __repr__(self) -> str:
         facts = "".join(f", {name} {value}" for name, value in self._facts() if name != "scene")

@@ -6,10 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, overload
 
+from warpmuscle.core.arguments import as_text
+from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.extras import need
 from warpmuscle.core.html_table import html_table
 from warpmuscle.formats import load, scene_names
 from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.validation.checks import near
 
 if TYPE_CHECKING:
     import pandas
@@ -37,8 +40,18 @@ class SceneTable(Sequence[SceneRow]):
     def __getitem__(self, index: int) -> SceneRow: ...
     @overload
     def __getitem__(self, index: slice) -> SceneTable: ...
-    def __getitem__(self, index: int | slice) -> SceneRow | SceneTable:
-        """A row, or a table of some."""
+    @overload
+    def __getitem__(self, index: str) -> SceneRow: ...
+    def __getitem__(self, index: int | slice | str) -> SceneRow | SceneTable:
+        """A row by its number or its scene's name, or a table of some.
+
+        Raises:
+            ArgumentError: no scene of the table is called so.
+        """
+        if isinstance(index, str):
+            if index not in self.names:
+                raise ArgumentError(f"no scene is called {index!r}{near(index, self.names)}")
+            return self._rows[self.names.index(index)]
         return SceneTable(self._rows[index]) if isinstance(index, slice) else self._rows[index]
 
     def __len__(self) -> int:
@@ -77,9 +90,15 @@ class SceneTable(Sequence[SceneRow]):
         return html_table(("scene", "what it is", "bodies", "muscles", "free numbers", "duration, s"), rows)
 
 
-def scenes() -> SceneTable:
-    """The scenes that come with the package; `scenes().names` are what `load` and `simulate` take."""
-    return SceneTable([_row(name) for name in scene_names()])
+def scenes(words: str = "") -> SceneTable:
+    """The scenes that come with the package; `scenes().names` are what `load` and `simulate` take.
+
+    Args:
+        words: only scenes with all of these in their names or descriptions, such as "walk hills".
+    """
+    asked = as_text(words, "words").lower().split()
+    rows = [_row(name) for name in scene_names()]
+    return SceneTable([row for row in rows if all(word in f"{row.name} {row.description}".lower() for word in asked)])
 
 
 def _row(name: str) -> SceneRow:

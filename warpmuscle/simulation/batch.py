@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import RolloutError
+from warpmuscle.core.errors import RolloutError, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status, counted, words
 from warpmuscle.results.recording import Recording
@@ -20,6 +20,23 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.simulation.memory import InstanceBytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.perturbations import Perturbations
+
+INSTEAD = {
+    "to_xarray": "recording(i).to_xarray() is that of one instance",
+    "to_dataframe": "recording(i).to_dataframe() is that of one instance",
+    "show": "wm.show(rollout) shows what was recorded",
+    "view": "wm.show(rollout) shows what was recorded",
+    "plot": "wm.simulate(scene).plot(...) draws the motion of one",
+    "save": "wm.show(rollout).save('page.html') writes a page; recording(i).to_csv and others the arrays",
+    "free": "close() frees its memory",
+    "costs": "cost() has them",
+    "simulate": "run() simulates",
+    "results": "cost(), status_names() and recording(i) are what came of it",
+    "recordings": "recording(i) is that of one instance",
+    "set": "set_parameters({name: values}) changes free parameters",
+    "set_params": "set_parameters({name: values}) changes free parameters",
+    "params": "parameters are the free ones",
+}  # by what is often tried
 
 
 class Batch(Protocol):
@@ -227,6 +244,10 @@ class Batch(Protocol):
     def parts(self, instance: int = 0) -> dict[str, Parts]:
         """What joints and muscles have added to the terms of an instance so far, by term and name."""
 
+    @property
+    def recorded_instances(self) -> tuple[int, ...]:
+        """Numbers of the instances whose motion is recorded, as `record` named them."""
+
     def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         """Motion of a recorded instance up to its end; by default of the first one recorded.
 
@@ -290,7 +311,7 @@ class Batch(Protocol):
             """Only of what is not there, as of a rollout that is closed."""
             if not vars(self) and not name.startswith("_"):
                 raise RolloutError("this rollout is closed, and its memory free; make another one")
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            raise lacking(f"a {type(self).__name__}", name, dir(type(self)), INSTEAD)
 
     def __repr__(self) -> str:
         if not vars(self):

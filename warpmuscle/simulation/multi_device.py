@@ -270,13 +270,18 @@ class MultiDeviceRollout(Batch):
         rollout, number = self._place(instance)
         return rollout.parts(number)
 
+    @property
+    def recorded_instances(self) -> tuple[int, ...]:
+        return tuple(self._recorded)
+
     def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         if instance is None and self._recorded:
             instance = self._recorded[0]
         if instance is not None:
             instance = as_whole(instance, "instance", 0, error=RolloutError)
         if instance is None or instance not in self._recorded:
-            raise RolloutError(f"instance {instance} was not recorded: name it in record=[...]")
+            which = "nothing was" if instance is None else f"instance {instance} was not"
+            raise RolloutError(f"{which} recorded: name it in record=[{instance or 0}]")
         rollout, number = self._place(instance)
         return rollout.recording(number, start)
 

@@ -197,7 +197,8 @@ class Recorder:
         if instance is not None:
             instance = as_whole(instance, "instance", 0, error=RolloutError)
         if instance is None or instance not in self.chosen:
-            raise RolloutError(f"instance {instance} was not recorded: name it in Rollout(..., record=[...])")
+            which = "nothing was" if instance is None else f"instance {instance} was not"
+            raise RolloutError(f"{which} recorded: name it in Rollout(..., record=[{instance or 0}])")
         return instance
 
     def recording(self, scene: Scene, instance: int, steps: int, start: float = 0.0) -> Recording:

@@ -49,6 +49,10 @@ class RolloutResults(Batch):
     def recording_bytes(self) -> int:
         return frame_bytes(self.structure) * -(-self.steps // self._recorder.every)
 
+    @property
+    def recorded_instances(self) -> tuple[int, ...]:
+        return tuple(self._recorder.chosen)
+
     def observation(self) -> dict[str, wp.array]:
         """What a controller may want to know, by name, as Warp arrays of the rollout's device, without a copy.
 

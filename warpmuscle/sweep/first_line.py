@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import tomlkit
 
-from warpmuscle.core.arguments import as_path, as_truth
+from warpmuscle.core.arguments import as_path, as_truth, in_words
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.names import file_name
@@ -49,6 +49,8 @@ def sweep(
     if grid is None:
         if search is not None or set is not None:
             raise ArgumentError(f"{'search' if search is not None else 'set'} needs a grid; a sweep file says its own")
+        if not source.suffix and not source.exists():
+            raise ArgumentError(f"{source} is no sweep file; a scene takes a grid, such as grid={{'seed': [1, 2]}}")
         plan = read(source, trust)
     else:
         target = target or Path(f"{file_name(source.stem)}_sweep.h5")
@@ -68,6 +70,9 @@ def _written(scene: Path, output: Path, tables: Mapping[str, Any], trust: bool) 
     for key, table in tables.items():
         if not isinstance(table, Mapping):
             raise ArgumentError(f"{key} takes names with values, not {type(table).__name__}")
+    for number, values in tables["grid"].items():
+        if isinstance(values, str) or not isinstance(values, Iterable):
+            raise ArgumentError(f"grid: {number} must have a list of values, not {in_words(values)}")
     try:
         plain = {key: {name: list(values) if key == "grid" else values for name, values in table.items()}
                  for key, table in tables.items()}  # fmt: skip

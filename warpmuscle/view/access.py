@@ -33,6 +33,10 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
 }
+# The same of pages that are files, which ask for nothing, and where it can say nothing of frames.
+POLICY_OF_FILES = "; ".join(
+    one for one in HEADERS[POLICY].split("; ") if not one.startswith(("frame-ancestors", "connect-src"))
+)
 NO_TOKEN = "its address lacks the token"
 Headers = Iterable[tuple[str, str]]
 

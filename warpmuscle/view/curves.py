@@ -10,20 +10,22 @@ from typing import NamedTuple
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Scene
-from warpmuscle.scene.anatomy import Side, leg_joints
+from warpmuscle.scene.anatomy import Side, joint_place, leg_joints
 from warpmuscle.scene.force import power_name
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.view.bones.limbs import Limbs
 
 LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
 # Turns of a trunk on the pelvis about x, which points to the left, y upwards and z ahead: all are positive.
 TRUNK_TITLES = {"x": "trunk flexion", "y": "trunk rotation to the left", "z": "trunk bending to the right"}
+MIDDLE = 0.03  # m, from the plane of symmetry, of what is a neck rather than a shoulder
 ALONG_Z = 0.8  # of a unit axis, of an ankle that turns inwards and outwards
 STANDING = 1e-3  # rad/s, below which the power of a device says nothing of its torque
 FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
@@ -135,7 +137,34 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
         if abs(ahead) > ALONG_Z:  # which lifts the outer edge of a left foot
             inwards = -1.0 if side == 0 else 1.0
             found[f"{name} b"] = "ankle inversion", inwards * float(np.sign(ahead))
-    return found | _trunk_curves(scene)
+    return found | _trunk_curves(scene) | _arm_curves(scene)
+
+
+def _arm_curves(scene: Scene) -> dict[str, tuple[str, float]]:
+    """The same of shoulders that are ball joints, whose arms point aside in the reference pose, and of their elbows.
+
+    Flexion of a shoulder lifts the arm ahead, rotation is positive inwards, and abduction is 0 of an arm that points
+    aside and -90 degrees of one that hangs. Flexion of an elbow is what its limits leave most room for.
+    """
+    if not scene.feet:
+        return {}
+    joints, limbs = scene.character.joints, Limbs(scene.character, scene.feet)
+    found: dict[str, tuple[str, float]] = {}
+    arms: set[str] = set()
+    for name, joint in joints.items():
+        place = first_row(joint.position_in_child)
+        aside = abs(place[0]) > ALONG_Z * float(np.linalg.norm(place))
+        if limbs.role(joint.child) == "upper arm" and list(joint_type(joint).angles) == ["x", "y", "z"] and aside:
+            arms.add(joint.child)
+            outwards = 1.0 if place[0] < 0.0 else -1.0  # from its joint a left arm points to the left, along x
+            found |= {f"{name} x": ("shoulder flexion", -1.0), f"{name} y": ("shoulder rotation", -outwards),
+                      f"{name} z": ("shoulder abduction from level", outwards)}  # fmt: skip
+    for name, joint in joints.items():
+        if joint.parent in arms and limbs.role(joint.child) == "forearm" and len(joint.limits) == 1:
+            low, high = (first_number(limit) for limit in joint.limits[0])
+            words = list(joint_type(joint).angles)
+            found[f"{name} {words[0]}".strip()] = "elbow flexion", 1.0 if abs(high) > abs(low) else -1.0
+    return found
 
 
 def _trunk_curves(scene: Scene) -> dict[str, tuple[str, float]]:
@@ -147,7 +176,14 @@ def _trunk_curves(scene: Scene) -> dict[str, tuple[str, float]]:
     pelvis, hips = joints[legs[0][0]].parent, {leg[0] for leg in legs}
     above = [name for name, joint in joints.items() if joint.parent == pelvis and name not in hips]
     words = list(joint_type(joints[above[0]]).angles) if len(above) == 1 else []
-    return {f"{above[0]} {word}": (TRUNK_TITLES[word], 1.0) for word in words} if words == ["x", "y", "z"] else {}
+    if words != ["x", "y", "z"]:
+        return {}
+    trunk = joints[above[0]].child
+    necks = [name for name, joint in joints.items() if joint.parent == trunk and abs(joint_place(joint)[0]) < MIDDLE]
+    found = {f"{above[0]} {word}": (title, 1.0) for word, title in TRUNK_TITLES.items()}
+    if len(necks) == 1 and list(joint_type(joints[necks[0]]).angles) == words:
+        found |= {f"{necks[0]} {word}": (title.replace("trunk", "neck"), 1.0) for word, title in TRUNK_TITLES.items()}
+    return found
 
 
 def _limb_by_limb(character: Character) -> list[str]:

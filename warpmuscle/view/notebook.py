@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from warpmuscle.core.arguments import as_kind, as_path, as_truth, as_whole
+from warpmuscle.core.arguments import as_kind, as_path, as_truth, as_whole, in_words
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.results.partial_motion import demanding
@@ -29,7 +29,19 @@ class HasResult(Protocol):
         """All that was recorded, with its scene."""
 
 
-Shown = Result | Recording | HasResult | Scene | str | PathLike[str]
+@runtime_checkable
+class HasRecordings(Protocol):
+    """What has recorded motions of several instances, as a rollout does."""
+
+    @property
+    def recorded_instances(self) -> tuple[int, ...]:
+        """Their numbers."""
+
+    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
+        """The motion of one of them."""
+
+
+Shown = Result | Recording | HasResult | HasRecordings | Scene | str | PathLike[str]
 
 
 def show(
@@ -43,8 +55,8 @@ def show(
     """Recorded motion as a page that a notebook shows and `save` writes.
 
     Args:
-        motion: a result or its file, all of whose motions are shown side by side; a run; one recording; or a scene, its
-            name or its file, which is simulated once; or a list of these.
+        motion: a result or its file, all of whose motions are shown side by side; a run; one recording; a rollout that
+            has recorded some instances; a scene, its name or its file, which is simulated once; or a list of these.
         scene: that made the recording, or its name or file; free parameters count with their start values. A result
             knows its own, and so does a recording that a rollout has just made.
         replay: the number of one motion of a result.
@@ -85,6 +97,10 @@ def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> li
         return [Sight(own.name, demanding(motion, "this recording"), substitute(own, start_values(own)))]
     if replay is not None:
         replay = as_whole(replay, "replay", 0)
+    if isinstance(motion, HasRecordings):
+        if not motion.recorded_instances:
+            raise ArgumentError("this rollout has recorded nothing to show: name instances in Rollout(..., record=[0])")
+        return [sight for one in motion.recorded_instances for sight in _sights_of(motion.recording(one), scene, None)]
     if isinstance(motion, HasResult):
         motion = motion.result
     file = Path(motion) if isinstance(motion, str | PathLike) and is_result(str(motion)) else None
@@ -92,6 +108,10 @@ def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> li
         if scene is not None or replay is not None:
             raise ArgumentError("motion is a scene, which is simulated as it is: show(scene)")
         return of_scene(scene_of(motion, "motion"))
+    if not isinstance(motion, Result) and file is None:
+        raise ArgumentError(
+            f"motion must be a run, a result or its file, a recording, or a scene or its name, not {in_words(motion)}"
+        )
     result = as_kind(Result, motion if file is None else read(file, replay=replay), "motion")
     if scene is not None:
         raise ArgumentError("motion is a result and has its scene with it: show(result)")

@@ -22,6 +22,8 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.view.access import POLICY, POLICY_OF_FILES
+from warpmuscle.view.bones.attachments import attachments
 from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
 from warpmuscle.view.content import doll_content, piece_contents, track_content
 from warpmuscle.view.crowd import Facts, facts_content, shades_of
@@ -39,8 +41,8 @@ SCRIPTS = (
     "save_curves.js", "controls.js", "pushing.js", "live.js", "editor.js", "curve_editor.js", "waiting.js", "player.js",
 )  # fmt: skip
 SHOWN = (
-    "muscles", "thickness", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "markers", "path",
-    "labels", "norms", "strides", "follow", "turntable", "split",
+    "muscles", "thickness", "yellow", "flesh", "bones", "surfaces", "shapes", "desired", "forces", "markers", "path",
+    "labels", "norms", "strides", "follow", "turntable", "split", "dark",
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
@@ -166,6 +168,7 @@ def page_of(
     folder = files("warpmuscle.view") / "assets"
     fields = {
         "title": html.escape(title),
+        "policy": f'<meta http-equiv="{POLICY}" content="{POLICY_OF_FILES}">' if live is waiting is None else "",
         "style": without_comments((folder / "page.css").read_text(encoding="utf-8")),
         "script": "\n".join(without_comments((folder / name).read_text(encoding="utf-8")) for name in SCRIPTS),
         "content": packed_json(content),
@@ -208,6 +211,7 @@ def _shown(
     there = {
         "muscles": few and any(track.doll.muscles.names for track in tracks),
         "thickness": few and any(track.doll.muscles.names for track in tracks),
+        "yellow": few and any(track.doll.muscles.names for track in tracks),
         "desired": few and any(track.desired is not None for track in tracks),
         "forces": few,
         "path": few,
@@ -218,7 +222,15 @@ def _shown(
         "norms": any("norm" in panel for listed in panels for panel in listed),
         "strides": striding,
     }
-    off = {"surfaces": False, "shapes": False, "desired": False, "path": False, "thickness": False}
+    off = {
+        "surfaces": False,
+        "shapes": False,
+        "desired": False,
+        "path": False,
+        "thickness": False,
+        "yellow": False,
+        "dark": False,
+    }
     off |= {"turntable": False, "split": split}
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 
@@ -238,6 +250,8 @@ class _Dolls:
             look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
             if self._meshes is not None and not self._coarse and scene.opensim is not None:
                 look = with_meshes(look, scene, doll.names.bodies, self._meshes)
+            if not self._coarse:
+                look += attachments(scene, doll.muscles.names, doll.names.bodies, look)
             look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
             look += device_pieces(scene, doll.names.bodies)
             look += object_pieces(scene)

@@ -15,7 +15,7 @@ from warpmuscle.scene.anatomy import Side, sides_of
 from warpmuscle.scene.drawing.devices import device_rods
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 
-Layer = Literal["flesh", "bone", "hollow", "surface", "shape", "object", "device"]
+Layer = Literal["flesh", "bone", "hollow", "tendon", "surface", "shape", "object", "device"]
 RING = 24  # pieces of a ring
 
 

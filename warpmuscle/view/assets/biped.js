@@ -33,7 +33,7 @@ class Biped {
     for (const piece of doll.pieces) {
       if (this.over && piece.layer === "flesh") continue; // what is seen through it would be covered
       const flesh = renderer.shade(this) ?? SIDE_TINT[piece.side];
-      const slot = first.slots + piece.body, tint = { bone: this.over ?? BONE_TINT, hollow: HOLLOW_TINT, object: OBJECT_TINT, device: DEVICE_TINT }[piece.layer] ?? flesh;
+      const slot = first.slots + piece.body, tint = { bone: this.over ?? BONE_TINT, hollow: HOLLOW_TINT, tendon: TENDON, object: OBJECT_TINT, device: DEVICE_TINT }[piece.layer] ?? flesh;
       const place = (piece.start ? times(add(piece.start, piece.end), 0.5) : piece.position) ?? [0, 0, 0];
       const along = piece.start ? minus(piece.end, piece.start) : [0, 0, 0], length = norm(along);
       const turn = piece.start ? turnFromY(length > 1e-9 ? along : [0, 1, 0]) : piece.orientation ?? UNTURNED;

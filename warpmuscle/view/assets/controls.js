@@ -1,7 +1,7 @@
 // What is pressed and typed: buttons, keys, the pointer over the picture, pictures and films.
 
-const TOGGLES = { muscles: "muscles", thickness: "thickness by force", flesh: "skin", bones: "bones", surfaces: "wrapping surfaces", shapes: "contact shapes",
-  desired: "desired pose", forces: "ground forces", markers: "markers", path: "centre of mass", labels: "names", norms: "norms", strides: "curves over one stride", follow: "follow", turntable: "turntable", split: "each in its own picture", plots: "plots" };
+const TOGGLES = { muscles: "muscles", thickness: "thickness by force", yellow: "blue to yellow", flesh: "skin", bones: "bones", surfaces: "wrapping surfaces", shapes: "contact shapes",
+  desired: "desired pose", forces: "ground forces", markers: "markers", path: "centre of mass", labels: "names", norms: "norms", strides: "curves over one stride", follow: "follow", turntable: "turntable", split: "each in its own picture", dark: "dark stage", plots: "plots" };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const KEYS = [
   ["space", "play or pause", [" "], (p) => p.play(!p.playing)],
@@ -15,8 +15,8 @@ const KEYS = [
   ["m, b, w", "muscles, skin, bones", ["m", "b", "w"], (p, event) => p.flip({ m: "muscles", b: "flesh", w: "bones" }[event.key])],
   ["g, d, n, o", "ground forces, desired pose, norms, one stride", ["g", "d", "n", "o"],
     (p, event) => p.flip({ g: "forces", d: "desired", n: "norms", o: "strides" }[event.key])],
-  ["c, k, t", "trace of the centre of mass, markers, turntable", ["c", "k", "t"],
-    (p, event) => p.flip({ c: "path", k: "markers", t: "turntable" }[event.key])],
+  ["c, k, t, l", "trace of the centre of mass, markers, turntable, light or dark", ["c", "k", "t", "l"],
+    (p, event) => p.flip({ c: "path", k: "markers", t: "turntable", l: "dark" }[event.key])],
   ["p", "plots", ["p"], (p) => p.flip("plots")],
   ["/", "find a curve", ["/"], (p) => p.element("search").focus()],
   ["tab", "next control", [], null],

@@ -9,7 +9,7 @@ const LINE_WIDTH = 0.012, LINE_PIECE = 3; // m
 const FLOOR_VERTEX = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 corner;
-uniform mat4 matrix; uniform vec4 ground; uniform vec3 middle; uniform vec3 horizon; out vec3 tone;
+uniform mat4 matrix; uniform vec4 ground; uniform vec3 middle; uniform vec3 horizon; uniform float dim; out vec3 tone;
 void main() {
   float every = corner.z < 0.5 ? 0.0 : corner.z < 1.5 ? 2.0 : 5.0; // m, after which the pattern is the same
   vec2 p = corner.xy + (every > 0.0 ? every * floor(middle.xz / every) : middle.xz);
@@ -18,7 +18,7 @@ void main() {
   float check = corner.z < 0.5 ? 1.0 : 0.0;
   vec3 own = mix(vec3(0.735, 0.765, 0.785), vec3(0.76, 0.788, 0.807), corner.z > 1.5 ? 0.5 : mix(0.5, check, clear));
   own -= corner.z > 1.5 ? 0.045 * clear : 0.0;
-  tone = mix(own, horizon, smoothstep(5.0, 26.0, away));
+  tone = mix(dim * own, horizon, smoothstep(5.0, 26.0, away));
   gl_Position = matrix * vec4(p.x, (ground.w - n.x * p.x - n.z * p.y) / n.y, p.y, 1.0);
 }`;
 const FLOOR_FRAGMENT = `#version 300 es
@@ -51,7 +51,8 @@ class Floor {
     gl.uniformMatrix4fv(place.matrix, false, matrix);
     gl.uniform4f(place.ground, ...ground.normal, ground.height);
     gl.uniform3fv(place.middle, middle);
-    gl.uniform3fv(place.horizon, HORIZON);
+    gl.uniform3fv(place.horizon, stage.horizon);
+    gl.uniform1f(place.dim, stage.dim);
     gl.bindVertexArray(this.array);
     gl.depthFunc(gl.ALWAYS);
     gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_SHORT, 0);

@@ -119,6 +119,14 @@ class Player {
     if (name === "follow") this.camera.follow = on;
     if (name === "turntable") this.camera.turntable = on;
     if (name === "split") this.split(on);
+    if (name === "dark") {
+      Object.assign(stage, STAGES[Number(on)]);
+      this.element("scene").closest("main").classList.toggle("dark", on);
+    }
+    if (name === "yellow") {
+      this.renderer.yellow = on;
+      this.shades.draw(this.element("scale"));
+    }
     if (name === "norms") this.plots.norms = on;
     if (name === "strides") {
       this.plots.strides = this.element("stride").firstChild.checked = on;
@@ -175,13 +183,13 @@ class Player {
     this.drawn = null;
     const entries = this.together
       ? bipeds.slice(0, TRACK_COLOR.length).map((biped, k) => [biped.label, TRACK_COLOR[k]])
-      : [["left", LINE_COLOR.left], ["right", LINE_COLOR.right]];
+      : ["left", "right"].filter((side) => panels.some((panel) => panel.lines.some((line) => line.side === side))).map((side) => [side, LINE_COLOR[side]]);
     const norm = panels.find((panel) => panel.norm);
-    if (norm && "norms" in this.shown) entries.push([`norm: ${norm.norm.source}`, "#8a949e"]);
+    if (norm && "norms" in this.shown) entries.push([`norm: ${norm.norm.source}`, NORM_TINT.both]);
     this.element("key").replaceChildren(...entries.map(([name, color]) => {
       const entry = document.createElement("span");
-      entry.textContent = name;
-      entry.style.color = color;
+      entry.appendChild(document.createElement("i")).style.background = color;
+      entry.append(name);
       return entry;
     }));
   }

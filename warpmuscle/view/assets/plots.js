@@ -1,10 +1,12 @@
 // Curves as small panels, of one biped or of all over one another. What does not move is drawn once and kept; of a long
 // list only what is to be seen is drawn.
 
-const LINE_COLOR = { left: "#0072b2", right: "#d55e00", middle: "#404040" };
+const LINE_COLOR = { left: "#0072b2", right: "#c24f00", middle: "#404040" };
 const TRACK_COLOR = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7a5195", "#404040"];
 const PANEL = { width: 190, height: 112, least: 96, left: 38, right: 8, top: 20, bottom: 16 };
 const NORM_ALPHA = 0.16, BAND_ALPHA = 0.22, SQUEEZED = 0.8; // of what is behind curves; of a title's width, at least
+// A colour of a line for text, which needs more contrast with white: at least 4.5 of all above.
+const inked = (css) => `#${[1, 3, 5].map((i) => Math.round(0.66 * parseInt(css.slice(i, i + 2), 16)).toString(16).padStart(2, "0")).join("")}`;
 const INK = "#24313d", QUIET = "#5b6875", GRID = "#e2e7ec", NORM_TINT = { left: "#0072b2", right: "#d55e00", both: "#8a949e" };
 const FONT = "11px system-ui, sans-serif";
 
@@ -216,7 +218,7 @@ class Plots {
         pen.arc(x, Math.min(Math.max(this.up(box, value), box.y), box.y + box.height), 2.6, 0, 7);
         pen.fill();
       }
-      pen.fillStyle = curve.color;
+      pen.fillStyle = inked(curve.color);
       if (!box.values) continue;
       pen.fillText(short(value), right, box.y - 7);
       right -= pen.measureText("-000.0").width + 2;

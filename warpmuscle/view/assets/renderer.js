@@ -2,10 +2,11 @@
 
 const FEW = 4; // bipeds up to which all is drawn finely
 const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain little, as corners are what costs
-const LAYERS = ["flesh", "bone", "surface", "shape", "object", "device"];
+const LAYERS = ["flesh", "bone", "tendon", "surface", "shape", "object", "device"];
 // From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
 // told apart without red or green cones, too.
-const ACTIVATION = [[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]];
+// Equal steps to the eye, told apart without one kind of cones, too, and none dark: blue to red, or to yellow, much lighter.
+const ACTIVATIONS = [[[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]], [[0.2, 0.36, 0.68], [0.388, 0.502, 0.633], [0.585, 0.628, 0.558], [0.789, 0.746, 0.435], [1.0, 0.86, 0.12]]];
 const TENDON = [0.95, 0.95, 0.97];
 const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
 const THROUGH = 0.45;
@@ -34,6 +35,7 @@ class Renderer {
     this.poses.numbers.set([0, 0, 0, 0, 0, 0, 0, 1]); // slot 0: the world
     this.used = { slots: 1, points: 0, muscles: 0 };
     this.chosen = -1;
+    this.yellow = false; // whether full activation is yellow rather than red
     this.shaded = ""; // what bodies are coloured by, in place of muscles
     this.shade = () => null;
     this.makeMeshes();
@@ -47,7 +49,7 @@ class Renderer {
     const tubes = (above) => (fine ? [36, 20] : [10, 5]).map((sectors) => tubeMesh(sectors, above));
     this.layers = {};
     for (const name of LAYERS)
-      this.layers[name] = { limb: solid(...(name === "bone" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
+      this.layers[name] = { limb: solid(...(name === "bone" || name === "tendon" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
     this.marks = { tube: solid(tubeMesh(fine ? 18 : 5), bandMesh()), cone: solid(...tubes(0)), limb: solid(...limbs) };
     this.path = solid(tubeMesh(fine ? 5 : 3), bandMesh());
     const along = fine ? [[18, 6], [8, 4], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 4] : [2, 2];
@@ -153,7 +155,7 @@ class Renderer {
       const [y0, y1] = [1 - top - tall, 1 - top].map((part) => Math.round(part * height));
       gl.viewport(x0, y0, x1 - x0, y1 - y0);
       gl.scissor(x0, y0, x1 - x0, y1 - y0);
-      gl.clearColor(...HORIZON, 1);
+      gl.clearColor(...stage.horizon, 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
       this.drawView(matrix, eye, at, shown);
     }
@@ -161,7 +163,7 @@ class Renderer {
   }
 
   drawView(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, surface, shape, object, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
+    const gl = this.gl, { flesh, bone, tendon, surface, shape, object, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
@@ -177,6 +179,7 @@ class Renderer {
     if (this.ground.visible && !spared && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
     if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
+    if (muscles) this.drawSolids([tendon], OWN(1));
     this.drawSolids([object, device, this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
     const opaque = this.shaded || (!muscles && !(this.fine && shown.bones)); // what is inside is to be seen
     if (shown.flesh && opaque) this.drawSolids([flesh], OWN(1));
@@ -236,7 +239,7 @@ class Renderer {
 
   drawMuscles(program, matrix, eye) {
     const gl = this.gl, { place } = this.begin(program, matrix, eye, { points: this.points, muscles: this.muscles });
-    gl.uniform3fv(place.activation, ACTIVATION.flat());
+    gl.uniform3fv(place.activation, ACTIVATIONS[Number(this.yellow)].flat());
     gl.uniform3fv(place.tendon, TENDON);
     gl.uniform1f(place.chosen, this.chosen);
     this.stretches.forEach((batch) => batch.draw(place, this.level));
@@ -269,8 +272,8 @@ class Renderer {
     if (level >= 1) return;
     gl.disable(gl.DEPTH_TEST);
     gl.useProgram(program);
-    gl.uniform3fv(place.horizon, HORIZON);
-    gl.uniform3fv(place.zenith, ZENITH);
+    gl.uniform3fv(place.horizon, stage.horizon);
+    gl.uniform3fv(place.zenith, stage.zenith);
     gl.uniform1f(place.level, level);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     gl.enable(gl.DEPTH_TEST);
@@ -295,7 +298,8 @@ class Renderer {
     gl.uniformMatrix4fv(place.matrix, false, matrix);
     gl.uniform4f(place.ground, ...this.ground.normal, this.ground.height);
     gl.uniform3fv(place.middle, middle);
-    gl.uniform3fv(place.horizon, HORIZON);
+    gl.uniform3fv(place.horizon, stage.horizon);
+    gl.uniform1f(place.dim, stage.dim);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 }

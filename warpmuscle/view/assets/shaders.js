@@ -3,6 +3,9 @@
 
 const ROW_BITS = 10, ROW = 1 << ROW_BITS; // texels
 const HORIZON = [0.845, 0.875, 0.9], ZENITH = [0.7, 0.76, 0.81];
+// What is behind and below bodies, by day or dark; the ground's own tone is dimmed.
+const STAGES = [{ horizon: HORIZON, zenith: ZENITH, dim: 1 }, { horizon: [0.16, 0.18, 0.205], zenith: [0.075, 0.085, 0.1], dim: 0.3 }];
+const stage = { ...STAGES[0] };
 
 const LOOK_UP = `#version 300 es
 precision highp float; precision highp int; precision highp sampler2D;
@@ -114,7 +117,7 @@ void main() {
 // Squares of 1 m, which fade where they would flicker; lines every 5 m.
 const GROUND_FRAGMENT = `#version 300 es
 precision highp float;
-in vec2 place; uniform vec3 horizon; uniform vec3 middle; out vec4 color;
+in vec2 place; uniform vec3 horizon; uniform vec3 middle; uniform float dim; out vec4 color;
 void main() {
   vec2 width = max(fwidth(place), vec2(1e-4));
   vec2 wave = clamp((abs(fract(place * 0.5) - 0.5) - 0.25) * 2.0 / width, -1.0, 1.0);
@@ -124,7 +127,7 @@ void main() {
   float bold = (1.0 - smoothstep(0.0, 1.0, min(line.x / width.x, line.y / width.y) - 0.5)) * calm;
   vec3 tone = mix(vec3(0.735, 0.765, 0.785), vec3(0.76, 0.788, 0.807), check) - 0.045 * bold;
   float fade = smoothstep(5.0, 26.0, length(place - middle.xz));
-  color = vec4(mix(tone, horizon, fade), 1.0);
+  color = vec4(mix(dim * tone, horizon, fade), 1.0);
 }`;
 
 const SKY_VERTEX = `#version 300 es

@@ -53,7 +53,7 @@ class Shades {
     element.replaceChildren(this.name);
     if (ends) {
       const bar = element.appendChild(line("i")), row = element.appendChild(line("u"));
-      bar.style.background = `linear-gradient(90deg,${(this.name === "activation" ? ACTIVATION : RAMP).map(css)})`;
+      bar.style.background = `linear-gradient(90deg,${(this.name === "activation" ? ACTIVATIONS[Number(this.player.renderer.yellow)] : RAMP).map(css)})`;
       ends.forEach((text) => row.append(line("span", text)));
     }
     const words = ends ? [] : [[WENT_ON, `${this.player.bipeds.length - this.failed} went on`]];

@@ -6,7 +6,7 @@ void main() { place = corner; gl_Position = matrix * vec4(corner, 1.0); }`;
 // Squares of 1 m as on the plane, lighter or darker as a face is inclined to the light; level ground is as the plane.
 const TERRAIN_FRAGMENT = `#version 300 es
 precision highp float;
-in vec3 place; uniform vec3 horizon; uniform vec3 middle; uniform vec3 light; out vec4 color;
+in vec3 place; uniform vec3 horizon; uniform float dim; uniform vec3 middle; uniform vec3 light; out vec4 color;
 void main() {
   vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
   normal *= normal.y < 0.0 ? -1.0 : 1.0;
@@ -17,7 +17,7 @@ void main() {
   vec3 tone = mix(vec3(0.735, 0.765, 0.785), vec3(0.76, 0.788, 0.807), check);
   tone *= clamp(1.0 + 0.9 * (dot(normal, light) - light.y), 0.45, 1.2);
   float fade = smoothstep(5.0, 26.0, length(place.xz - middle.xz));
-  color = vec4(mix(tone, horizon, fade), 1.0);
+  color = vec4(mix(dim * tone, horizon, fade), 1.0);
 }`;
 
 class Terrain {
@@ -53,7 +53,8 @@ class Terrain {
     gl.useProgram(program);
     gl.uniformMatrix4fv(place.matrix, false, matrix);
     gl.uniform3fv(place.middle, middle);
-    gl.uniform3fv(place.horizon, HORIZON);
+    gl.uniform3fv(place.horizon, stage.horizon);
+    gl.uniform1f(place.dim, stage.dim);
     gl.uniform3fv(place.light, light);
     gl.bindVertexArray(this.array);
     gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);

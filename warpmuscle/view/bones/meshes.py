@@ -12,7 +12,7 @@ from warpmuscle.view.hulls import Mesh
 CAP = ((1.0, 0.0), (0.72, 0.7), (0.0, 1.0))  # of a tube's end: radius and way beyond it, in its radius
 
 
-def tube(points: Sequence[Floats] | Floats, radii: float | Sequence[float] | Floats, sectors: int = 7) -> Mesh:
+def tube(points: Sequence[Floats] | Floats, radii: float | Sequence[float] | Floats, sectors: int = 10) -> Mesh:
     """A tube with round ends along points (N, 3), m, with a radius at each."""
     way = np.asarray(points, dtype=np.float64)
     radius = np.broadcast_to(np.asarray(radii, dtype=np.float64), len(way)).copy()
@@ -36,7 +36,7 @@ def tube(points: Sequence[Floats] | Floats, radii: float | Sequence[float] | Flo
     return corners.reshape(-1, 3), normals.reshape(-1, 3), _grid(len(rings), sectors)
 
 
-def ellipsoid(center: Floats, radii: Sequence[float], turn: Floats | None = None, sectors: int = 10) -> Mesh:
+def ellipsoid(center: Floats, radii: Sequence[float], turn: Floats | None = None, sectors: int = 14) -> Mesh:
     """An ellipsoid about a point, m; `turn` has its axes as columns (3, 3), by default those of the body."""
     rows = sectors // 2 + 2
     polar, round_ = np.linspace(0.0, np.pi, rows), 2.0 * np.pi * np.arange(sectors) / sectors

@@ -277,28 +277,28 @@ def skull(joint: Floats, center: Floats, radius: float) -> tuple[Mesh, Mesh]:
         return np.asarray(center + r * (x * aside + y * up + z * ahead))
 
     neck = np.linspace(joint, at(0.0, -0.42, -0.2), 15)
-    jaw = [
-        at(0.5, -0.3, 0.08),
-        at(0.47, -0.62, 0.1),
-        at(0.33, -0.8, 0.5),
-        at(0.0, -0.88, 0.72),
-        at(-0.33, -0.8, 0.5),
-        at(-0.47, -0.62, 0.1),
-        at(-0.5, -0.3, 0.08),
-    ]
+    half = np.array([[0.5, -0.26, 0.08], [0.49, -0.5, 0.09], [0.46, -0.66, 0.15], [0.38, -0.76, 0.36],
+                     [0.25, -0.83, 0.58], [0.1, -0.87, 0.7]])  # fmt: skip
+    jaw = [at(*place) for place in [*half, *(half[::-1] * [-1.0, 1.0, 1.0])]]
+    thick = np.array([0.07, 0.12, 0.13, 0.12, 0.13, 0.14])
     bones = [
-        ellipsoid(at(0.0, 0.24, -0.06), (0.68 * r, 0.7 * r, 0.86 * r), axes, 16),
-        ellipsoid(at(0.0, -0.24, 0.42), (0.44 * r, 0.44 * r, 0.36 * r), axes, 12),
-        ellipsoid(at(0.0, 0.1, 0.5), (0.5 * r, 0.22 * r, 0.3 * r), axes, 12),
-        ellipsoid(at(0.0, -0.56, 0.55), (0.28 * r, 0.13 * r, 0.2 * r), axes),
-        tube(jaw, r * np.array([0.08, 0.1, 0.11, 0.13, 0.11, 0.1, 0.08])),
+        ellipsoid(at(0.0, 0.26, -0.08), (0.66 * r, 0.68 * r, 0.84 * r), axes, 26),
+        ellipsoid(at(0.0, 0.3, 0.2), (0.58 * r, 0.56 * r, 0.6 * r), axes, 22),  # the forehead
+        ellipsoid(at(0.0, -0.2, 0.4), (0.43 * r, 0.42 * r, 0.36 * r), axes, 20),
+        ellipsoid(at(0.0, 0.07, 0.5), (0.45 * r, 0.13 * r, 0.27 * r), axes, 18),
+        ellipsoid(at(0.0, -0.52, 0.5), (0.29 * r, 0.15 * r, 0.24 * r), axes, 18),
+        ellipsoid(at(0.0, -0.68, 0.52), (0.25 * r, 0.06 * r, 0.22 * r), axes, 16),  # teeth
+        tube([at(0.0, 0.02, 0.7), at(0.0, -0.12, 0.79), at(0.0, -0.2, 0.83)], r * np.array([0.07, 0.055, 0.03])),
+        tube(jaw, r * np.array([*thick, *thick[::-1]]), 12),
         tube(neck, r * np.where(np.arange(15) % 2, 0.15, 0.21)),
     ]
     for sign in (1.0, -1.0):
-        cheek = [at(sign * 0.62, -0.2, 0.1), at(sign * 0.57, -0.24, 0.42), at(sign * 0.36, -0.26, 0.66)]
-        bones.append(tube(cheek, r * np.array([0.06, 0.07, 0.1])))
-    hollows = [ellipsoid(at(sign * 0.235, -0.07, 0.62), (0.155 * r, 0.145 * r, 0.1 * r), axes) for sign in (1.0, -1.0)]
-    hollows.append(ellipsoid(at(0.0, -0.33, 0.74), (0.075 * r, 0.13 * r, 0.05 * r), axes))
+        cheek = [at(sign * 0.6, -0.17, 0.05), at(sign * 0.58, -0.2, 0.26), at(sign * 0.5, -0.22, 0.48),
+                 at(sign * 0.3, -0.25, 0.64)]  # fmt: skip
+        bones.append(tube(cheek, r * np.array([0.06, 0.06, 0.085, 0.12])))
+        bones.append(ellipsoid(at(sign * 0.5, -0.34, -0.06), (0.1 * r, 0.17 * r, 0.11 * r), axes))  # behind the ear
+    hollows = [ellipsoid(at(sign * 0.22, -0.07, 0.62), (0.15 * r, 0.13 * r, 0.12 * r), axes) for sign in (1.0, -1.0)]
+    hollows.append(ellipsoid(at(0.0, -0.32, 0.73), (0.08 * r, 0.11 * r, 0.06 * r), axes))
     return merged(bones), merged(hollows)
 
 
