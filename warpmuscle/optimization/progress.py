@@ -13,7 +13,7 @@ from warpmuscle.results.records import ANY_NUMBER
 from warpmuscle.simulation.candidates import CandidateBatch
 
 INTERVAL = 0.05  # s at least between two reports of a batch
-TELLING = 0.05  # of the time, that may go into finding out what to tell
+TELLING = 0.01  # of the time, that may go into finding out what to tell
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,10 @@ class Tracker:
         begin = time.monotonic()
         if self._tell is None or begin < self._quiet_until:
             return
-        progress = self._with(trials)
+        self._report(self._with(trials))
         took = time.monotonic() - begin
+        self._computed -= took  # in which the device waited
         self._quiet_until = begin + max(INTERVAL, took / TELLING)
-        self._report(progress)
 
     def next_generation(self, median: float) -> None:
         """A generation is complete, with this median cost."""

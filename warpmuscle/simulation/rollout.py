@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from warpmuscle.core.arguments import as_kind, as_number, as_truth, check_function
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import times_repeated
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.recording.record import NOTHING
-from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
+from warpmuscle.model.build import Fields, ModelInputs, build_model, parts_of, replaced, update_model, with_fields
 from warpmuscle.model.controllers.program import has_program
 from warpmuscle.model.parts import check_custom, recorded_functions
 from warpmuscle.model.state import state_struct
@@ -150,7 +151,7 @@ class Rollout(RolloutResults):
         self._inputs.of_model = ModelInputs(reference=reference, norms=recorded_norms(scene))
         self._values: Floats = start_values(scene)
         self._free = free_numbers(scene)
-        self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
+        self._following = parts_of(name for name, _, _ in self._free)
         self._commands: Mapping[str, Floats] = {}  # that are not those of the scene
         self._course = Course(scene)
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
@@ -182,18 +183,18 @@ class Rollout(RolloutResults):
         self._inputs.use(numeric)
         self.numeric = numeric
 
-    @in_silence
     def change_controller(self, numeric: Scene) -> None:
         """Go on with other numbers of the controller, which are all that differs from the present ones."""
         self.change_parts(numeric, ["controller"])
 
+    @in_silence
     def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
-        """Go on with other numbers of these parts of the model, see `model.build.PARTS`; no others differ."""
+        """Go on with other numbers of these parts of the model, see `model.build.update_model`; no others differ."""
         self.numeric = numeric
         for part in parts:
             self._update(part)
         if "controller" in parts:
-            self._extensions.use(numeric)
+            self._extensions.use_controller(numeric)
 
     def change_forces(self, numeric: Scene) -> None:
         """Go on with other numbers of the scene's forces, which are all that differs from the present ones."""
@@ -217,8 +218,8 @@ class Rollout(RolloutResults):
             check_memory(self.instances, self.instance_bytes.total, self.device, held)
         before = self.numeric
         try:
-            if self._of_controller:
-                self.change_controller(self._substituted(array))
+            if self._following is not None:
+                self._follow(array, self._following)
             else:
                 self.model = structs.Model()  # so that its memory is free for the new one
                 self.change(self._substituted(array))
@@ -228,6 +229,19 @@ class Rollout(RolloutResults):
             raise
         finally:
             self.reset()
+
+    @in_silence
+    def _follow(self, array: Floats, parts: Sequence[str]) -> None:
+        """Take values of parameters that appear in these parts alone; those of neighbours may be the same."""
+        told = self._inputs.disturbances
+        several = array.ndim == 2 and told.mass is None and told.strength is None
+        times = times_repeated(array) if several and not self._commands else 1
+        few = self._substituted(array[::times]) if times > 1 else self._substituted(array)
+        self.numeric = self._substituted(array) if times > 1 else few
+        each = len(array) // times, times
+        update_model(self.model, parts, few, self.structure, self.device, self._inputs.of_model, each)
+        if "controller" in parts:
+            self._extensions.use_controller(self.numeric)
 
     def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
         checked = checked_commands(commands, self.scene, self.instances)
