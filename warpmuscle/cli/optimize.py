@@ -235,11 +235,13 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
 
 def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> None:
     """Print what a search for a person's walk began with beside what it found, and write a page of both."""
-    from warpmuscle.core.files import replace_file
-    from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
+    from warpmuscle.optimization.best_scene import is_to_walk
 
     if not is_to_walk(result):
         return
+    from warpmuscle.core.files import replace_file
+    from warpmuscle.report.before_after import before_and_after, lines, page  # takes a second
+
     with log.status("walking as before and after"):
         walks = before_and_after(result, device=device, threads=threads)
         text = page(*walks, result.command)
