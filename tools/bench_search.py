@@ -26,6 +26,7 @@ import warp as wp
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.progress import Progress
+from warpmuscle.results.records import Evaluations
 from warpmuscle.scene import Scene
 
 PARTS = (0.1, 0.5, 1.0)  # of the time, at which the best cost is told
@@ -84,9 +85,18 @@ def measured(scene: Scene, until: float, seed: int, device: str | None, options:
     return {
         "seed": seed, "strategy": chosen.strategy, "population": chosen.population, "device": result.device,
         "candidates": len(result.evaluations.cost), "motion_per_second": motion / until, "computed": curve.computed,
+        "occupied": occupied(result.evaluations),
         "best": [*(curve.at(part * until) for part in PARTS[:-1]), result.best.cost],
         "time": curve.time, "cost": curve.best,
     }  # fmt: skip
+
+
+def occupied(evaluations: Evaluations) -> float:
+    """Of the time of generations, each as long as its longest candidate, the part that a candidate is simulated."""
+    number = evaluations.generation.astype(int)
+    longest, count = np.zeros(number.max() + 1), np.bincount(number)
+    np.maximum.at(longest, number, evaluations.end_time)
+    return float(evaluations.end_time.sum() / (longest * count).sum())
 
 
 def quartiles(values: list[float]) -> str:
@@ -101,10 +111,11 @@ def row(title: str, runs: list[dict[str, Any]]) -> str:
     """A line of the table."""
     number = [f"{np.median([run[name] for run in runs]):.0f}" for name in ("candidates", "motion_per_second")]
     busy = f"{100.0 * float(np.median([run['computed'] for run in runs])):.0f} %"
+    lanes = f"{100.0 * float(np.median([run['occupied'] for run in runs])):.0f} %"
     costs = [quartiles([run["best"][k] for run in runs]) for k in range(len(PARTS))]
     first = runs[0]
     chosen = "" if title else f": {first['strategy']}, population {first['population']}"
-    return f"| {title or 'none'}{chosen} | {' | '.join([*number, busy, *costs])} |"
+    return f"| {title or 'none'}{chosen} | {' | '.join([*number, busy, lanes, *costs])} |"
 
 
 def main(
@@ -124,8 +135,8 @@ def main(
     kinds = [text.strip() for text in options.split(";")]
     figures: dict[str, list[dict[str, Any]]] = {}
     print(f"{scene}, {until:g} s each, {seeds} seeds, sigma {sigma or 'as usual'}")
-    print("| options | candidates | s of motion a s | device at work | best after a tenth | half | all |")
-    print("|---|---|---|---|---|---|---|", flush=True)
+    print("| options | candidates | s of motion a s | device at work | its lanes | best after a tenth | half | all |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
     short = msgspec.structs.replace(given, duration=max(0.1, 4.0 * given.time_step))
     for text in kinds:
         asked = options_of(text) | ({} if sigma is None else {"sigma": sigma})
