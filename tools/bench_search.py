@@ -4,7 +4,7 @@
     python tools/bench_search.py fwalk --until 20 --seeds 3 --device cpu --options "cma; cma --searches 4"
 
 Options are those of `warpmuscle optimize` as far as they matter here, separated by semicolons: a strategy (empty for
-the usual one), `--population N`, `--searches N`, `--restarts KIND`. The kernel is compiled before anything is timed.
+the usual one), `--population N`, `--searches N`, `--sigma S`, `--restarts KIND`. The kernel is compiled before anything is timed.
 Time counts from the first batch. The curves of all searches are in the JSON file.
 """
 
@@ -39,7 +39,8 @@ def options_of(text: str) -> dict[str, Any]:
     if words and not words[0].startswith("--"):
         found["search"] = words.pop(0)
     for name, value in zip(words[::2], words[1::2], strict=True):
-        found[name.removeprefix("--")] = int(value) if value.isdigit() else value
+        number = float(value) if name == "--sigma" else value
+        found[name.removeprefix("--")] = int(value) if value.isdigit() else number
     return found
 
 
@@ -139,7 +140,7 @@ def main(
     print("|---|---|---|---|---|---|---|---|", flush=True)
     short = msgspec.structs.replace(given, duration=max(0.1, 4.0 * given.time_step))
     for text in kinds:
-        asked = options_of(text) | ({} if sigma is None else {"sigma": sigma})
+        asked = ({} if sigma is None else {"sigma": sigma}) | options_of(text)
         optimize(short, None, 1, device, until=0.5, **asked)  # compiles
         figures[text] = [measured(given, until, seed, device, asked) for seed in range(first, first + seeds)]
         print(row(text, figures[text]), flush=True)

@@ -131,7 +131,8 @@ class Tracker:
         part = trials.candidates - alive + alive * batch.time / batch.scene.duration
         best = min(self.best, float(costs.min())) if len(costs) else self.best
         simulated = self._simulated + float(batch.end_time().sum())
-        return self._now(self.done + trials.candidates - alive, alive, best, simulated, part)
+        done = min(self.done + trials.candidates - alive, self._candidates)  # a few of a batch may stand for nobody
+        return self._now(done, alive, best, simulated, part)
 
     def _now(self, done: int, alive: int, best: float, simulated: float, part: float) -> Progress:
         """Progress; `part` is what the batch that runs now has done of its candidates."""
