@@ -4,8 +4,9 @@
     python tools/bench_search.py fwalk --until 20 --seeds 3 --device cpu --options "cma; cma --searches 4"
 
 Options are those of `warpmuscle optimize` as far as they matter here, separated by semicolons: a strategy (empty for
-the usual one), `--population N`, `--searches N`, `--sigma S`, `--restarts KIND`. The kernel is compiled before anything is timed.
-Time counts from the first batch. The curves of all searches are in the JSON file.
+the usual one), `--population N`, `--searches N`, `--sigma S`, `--restarts KIND`. The kernel is compiled before anything
+is timed. Time counts from the first batch. The curves of all searches are in the JSON file. `its lanes`: of the time of
+each generation, as long as its longest candidate, the part that a candidate is simulated.
 """
 
 from __future__ import annotations
