@@ -82,9 +82,8 @@ def with_angles_of_all(motions: Sequence[Recording], scene: Scene, instances: Se
     own = any(isinstance(leaf, np.ndarray) for _, leaf in leaves(scene.character.joints))
     if own or len(motions) < 2 or any(motion.missing for motion in motions):
         return [with_joint_angles(motion, scene, instance) for motion, instance in zip(motions, instances, strict=True)]
-    together = replace(
-        motions[0], **{name: np.concatenate([motion[name] for motion in motions]) for name in QUANTITIES}
-    )
+    arrays: dict[str, Any] = {name: np.concatenate([motion[name] for motion in motions]) for name in QUANTITIES}
+    together = replace(motions[0], **arrays)
     breaks = np.cumsum([motion.frames for motion in motions])[:-1]
     angles = [degree for degree in degrees_of_freedom(together, scene, breaks) if degree.unit == "rad"]
     values = np.stack([degree.values for degree in angles], axis=1) if angles else np.zeros((together.frames, 0))
