@@ -39,6 +39,8 @@ def test_models_of_new_values_are_those_built_anew(name: str):
         rollout.set_parameters(every)
         anew = build_model(substitute(rollout.scene, every), rollout.structure, "cpu", rollout._inputs.of_model)
         assert values_of(rollout.model) == values_of(anew)
+        numeric = build_model(rollout.numeric, rollout.structure, "cpu", rollout._inputs.of_model)
+        assert values_of(numeric) == values_of(anew)
 
 
 def test_there_are_scenes_with_free_muscles_and_with_controllers_alone():

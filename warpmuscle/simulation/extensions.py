@@ -30,6 +30,13 @@ class Extensions:
         """Take the parameters from a scene of numbers, see `parameters.substitute`."""
         put_parameters(self.struct, numeric, self._structure, self._device)
 
+    @property
+    def of_controller(self) -> bool:
+        """Whether there are parameters of the controller."""
+        custom = self._structure.controller.custom
+        places = (custom.parameters, custom.by_joint, custom.by_body, custom.by_muscle)
+        return any(struct is not None for struct in places)
+
     def use_controller(self, numeric: Scene) -> None:
         """Take those of the controller, which are all that differs from the present ones."""
         put_of_controller(self.struct, numeric, self._structure, self._device)

@@ -25,7 +25,7 @@ from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_numbers, free_parameters, start_values, substitute
+from warpmuscle.scene.parameters import Parameter, free_parameters, known_numbers, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
     checked_threads,
@@ -150,8 +150,8 @@ class Rollout(RolloutResults):
         reference = reference_of(scene, structure, self._record)
         self._inputs.of_model = ModelInputs(reference=reference, norms=recorded_norms(scene))
         self._values: Floats = start_values(scene)
-        self._free = free_numbers(scene)
-        self._following = parts_of(name for name, _, _ in self._free)
+        self._known = known_numbers(scene)
+        self._following = parts_of(name for name, _, _ in self._known.numbers)
         self._commands: Mapping[str, Floats] = {}  # that are not those of the scene
         self._course = Course(scene)
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
@@ -164,6 +164,16 @@ class Rollout(RolloutResults):
             kind = config.kind.muscles
             self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device)
         self.reset()
+
+    @property
+    def numeric(self) -> Scene:
+        if self._numeric is None:  # nobody has asked since parameters were set
+            self._numeric = self._substituted(self._values)
+        return self._numeric
+
+    @numeric.setter
+    def numeric(self, scene: Scene) -> None:
+        self._numeric = self._few = scene
 
     def _record(self, scene: Scene) -> Recording:
         """The motion of one simulation of another scene on this device."""
@@ -207,7 +217,7 @@ class Rollout(RolloutResults):
 
     def _substituted(self, values: Floats) -> Scene:
         """The scene with values of its parameters, as commanded, with masses and strengths of disturbed instances."""
-        return with_bodies(substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances)
+        return with_bodies(substitute(self.scene, values, self._commands, self._known), self._inputs.disturbances)
 
     def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
         if isinstance(values, Mapping):
@@ -216,7 +226,7 @@ class Rollout(RolloutResults):
         if array.ndim == 2 and self.instances > FEW:
             held = struct_bytes(self.state, self.model, self._extensions.struct)
             check_memory(self.instances, self.instance_bytes.total, self.device, held)
-        before = self.numeric
+        before = self._numeric, self._few
         try:
             if self._following is not None:
                 self._follow(array, self._following)
@@ -225,7 +235,8 @@ class Rollout(RolloutResults):
                 self.change(self._substituted(array))
             self._values = array
         except Error:
-            self.change(before)
+            self._numeric, self._few = before
+            self.change(self.numeric)
             raise
         finally:
             self.reset()
@@ -234,14 +245,14 @@ class Rollout(RolloutResults):
     def _follow(self, array: Floats, parts: Sequence[str]) -> None:
         """Take values of parameters that appear in these parts alone; those of neighbours may be the same."""
         told = self._inputs.disturbances
-        several = array.ndim == 2 and told.mass is None and told.strength is None
-        times = times_repeated(array) if several and not self._commands else 1
-        few = self._substituted(array[::times]) if times > 1 else self._substituted(array)
-        self.numeric = self._substituted(array) if times > 1 else few
+        alike = array.ndim == 2 and not self._commands and not self._extensions.of_controller
+        times = times_repeated(array) if alike and told.mass is None and told.strength is None else 1
+        few = self._substituted(array[::times] if times > 1 else array)
+        self._numeric, self._few = None if times > 1 else few, few
         each = len(array) // times, times
         update_model(self.model, parts, few, self.structure, self.device, self._inputs.of_model, each)
         if "controller" in parts:
-            self._extensions.use_controller(self.numeric)
+            self._extensions.use_controller(few)
 
     def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
         checked = checked_commands(commands, self.scene, self.instances)
@@ -250,6 +261,7 @@ class Rollout(RolloutResults):
         self._command(checked, restart)
 
     def _command(self, checked: Mapping[str, Floats], restart: bool) -> None:
+        before = self.numeric
         self._commands = {**self._commands, **checked}
         numeric = self._substituted(self._values)
         if restart:
@@ -257,7 +269,7 @@ class Rollout(RolloutResults):
             self.reset()
         else:
             place = place_of_root(self.coordinate_names, self.state.coordinates.numpy())
-            ground = turned_below(self.numeric.ground, numeric.ground, place)
+            ground = turned_below(before.ground, numeric.ground, place)
             self._ground_turned = ground is not numeric.ground
             self.change(msgspec.structs.replace(numeric, ground=ground))
 

@@ -33,6 +33,7 @@ class RolloutResults(Batch):
 
     structure: Structure
     numeric: Scene
+    _few: Scene  # the same with a row for several instances that have equal numbers
     state: structs.State
     _extensions: Extensions
     _inputs: Inputs
@@ -68,10 +69,14 @@ class RolloutResults(Batch):
             arrays |= {name: getattr(self.state.simbicon, name) for name in ("phase", "stance", "machine_state")}
         return arrays | {"activation": muscles.activation, "muscle_force": muscles.force}
 
+    @cached_property
+    def _counted(self) -> tuple[str, ...]:
+        """Names of the terms; not of the numbers: a free weight may be 0 in all instances."""
+        return counted_terms(self.scene.objective)
+
     @property
     def _outcome(self) -> Outcome:
-        names = counted_terms(self.scene.objective)  # not of the numbers: a free weight may be 0 in all instances
-        return Outcome(names, self.numeric, self.structure, self.state, self._inputs.start.coordinates)
+        return Outcome(self._counted, self._few, self.structure, self.state, self._inputs.start.coordinates)
 
     def status(self) -> Integers:
         return self._outcome.status()
