@@ -151,6 +151,7 @@ class Rollout(RolloutResults):
         self._inputs.of_model = ModelInputs(reference=reference, norms=recorded_norms(scene))
         self._values: Floats = start_values(scene)
         self._known = known_numbers(scene)
+        self._numeric: Scene | None = None
         self._following = parts_of(name for name, _, _ in self._known.numbers)
         self._commands: Mapping[str, Floats] = {}  # that are not those of the scene
         self._course = Course(scene)
