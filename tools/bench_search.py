@@ -4,8 +4,9 @@
     python tools/bench_search.py fwalk --until 20 --seeds 3 --device cpu --options "cma; cma --searches 4"
 
 Options are those of `warpmuscle optimize` as far as they matter here, separated by semicolons: a strategy (empty for
-the usual one), `--population N`, `--searches N`, `--restarts KIND`. The kernel is compiled before anything is timed.
-Time counts from the first batch. The curves of all searches are in the JSON file.
+the usual one), `--population N`, `--searches N`, `--sigma S`, `--restarts KIND`. The kernel is compiled before anything
+is timed. Time counts from the first batch. The curves of all searches are in the JSON file. `its lanes`: of the time of
+each generation, as long as its longest candidate, the part that a candidate is simulated.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import warp as wp
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.progress import Progress
+from warpmuscle.results.records import Evaluations
 from warpmuscle.scene import Scene
 
 PARTS = (0.1, 0.5, 1.0)  # of the time, at which the best cost is told
@@ -38,7 +40,8 @@ def options_of(text: str) -> dict[str, Any]:
     if words and not words[0].startswith("--"):
         found["search"] = words.pop(0)
     for name, value in zip(words[::2], words[1::2], strict=True):
-        found[name.removeprefix("--")] = int(value) if value.isdigit() else value
+        number = float(value) if name == "--sigma" else value
+        found[name.removeprefix("--")] = int(value) if value.isdigit() else number
     return found
 
 
@@ -84,9 +87,18 @@ def measured(scene: Scene, until: float, seed: int, device: str | None, options:
     return {
         "seed": seed, "strategy": chosen.strategy, "population": chosen.population, "device": result.device,
         "candidates": len(result.evaluations.cost), "motion_per_second": motion / until, "computed": curve.computed,
+        "occupied": occupied(result.evaluations),
         "best": [*(curve.at(part * until) for part in PARTS[:-1]), result.best.cost],
         "time": curve.time, "cost": curve.best,
     }  # fmt: skip
+
+
+def occupied(evaluations: Evaluations) -> float:
+    """Of the time of generations, each as long as its longest candidate, the part that a candidate is simulated."""
+    number = evaluations.generation.astype(int)
+    longest, count = np.zeros(number.max() + 1), np.bincount(number)
+    np.maximum.at(longest, number, evaluations.end_time)
+    return float(evaluations.end_time.sum() / (longest * count).sum())
 
 
 def quartiles(values: list[float]) -> str:
@@ -101,10 +113,11 @@ def row(title: str, runs: list[dict[str, Any]]) -> str:
     """A line of the table."""
     number = [f"{np.median([run[name] for run in runs]):.0f}" for name in ("candidates", "motion_per_second")]
     busy = f"{100.0 * float(np.median([run['computed'] for run in runs])):.0f} %"
+    lanes = f"{100.0 * float(np.median([run['occupied'] for run in runs])):.0f} %"
     costs = [quartiles([run["best"][k] for run in runs]) for k in range(len(PARTS))]
     first = runs[0]
     chosen = "" if title else f": {first['strategy']}, population {first['population']}"
-    return f"| {title or 'none'}{chosen} | {' | '.join([*number, busy, *costs])} |"
+    return f"| {title or 'none'}{chosen} | {' | '.join([*number, busy, lanes, *costs])} |"
 
 
 def main(
@@ -124,11 +137,11 @@ def main(
     kinds = [text.strip() for text in options.split(";")]
     figures: dict[str, list[dict[str, Any]]] = {}
     print(f"{scene}, {until:g} s each, {seeds} seeds, sigma {sigma or 'as usual'}")
-    print("| options | candidates | s of motion a s | device at work | best after a tenth | half | all |")
-    print("|---|---|---|---|---|---|---|", flush=True)
+    print("| options | candidates | s of motion a s | device at work | its lanes | best after a tenth | half | all |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
     short = msgspec.structs.replace(given, duration=max(0.1, 4.0 * given.time_step))
     for text in kinds:
-        asked = options_of(text) | ({} if sigma is None else {"sigma": sigma})
+        asked = ({} if sigma is None else {"sigma": sigma}) | options_of(text)
         optimize(short, None, 1, device, until=0.5, **asked)  # compiles
         figures[text] = [measured(given, until, seed, device, asked) for seed in range(first, first + seeds)]
         print(row(text, figures[text]), flush=True)

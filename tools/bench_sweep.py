@@ -2,6 +2,7 @@
 
 python tools/bench_sweep.py [--runs 1000] [--scene fwalk] [--axis KEY=MIN:MAX]
 python tools/bench_sweep.py --gather 100000    # only gathering: so many result files, of real runs under many names
+python tools/bench_sweep.py --runs 100000 --candidates 4 --population 4 --duration 0.02 --processes 24    # real runs
 
 Runs differ in their seeds, or with --axis in a number of the scene. What counts as simulation is the time in which
 batches step; all else, from the sweep file to the last byte of its output, is beside it.
@@ -12,6 +13,8 @@ from __future__ import annotations
 import os
 import resource
 import shutil
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -156,6 +159,36 @@ def gathered(folder: Path, count: int, text: str, device: str | None) -> None:
     print(f"reading the table: {time.perf_counter() - begin:.2f} s")
 
 
+def in_parts(folder: Path, text: str, runs: int, processes: int, device: str | None) -> None:
+    """Print what the parts of a sweep take in processes side by side, and what it takes to join them."""
+    path = folder / "runs.toml"
+    path.write_text(text)
+    tool = [sys.executable, "-c", "from warpmuscle.cli.program import main; main()"]
+    options = [] if device is None else ["--device", device]
+
+    def took(commands: list[list[str]]) -> str:
+        begin, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
+        started = [subprocess.Popen([*tool, *words], cwd=folder, stdout=subprocess.DEVNULL) for words in commands]
+        if max(process.wait() for process in started):
+            raise SystemExit("a process failed")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        wall = time.perf_counter() - begin
+        return f"{wall:.1f} s, {cpu:.1f} s of processor time, {1e3 * cpu / runs:.2f} ms a run; " + (
+            f"at most {after.ru_maxrss / 1e3:.0f} MB of memory in any process so far"
+        )
+
+    parts = [["sweep", path.name, "--part", f"{k}/{processes}", "--threads", "1", *options]
+             for k in range(1, processes + 1)]  # fmt: skip
+    print(f"{number_of(runs, 'run')} in {processes} processes: {took(parts)}", flush=True)
+    print(f"joining them: {took([['join', path.name]])}; "
+          f"{path.with_suffix('.h5').stat().st_size / 1e6:.0f} MB", flush=True)  # fmt: skip
+    begin = time.perf_counter()
+    with Peak() as peak:
+        table = read_sweep(path.with_suffix(".h5")).to_xarray()
+    print(f"reading the table: {time.perf_counter() - begin:.1f} s, {peak.most:.0f} MB; {dict(table.sizes)}")
+
+
 def main(
     runs: Annotated[int, typer.Option(help="How many.")] = 1000,
     scene: Annotated[str, typer.Option(help="Scene.")] = "fwalk",
@@ -164,6 +197,7 @@ def main(
     population: Annotated[int, typer.Option(help="Of a generation.")] = 6,
     axis: Annotated[str, typer.Option(help="KEY=MIN:MAX, a number in which runs differ; by default their seeds.")] = "",
     gather: Annotated[int, typer.Option(help="Only gather so many runs.")] = 0,
+    processes: Annotated[int, typer.Option(help="That run parts of the sweep side by side; 0: in this one.")] = 0,
     folder: Annotated[Path | None, typer.Option(help="For the files, a temporary one by default.")] = None,
     device: Annotated[str | None, typer.Option(help="cpu, cuda:0.")] = "cpu",
 ) -> None:
@@ -182,6 +216,9 @@ def main(
             key, _, ends = axis.partition("=")
             low, high = map(float, ends.split(":"))
             axes = f'"{key}" = {[low + (high - low) * number / max(runs - 1, 1) for number in range(runs)]}'
+        if processes:
+            in_parts(place, text.format(axes=axes), runs, processes, device)
+            return
         whole, simulated, written, memory = swept(place, "runs", text.format(axes=axes), device)
         print(f"{number_of(runs, 'run')} of {scene}, {candidates} candidates of {duration:g} s each, "
               f"at most {memory:.0f} MB of memory")  # fmt: skip

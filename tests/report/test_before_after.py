@@ -14,9 +14,10 @@ from short_walks import limp, plain_walk, short_walk
 from warpmuscle.core.status import Status
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import gait_measures
+from warpmuscle.optimization.best_scene import is_to_walk
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.report import before_after
-from warpmuscle.report.before_after import FALLING, Walked, before_and_after, is_to_walk, lines, page, rows, watch
+from warpmuscle.report.before_after import FALLING, Walked, before_and_after, lines, page, rows, watch
 from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.studies import judge

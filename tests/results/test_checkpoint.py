@@ -28,7 +28,7 @@ def test_a_large_file_is_written_less_often(
     with Checkpoint.begin(tmp_path / "a.h5", result) as kept:
         kept._journal.append = lambda generation: None
         results = []
-        monkeypatch.setattr(Checkpoint, "write", lambda self, result: results.append(result))
+        monkeypatch.setattr(Checkpoint, "_write_all", lambda self, result: results.append(result))
         now[0] += waited
         kept.put(generation, candidates, lambda: result)
     assert bool(results) == written
@@ -43,3 +43,17 @@ def test_a_search_that_runs_is_not_called_interrupted(tmp_path: Path):
     assert path.read_bytes() == before
     with pytest.raises(ResultError, match="an interrupted search; continue it with --resume"):
         Checkpoint.begin(path, search_result())
+
+
+def test_a_generation_that_could_not_be_written_is_told_of_with_the_next_one(tmp_path: Path):
+    result = search_result()
+    assert result.evaluations is not None
+    with Checkpoint.begin(tmp_path / "a.h5", result) as kept:
+
+        def full(generation: object) -> None:
+            raise ResultError("no space left")
+
+        kept._journal.append = full
+        kept.put(result.evaluations, 1, lambda: result)
+        with pytest.raises(ResultError, match=r"no space left; what was evaluated is kept: --resume .*a.h5 continues"):
+            kept.put(result.evaluations, 2, lambda: result)

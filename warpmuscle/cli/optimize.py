@@ -248,13 +248,14 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
 
 def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> Path | None:
     """Print what a search for a person's walk began with beside what it found, and write a page of both; its path."""
-    from warpmuscle.core.files import replace_file
+    from warpmuscle.optimization.best_scene import is_to_walk
 
-    with log.status("looking at what was found"):
-        from warpmuscle.report.before_after import before_and_after, is_to_walk, lines, page
+    if not is_to_walk(result):
+        return None
+    with log.status("looking at what was found"):  # imports take a second
+        from warpmuscle.core.files import replace_file
+        from warpmuscle.report.before_after import before_and_after, lines, page
 
-        if not is_to_walk(result):
-            return None
     with log.status("walking as before and after"):
         walks = before_and_after(result, device=device, threads=threads)
         text = page(*walks, result.command)

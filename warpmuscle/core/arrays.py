@@ -85,3 +85,46 @@ def put(struct: Any, place: str, value: Any) -> None:
     """Give a field of a device structure, such as `contacts.normal`, another value."""
     *outer, field = place.split(".")
     setattr(reduce(getattr, outer, struct), field, value)
+
+
+def repeat_rows(value: Any, rows: int, times: int) -> Any:
+    """An array of so many rows with each of them several times, one behind the other; in a structure all such arrays.
+
+    Arrays of one dimension, and those with another number of rows, stay as they are: every array that has a row an
+    instance has a second dimension.
+    """
+    if isinstance(value, wp.array):
+        return _repeated(value, times) if value.ndim > 1 and len(value) == rows and value.size else value
+    for name in value._cls.vars if hasattr(value, "_cls") else ():
+        member = getattr(value, name)
+        other = repeat_rows(member, rows, times)
+        if other is not member:
+            setattr(value, name, other)
+    return value
+
+
+def _repeated(array: wp.array, times: int) -> wp.array:
+    count, device = len(array), array.device
+    found = wp.empty((count * times, *array.shape[1:]), dtype=array.dtype, device=device)
+    width = array.size // count * wp.types.type_size_in_bytes(array.dtype) // 4
+    source, target = (
+        wp.array(ptr=one.ptr, shape=(len(one), width), dtype=int, device=device) for one in (array, found)
+    )
+    if device.is_cpu:
+        target.numpy()[:] = np.repeat(source.numpy(), times, axis=0)
+        return found
+    index = wp.array(np.repeat(np.arange(count, dtype=np.int32), times), dtype=int, device=device)
+    wp.copy(target, wp.indexedarray2d(source, [index, None]))
+    return found
+
+
+def times_repeated(values: np.ndarray) -> int:
+    """How often each row of an array (n, ...) stands in it, one behind the other, if equally often; else 1."""
+    if not values.size:
+        return 1
+    others = np.flatnonzero((values != values[:1]).reshape(len(values), -1).any(axis=1))
+    times = int(others[0]) if len(others) else len(values)
+    if times == 1 or len(values) % times:
+        return 1
+    groups = values.reshape(-1, times, *values.shape[1:])
+    return times if bool((groups == groups[:, :1]).all()) else 1

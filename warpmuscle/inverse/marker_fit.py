@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
@@ -103,6 +102,8 @@ class MarkerFitter:
         last = len(root.rotations) + len(root.translations) - 1
         at = chain.places(resting, [Place(last, -_vector(root.position_in_child))])[0, 0]
         moved = np.einsum("fij,j->fi", turn, at) + shift
+        from scipy.spatial.transform import Rotation  # takes a quarter of a second
+
         turned = (Rotation.from_matrix(turn) * Rotation.from_quat(resting[0][0, last])).as_quat()
         breaks = np.cumsum([len(part) for part in parts])[:-1]
         found = root_values(chain.opensim, moved, turned, breaks)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
@@ -159,6 +158,8 @@ def start_angles(rollout: Rollout) -> Any:
         entry = joint_type(rollout.scene.character.joints[names.joints[body - 1]])
         values = start[names.coordinate_start[body] : names.coordinate_start[body + 1]]
         if len(entry.coordinates) != len(entry.speeds):  # a quaternion
+            from scipy.spatial.transform import Rotation  # takes a quarter of a second
+
             values = Rotation.from_quat(values).as_rotvec()
         angles += list(values)
     return np.array(angles)

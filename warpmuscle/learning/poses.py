@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.archive import DamagedArchive, read_arrays
 from warpmuscle.core.array_types import Floats
@@ -169,6 +168,8 @@ def _shake(coordinates: Floats, deviation: float, rollout: Rollout, generator: n
     turned = np.zeros(coordinates.shape[1], dtype=bool)
     for place in _quaternions(rollout):
         turned[place] = True
+        from scipy.spatial.transform import Rotation  # takes a quarter of a second
+
         by = Rotation.from_rotvec(generator.normal(0.0, deviation, (count, 3)))
         coordinates[:, place] = (Rotation.from_quat(coordinates[:, place]) * by).as_quat()
     plain = np.flatnonzero(~turned[first:]) + first

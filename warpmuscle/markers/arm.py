@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-from scipy.signal import butter, sosfiltfilt
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
@@ -253,6 +251,9 @@ def _filled(markers: Markers, name: str, values: Floats) -> Floats:
 
 def _smooth(markers: Markers, choices: Choices, time: Floats, values: Floats) -> Floats:
     """Positions at other times, by a cubic spline, without what is faster than the low-pass."""
+    from scipy.interpolate import make_interp_spline  # takes a second, which only recordings of arms cost
+    from scipy.signal import butter, sosfiltfilt
+
     degree = min(3, len(markers.time) - 1)
     sampled = make_interp_spline(markers.time, values, k=degree)(time)
     if choices.low_pass == 0.0:

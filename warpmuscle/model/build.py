@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import rows, structs_to_device, to_device
+from warpmuscle.core.arrays import repeat_rows, rows, structs_to_device, to_device
 from warpmuscle.core.pose import multiply, normalized, rotate, turned_to_heading
 from warpmuscle.kernels import structs
 from warpmuscle.model.bodies import contacts_struct, ground_normal, skeleton_struct
@@ -91,10 +91,19 @@ def update_model(
     structure: Structure,
     device: Any,
     inputs: ModelInputs = NO_INPUTS,
+    each: tuple[int, int] = (1, 1),
 ) -> None:
-    """Make some of the `PARTS` of a model again, whose numbers or inputs have changed."""
+    """Make some of the `PARTS` of a model again, or `muscle laws`, whose numbers or inputs have changed.
+
+    Args:
+        each: rows of the scene's numbers, and how many instances, one behind the other, each of them is for.
+    """
+    count, times = each
     for part in parts:
-        _put(model, PARTS[part](scene, structure, device, inputs))
+        fields = (PARTS | _WITHIN)[part](scene, structure, device, inputs)
+        if count > 1 and times > 1:
+            fields = {place: repeat_rows(value, count, times) for place, value in fields.items()}
+        _put(model, fields)
 
 
 @contextmanager
@@ -185,6 +194,10 @@ def _muscles(scene: Scene, structure: Structure, device: Any, inputs: ModelInput
     return model_parts(scene, structure.names, structure.actuation, device)
 
 
+def _muscle_laws(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+    return {"muscles": muscles_struct(scene, structure.actuation.muscles, device)}
+
+
 def _excitations(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
     return {f"muscles.{field}": array for field, array in inputs.excitations.items()}
 
@@ -234,6 +247,26 @@ PARTS: dict[str, Part] = {  # a later one may replace fields of one before
     "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "touching": _touching,
     "motion": _motion, "reference": _reference, "own parts": _own_parts,
 }  # fmt: skip
+_WITHIN: dict[str, Part] = {"muscle laws": _muscle_laws}  # a part of one of them, to be made again alone
+_LAWS = {"f_max", "l_opt", "l_slack", "pennation"}  # of a muscle, which `muscles_struct` alone reads
+
+
+def parts_of(paths: Iterable[str]) -> tuple[str, ...] | None:
+    """Parts of the model, see `update_model`, in which numbers of a scene appear; None if they may be in any.
+
+    Args:
+        paths: of the numbers, such as `controller.states.0.time`.
+    """
+    found: dict[str, None] = {}
+    for path in paths:
+        table, *names = path.split(".")
+        if table == "controller":
+            found["controller"] = None
+        elif table == "character" and names[0] == "muscles" and len(names) == 3 and names[2] in _LAWS:
+            found |= {"muscle laws": None, "excitations": None}
+        else:
+            return None
+    return tuple(found)
 
 
 def motion_of(scene: Scene, structure: Structure, inputs: ModelInputs = NO_INPUTS) -> Curves:

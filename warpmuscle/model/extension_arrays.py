@@ -46,17 +46,7 @@ def extensions_struct(structure: Structure, instances: int, device: Any) -> Any:
 
 def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: Any) -> None:
     """Let that argument have the parameters of a scene of numbers, see `scene.parameters.substitute`."""
-    custom = structure.controller.custom
-    own, defaults = extensions.first, dict(custom.defaults)
-    _put(own, custom.parameters, [parameters_of(scene, defaults)], device)
-    whose = {
-        "by_joint": ("", *structure.names.joints), "by_body": structure.names.bodies,
-        "by_muscle": structure.actuation.muscles or ("",),
-    }  # fmt: skip
-    for place, names in whose.items():
-        struct = getattr(custom, place)
-        if struct is not None:
-            _put(own, struct, list(own_parameters(scene, place, names, struct, defaults)), device, place)
+    put_of_controller(extensions, scene, structure, device)
     part = extensions.rest
     starts = expression_tables(scene).starts
     for entries in structure.forces:
@@ -73,6 +63,21 @@ def put_parameters(extensions: Any, scene: Scene, structure: Structure, device: 
             ]
             _put(part.first, entries.kind.parameters, given, device)
         part = part.rest
+
+
+def put_of_controller(extensions: Any, scene: Scene, structure: Structure, device: Any) -> None:
+    """Let that argument have the parameters of the controller in a scene of numbers."""
+    custom = structure.controller.custom
+    own, defaults = extensions.first, dict(custom.defaults)
+    _put(own, custom.parameters, [parameters_of(scene, defaults)], device)
+    whose = {
+        "by_joint": ("", *structure.names.joints), "by_body": structure.names.bodies,
+        "by_muscle": structure.actuation.muscles or ("",),
+    }  # fmt: skip
+    for place, names in whose.items():
+        struct = getattr(custom, place)
+        if struct is not None:
+            _put(own, struct, list(own_parameters(scene, place, names, struct, defaults)), device, place)
 
 
 def _put(

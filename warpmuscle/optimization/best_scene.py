@@ -85,3 +85,11 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     how = f"cost {cost:.6g} after {number_of(count, 'candidate')} on {result.device}{chosen}"
     how += f": {result.command}" if result.command else ""
     return pinned(with_values(scene, best), best, free), how
+
+
+def is_to_walk(result: Result) -> bool:
+    """Whether a search was for the walk of a person, by norms, and found something."""
+    if result.best is None or result.evaluations is None:
+        return False
+    scene = recorded_scene(result)
+    return scene.feet is not None and bool(scene.objective.norms)

@@ -23,6 +23,7 @@ from warpmuscle.simulation.memory import instances_that_fit
 CPU_BATCH = 500  # small enough that finished candidates come in all along
 GPU_BATCH = 65536
 _KEPT = 2  # sizes of batches that are kept ready: full ones and the rest
+_SPARE = 1.1  # as large as this, at most, is a batch for fewer candidates, which takes no longer on a GPU
 _RECORDED = 0.25  # of a GPU's free memory, at most, takes the motion of all candidates of a search of one batch
 
 
@@ -110,8 +111,8 @@ class Generation:
         self.terms[rows] = known.terms
 
     def take(self, rows: NDArray[np.intp], trials: CandidateBatch) -> None:
-        """Take what has ended of the trials that evaluate these rows."""
-        ended, outcomes = trials.ended(), trials.outcomes()
+        """Take what has ended of the trials, the first of which evaluate these rows."""
+        ended, outcomes = np.flatnonzero(trials.ended()[: len(rows)]), trials.outcomes()
         rows = rows[ended]
         self.cost[rows], self.end_time[rows] = outcomes.cost[ended], outcomes.end_time[ended]
         for index, values in enumerate(outcomes.terms.values()):
@@ -179,7 +180,7 @@ class BatchEvaluator:
             part = rows[begin : begin + self.largest]
             trials = self._of_size(len(part))
             self._values = generation.values[part]
-            trials.set_parameters(self._values)
+            trials.set_parameters(_filled(self._values, trials.candidates))
             self._load(trials, tracker)
             try:
                 with tracker.computing():
@@ -188,7 +189,7 @@ class BatchEvaluator:
                 trials.run(0.0)  # no further, but those at their end have come to it, also after an exception
                 generation.take(part, trials)
             self._warn(trials)
-            simulated = float(trials.batch.end_time().sum())
+            simulated = float(trials.batch.end_time()[: len(part) * trials.runs].sum())
             tracker.counted(len(part), float(generation.cost[part].min()), simulated)
 
     def _warn(self, trials: CandidateBatch) -> None:
@@ -212,11 +213,13 @@ class BatchEvaluator:
         same = (self._values == values).all(axis=1)
         if not self._recorded or not same.any():
             return None
-        batch, row = self._trials[len(same)].batch, int(same.argmax())
+        batch, row = self._of_size(len(same)).batch, int(same.argmax())
         return batch.recording(row), batch.parts(row)
 
     def _of_size(self, candidates: int) -> CandidateBatch:
-        """Trials of so many candidates, made now unless there are such."""
+        """Trials of so many candidates, made now unless there are such; on a GPU a few more serve as well."""
+        most = candidates if self.at_once == 0 or self._recorded else int(candidates * _SPARE)
+        candidates = min((size for size in self._trials if candidates <= size <= most), default=candidates)
         trials = self._trials.pop(candidates, None)
         while len(self._trials) >= _KEPT:
             del self._trials[next(iter(self._trials))]
@@ -256,6 +259,11 @@ def _recordable(trials: CandidateBatch) -> int:
     if others or device.is_cpu or not trials.undisturbed:
         return 0
     return int(_RECORDED * (instances_that_fit(trials.batch.recording_bytes, device) or 0))
+
+
+def _filled(values: Floats, count: int) -> Floats:
+    """Values of so many candidates, the last of which stand for nobody."""
+    return values[np.minimum(np.arange(count), len(values) - 1)] if count > len(values) else values
 
 
 def _places(part: Floats, whole: Floats) -> NDArray[np.intp] | None:

@@ -13,7 +13,7 @@ from warpmuscle.results.records import ANY_NUMBER
 from warpmuscle.simulation.candidates import CandidateBatch
 
 INTERVAL = 0.05  # s at least between two reports of a batch
-TELLING = 0.05  # of the time, that may go into finding out what to tell
+TELLING = 0.01  # of the time, that may go into finding out what to tell
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,10 @@ class Tracker:
         begin = time.monotonic()
         if self._tell is None or begin < self._quiet_until:
             return
-        progress = self._with(trials)
+        self._report(self._with(trials))
         took = time.monotonic() - begin
+        self._computed -= took  # in which the device waited
         self._quiet_until = begin + max(INTERVAL, took / TELLING)
-        self._report(progress)
 
     def next_generation(self, median: float) -> None:
         """A generation is complete, with this median cost."""
@@ -131,7 +131,8 @@ class Tracker:
         part = trials.candidates - alive + alive * batch.time / batch.scene.duration
         best = min(self.best, float(costs.min())) if len(costs) else self.best
         simulated = self._simulated + float(batch.end_time().sum())
-        return self._now(self.done + trials.candidates - alive, alive, best, simulated, part)
+        done = min(self.done + trials.candidates - alive, self._candidates)  # a few of a batch may stand for nobody
+        return self._now(done, alive, best, simulated, part)
 
     def _now(self, done: int, alive: int, best: float, simulated: float, part: float) -> Progress:
         """Progress; `part` is what the batch that runs now has done of its candidates."""

@@ -14,7 +14,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.gait.table import human, unit_of
-from warpmuscle.optimization.best_scene import recorded_scene, scene_in
+from warpmuscle.optimization.best_scene import scene_in
 from warpmuscle.report.tables import aligned
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
@@ -91,14 +91,6 @@ def _to_the_ground(scene: Scene, motion: Recording, device: str | None, threads:
     rollout.run()
     found = rollout.recording()
     return found if found.frames > motion.frames else motion
-
-
-def is_to_walk(result: Result) -> bool:
-    """Whether a search was for the walk of a person, by norms, and found something."""
-    if result.best is None or result.evaluations is None:
-        return False
-    scene = recorded_scene(result)
-    return scene.feet is not None and bool(scene.objective.norms)
 
 
 def before_and_after(result: Result, *, device: str | None = None, threads: int | None = None) -> tuple[Walked, Walked]:

@@ -9,6 +9,7 @@ import os
 import re
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from types import TracebackType
 
@@ -25,7 +26,11 @@ SOONEST = 2.0  # s, before which it is not; the journal has it
 
 
 class Checkpoint:
-    """The files of one optimisation, which no other process writes meanwhile; a context manager."""
+    """The files of one optimisation, which no other process writes meanwhile; a context manager.
+
+    A generation is written beside the search, while the next one is computed; one that fails to be written is told of
+    when the next one comes.
+    """
 
     def __init__(self, path: Path, identity: str) -> None:
         """Open the journal of a result file that exists; raises ResultError."""
@@ -33,6 +38,8 @@ class Checkpoint:
         self._journal = Journal(journal_path(path), identity)
         self._written, self._count = time.monotonic(), 0
         self._duration = 0.0
+        self._beside = ThreadPoolExecutor(1, thread_name_prefix="files")
+        self._writing: Future[None] | None = None
 
     @classmethod
     def begin(cls, path: Path, start: Result) -> Checkpoint:
@@ -90,26 +97,43 @@ class Checkpoint:
         self.close()
 
     def close(self) -> None:
-        """Let other processes write the files."""
+        """Let other processes write the files, once all is on the disk."""
+        self._beside.shutdown()
         self._journal.close()
 
     def put(self, generation: Evaluations, count: int, result: Callable[[], Result]) -> None:
-        """Put a generation on the disk, and if it is time for that write the file anew.
+        """Begin to put a generation on the disk, and if it is time for that to write the file anew.
 
         Args:
             generation: its candidates. count: of candidates in all.
-            result: gives all that is to be in the file.
+            result: gives all that is to be in the file; called now if at all.
 
         Raises:
-            ResultError: with how to go on from what is on the disk.
+            ResultError: the generation before could not be written; with how to go on from what is on the disk.
         """
+        self._wait()
+        whole = result() if self._due(generation, count) else None
+        self._writing = self._beside.submit(self._put, generation, whole)
+
+    def _put(self, generation: Evaluations, whole: Result | None) -> None:
         with self._explained():
             self._journal.append(generation)
+        if whole is not None:
+            self._write_all(whole)
+
+    def _wait(self) -> None:
+        """Until what was begun is on the disk; raises what it raised, once."""
+        if self._writing is not None:
+            wait([self._writing])  # where an interruption leaves it
+            writing, self._writing = self._writing, None
+            writing.result()
+
+    def _due(self, generation: Evaluations, count: int) -> bool:
+        """Whether it is time to write a file of so many candidates anew, since when not too much time went into it."""
         since = time.monotonic() - self._written
         due = count >= self._count * GROWTH or since >= INTERVAL
         takes = max(self._duration, count * generation.params.shape[1] * generation.params.itemsize / SPEED)
-        if due and since >= SOONEST and takes <= SHARE * since:
-            self.write(result())
+        return due and since >= SOONEST and takes <= SHARE * since
 
     def write(self, result: Result) -> None:
         """Write the file now, so that the journal need not hold anything.
@@ -117,6 +141,10 @@ class Checkpoint:
         Raises:
             ResultError: with how to go on from what is on the disk.
         """
+        self._wait()
+        self._write_all(result)
+
+    def _write_all(self, result: Result) -> None:
         self._write(result)
         with self._explained():
             self._journal.clear()
@@ -127,6 +155,7 @@ class Checkpoint:
         Raises:
             ResultError: with how to go on from what is on the disk, the journal included.
         """
+        self._wait()
         self._write(result)
         self._journal.remove()
         remove_leftovers(self._path)

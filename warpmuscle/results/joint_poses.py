@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
@@ -13,17 +14,17 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.joint_type import JointType
 
 
-def joint_angles(motion: Recording, character: Character, name: str) -> Floats:
+def joint_angles(motion: Recording, character: Character, name: str, breaks: ArrayLike = ()) -> Floats:
     """The angles of a joint in all frames, (F, A), rad or m, as its type shows them.
 
     Args:
-        character: without free parameters.
+        character: without free parameters. breaks: frames at which other motions begin.
     """
     joint = character.joints[name]
     entry, orientation = joint_type(joint), normalized(motion.joint_orientation[:, motion.joint_names.index(name)])
     turns = type(entry).shown is JointType.shown  # which looks at no place
     place = np.zeros((len(orientation), 3)) if turns else joint_places(motion, character, name)
-    return entry.shown(joint, orientation, place)
+    return entry.shown(joint, orientation, place, breaks)
 
 
 def joint_places(motion: Recording, character: Character, name: str) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -94,6 +94,22 @@ def free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
     return found
 
 
+class KnownNumbers(NamedTuple):
+    """What `substitute` finds of a scene, for one that nobody changes."""
+
+    numbers: list[tuple[str, Free, str]]  # as `free_numbers` has them
+    parameters: list[Parameter]
+    within: set[str]  # paths of all that has any of them
+
+
+def known_numbers(scene: Scene) -> KnownNumbers:
+    """What `substitute` finds of a scene, so that it need not look again."""
+    found = free_numbers(scene)
+    return KnownNumbers(
+        found, _parameters(scene, found), {"", *(path for key, _, _ in found for path in _down_to(key))}
+    )
+
+
 def _parameters(scene: Scene, found: Sequence[tuple[str, Free, str]]) -> list[Parameter]:
     result: list[Parameter] = []
     for key, number, unit in found:
@@ -156,7 +172,7 @@ def substitute(
     scene: Scene,
     values: Floats,
     commands: Mapping[str, Any] | None = None,
-    found: Sequence[tuple[str, Free, str]] | None = None,
+    known: KnownNumbers | None = None,
 ) -> Scene:
     """The scene with numbers, or one number an instance, in place of its free parameters.
 
@@ -164,8 +180,8 @@ def substitute(
         scene: checked scene (see `validation.scene.check_scene`); it is not changed.
         values: (n, P), one row an instance, or (P,), in the order of `free_parameters`.
         commands: floats, or (n,) arrays, in place of the scene's own commands of these names.
-        found: the scene's `free_numbers`, where they are known already and nobody changes the scene or the result:
-            parts without any are then those of the scene, and not copies.
+        known: the scene's `known_numbers`, where nobody changes the scene or the result: parts without any are then
+            those of the scene, and not copies.
 
     Returns:
         A scene whose fields hold (n,) arrays of float64, or floats for a (P,) vector, where they held a `Free`;
@@ -174,8 +190,7 @@ def substitute(
     Raises:
         Error: `values` has another number of columns than the scene has free parameters.
     """
-    copied, found = found is None, free_numbers(scene) if found is None else found
-    parameters = _parameters(scene, found)
+    found, parameters, within = known_numbers(scene) if known is None else known
     values = _as_values(parameters, values, dimensions=(1, 2))
     columns: dict[str, Any] = {}
     for index, parameter in enumerate(parameters):
@@ -191,8 +206,8 @@ def substitute(
             raise SceneError(f"{name!r} is not a free parameter", key=f"{key}.same_as")
         return number.following(columns[name])
 
-    within = None if copied else {"", *(path for key, _, _ in found for path in _down_to(key))}
-    numeric = rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf, within=within)
+    where = None if known is None else within
+    numeric = rebuilt(scene, lambda key, leaf: column(key, leaf) if isinstance(leaf, Free) else leaf, within=where)
     return impaired(numeric)
 
 

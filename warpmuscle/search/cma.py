@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -17,9 +18,16 @@ from warpmuscle.search.one_thread import one_thread
 from warpmuscle.search.restarts import CmaRun, Restarts
 from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start, frozen
 
+_SPARED = [name for name in ("matplotlib", "scipy.stats") if name not in sys.modules]
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", UserWarning)  # it misses Matplotlib, which only its plots need
-    import cma  # type: ignore[import-untyped]
+    # Its plots and surrogate models alone need these, which take twenty times as long to import as all the rest of it.
+    sys.modules.update(dict.fromkeys(_SPARED))  # type: ignore[arg-type]
+    try:
+        import cma  # type: ignore[import-untyped]
+    finally:
+        for _name in _SPARED:
+            del sys.modules[_name]
 
 LEAST_POPULATION = 4  # two parents, so that the covariance has something to learn from
 MIRRORED = 0.16  # of a generation: the other side of its worst candidates (Auger, Brockhoff, Hansen, GECCO 2011)

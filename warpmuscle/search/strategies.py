@@ -46,7 +46,7 @@ def make_search(
         raise Error(f"the start has {number_of(len(point), 'coordinate')} for {number_of(dimensions, 'parameter')}")
     family, _, detail = name.partition(":")
     if name in ("cma", "cma:ipop", "cma:bipop"):
-        from warpmuscle.search.cma import CmaSearch  # takes Matplotlib along, which takes a while
+        from warpmuscle.search.cma import CmaSearch  # which other searches need not wait for
 
         if detail and restarts not in ("none", detail):
             raise Error(f"{name} cannot have restarts {restarts!r} as well")

@@ -8,7 +8,7 @@ import warp as wp
 
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.kernels.body.restart import put_rows
-from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
+from warpmuscle.model.extension_arrays import extensions_struct, put_of_controller, put_parameters
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
@@ -29,6 +29,17 @@ class Extensions:
     def use(self, numeric: Scene) -> None:
         """Take the parameters from a scene of numbers, see `parameters.substitute`."""
         put_parameters(self.struct, numeric, self._structure, self._device)
+
+    @property
+    def of_controller(self) -> bool:
+        """Whether there are parameters of the controller."""
+        custom = self._structure.controller.custom
+        places = (custom.parameters, custom.by_joint, custom.by_body, custom.by_muscle)
+        return any(struct is not None for struct in places)
+
+    def use_controller(self, numeric: Scene) -> None:
+        """Take those of the controller, which are all that differs from the present ones."""
+        put_of_controller(self.struct, numeric, self._structure, self._device)
 
     def restart(self, chosen: wp.array | None = None) -> None:
         """Put the states of all instances, or of chosen ones, back to zero."""

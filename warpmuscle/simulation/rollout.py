@@ -13,18 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from warpmuscle.core.arguments import as_kind, as_number, as_truth, check_function
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.arrays import times_repeated
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.recording.record import NOTHING
-from warpmuscle.model.build import Fields, ModelInputs, build_model, replaced, update_model, with_fields
+from warpmuscle.model.build import Fields, ModelInputs, build_model, parts_of, replaced, update_model, with_fields
 from warpmuscle.model.controllers.program import has_program
 from warpmuscle.model.parts import check_custom, recorded_functions
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_numbers, free_parameters, start_values, substitute
+from warpmuscle.scene.parameters import Parameter, free_parameters, known_numbers, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import (
     checked_threads,
@@ -149,8 +150,9 @@ class Rollout(RolloutResults):
         reference = reference_of(scene, structure, self._record)
         self._inputs.of_model = ModelInputs(reference=reference, norms=recorded_norms(scene))
         self._values: Floats = start_values(scene)
-        self._free = free_numbers(scene)
-        self._of_controller = all(name.startswith("controller.") for name, _, _ in self._free)
+        self._known = known_numbers(scene)
+        self._numeric: Scene | None = None
+        self._following = parts_of(name for name, _, _ in self._known.numbers)
         self._commands: Mapping[str, Floats] = {}  # that are not those of the scene
         self._course = Course(scene)
         self.terrain_starts = TerrainStarts(scene, self.instances, self.device)
@@ -163,6 +165,16 @@ class Rollout(RolloutResults):
             kind = config.kind.muscles
             self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device)
         self.reset()
+
+    @property
+    def numeric(self) -> Scene:
+        if self._numeric is None:  # nobody has asked since parameters were set
+            self._numeric = self._substituted(self._values)
+        return self._numeric
+
+    @numeric.setter
+    def numeric(self, scene: Scene) -> None:
+        self._numeric = self._few = scene
 
     def _record(self, scene: Scene) -> Recording:
         """The motion of one simulation of another scene on this device."""
@@ -182,18 +194,18 @@ class Rollout(RolloutResults):
         self._inputs.use(numeric)
         self.numeric = numeric
 
-    @in_silence
     def change_controller(self, numeric: Scene) -> None:
         """Go on with other numbers of the controller, which are all that differs from the present ones."""
         self.change_parts(numeric, ["controller"])
 
+    @in_silence
     def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
-        """Go on with other numbers of these parts of the model, see `model.build.PARTS`; no others differ."""
+        """Go on with other numbers of these parts of the model, see `model.build.update_model`; no others differ."""
         self.numeric = numeric
         for part in parts:
             self._update(part)
         if "controller" in parts:
-            self._extensions.use(numeric)
+            self._extensions.use_controller(numeric)
 
     def change_forces(self, numeric: Scene) -> None:
         """Go on with other numbers of the scene's forces, which are all that differs from the present ones."""
@@ -206,7 +218,7 @@ class Rollout(RolloutResults):
 
     def _substituted(self, values: Floats) -> Scene:
         """The scene with values of its parameters, as commanded, with masses and strengths of disturbed instances."""
-        return with_bodies(substitute(self.scene, values, self._commands, self._free), self._inputs.disturbances)
+        return with_bodies(substitute(self.scene, values, self._commands, self._known), self._inputs.disturbances)
 
     def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
         if isinstance(values, Mapping):
@@ -215,19 +227,33 @@ class Rollout(RolloutResults):
         if array.ndim == 2 and self.instances > FEW:
             held = struct_bytes(self.state, self.model, self._extensions.struct)
             check_memory(self.instances, self.instance_bytes.total, self.device, held)
-        before = self.numeric
+        before = self._numeric, self._few
         try:
-            if self._of_controller:
-                self.change_controller(self._substituted(array))
+            if self._following is not None:
+                self._follow(array, self._following)
             else:
                 self.model = structs.Model()  # so that its memory is free for the new one
                 self.change(self._substituted(array))
             self._values = array
         except Error:
-            self.change(before)
+            self._numeric, self._few = before
+            self.change(self.numeric)
             raise
         finally:
             self.reset()
+
+    @in_silence
+    def _follow(self, array: Floats, parts: Sequence[str]) -> None:
+        """Take values of parameters that appear in these parts alone; those of neighbours may be the same."""
+        told = self._inputs.disturbances
+        alike = array.ndim == 2 and not self._commands and not self._extensions.of_controller
+        times = times_repeated(array) if alike and told.mass is None and told.strength is None else 1
+        few = self._substituted(array[::times] if times > 1 else array)
+        self._numeric, self._few = None if times > 1 else few, few
+        each = len(array) // times, times
+        update_model(self.model, parts, few, self.structure, self.device, self._inputs.of_model, each)
+        if "controller" in parts:
+            self._extensions.use_controller(few)
 
     def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
         checked = checked_commands(commands, self.scene, self.instances)
@@ -236,6 +262,7 @@ class Rollout(RolloutResults):
         self._command(checked, restart)
 
     def _command(self, checked: Mapping[str, Floats], restart: bool) -> None:
+        before = self.numeric
         self._commands = {**self._commands, **checked}
         numeric = self._substituted(self._values)
         if restart:
@@ -243,7 +270,7 @@ class Rollout(RolloutResults):
             self.reset()
         else:
             place = place_of_root(self.coordinate_names, self.state.coordinates.numpy())
-            ground = turned_below(self.numeric.ground, numeric.ground, place)
+            ground = turned_below(before.ground, numeric.ground, place)
             self._ground_turned = ground is not numeric.ground
             self.change(msgspec.structs.replace(numeric, ground=ground))
 

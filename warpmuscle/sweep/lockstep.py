@@ -247,8 +247,8 @@ class _Replays:
             part = rows[begin : begin + rollout.instances]
             rollout.set_parameters(part[np.minimum(np.arange(rollout.instances), len(part) - 1)])
             rollout.run()
-            for instance in range(len(part)):
-                yield rollout.recording(instance), rollout.parts(instance)
+            for instance, motion in enumerate(rollout.recordings(range(len(part)))):
+                yield motion, rollout.parts(instance)
 
     def _made(self, wanted: int) -> Rollout:
         """A batch that records as many as fit."""

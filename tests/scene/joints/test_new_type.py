@@ -44,7 +44,7 @@ class Screw(Coordinate):
         along = np.broadcast_to(a, zero.shape)
         return JointKinematics(about(a, q[:, 0]), a * LEAD * q, [along], [along * LEAD], zero, zero)
 
-    def shown(self, joint, orientation, place):
+    def shown(self, joint, orientation, place, breaks=()):
         return np.sum(place * self.frame(joint)[0], axis=1, keepdims=True) / LEAD
 
 

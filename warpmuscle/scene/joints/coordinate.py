@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
@@ -44,7 +45,7 @@ class Slide(Coordinate):
         upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(q), 1))
         return JointKinematics(upright, a * q, [zero], [np.broadcast_to(a, zero.shape)], zero, zero)
 
-    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
+    def shown(self, joint: Joint, orientation: Floats, place: Floats, breaks: ArrayLike = ()) -> Floats:
         return np.asarray(np.sum(place * self.frame(joint)[0], axis=-1, keepdims=True))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
@@ -75,7 +76,7 @@ class Coupled(Coordinate):
             place, moving, curving = place + axis * value, moving + axis * first, curving + axis * second
         return JointKinematics(orientation, place, [turning], [moving], bending * v**2, curving * v**2)
 
-    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
+    def shown(self, joint: Joint, orientation: Floats, place: Floats, breaks: ArrayLike = ()) -> Floats:
         """The coordinate whose pose comes nearest."""
         samples = np.linspace(*span_of(joint, joint), _SAMPLES)[:, None]
         motion = self.motion(joint, samples, np.zeros_like(samples))
@@ -195,7 +196,7 @@ class Follower(Coupled):
     def nearest(self, joint: Joint, orientation: Floats, angular_velocity: Floats) -> tuple[Floats, Floats]:
         return np.zeros((len(orientation), 0)), np.zeros((len(orientation), 0))
 
-    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
+    def shown(self, joint: Joint, orientation: Floats, place: Floats, breaks: ArrayLike = ()) -> Floats:
         return np.zeros((len(orientation), 0))
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
@@ -141,11 +142,12 @@ class JointType:
         """How the joint holds and moves its child at coordinates (n, C) and speeds (n, S)."""
         raise NotImplementedError
 
-    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
+    def shown(self, joint: Joint, orientation: Floats, place: Floats, breaks: ArrayLike = ()) -> Floats:
         """The angles (n, A), rad or m, that files and figures show.
 
         Args:
             orientation: of the child in its parent, (n, 4). place: as in `JointKinematics`, (n, 3).
+            breaks: rows at which other motions begin; angles go on without jumps from row to row but there.
         """
         still = np.zeros((len(orientation), 3))
         return self.nearest(joint, orientation, still)[0]

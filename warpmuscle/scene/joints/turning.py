@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import orthogonal
@@ -45,8 +46,8 @@ class Ball(JointType):
         turning = [rotate(orientation, np.broadcast_to(unit, (len(q), 3))) for unit in np.eye(3)]
         return JointKinematics(orientation, zero, turning, [zero] * 3, zero, zero)
 
-    def shown(self, joint: Joint, orientation: Floats, place: Floats) -> Floats:
-        return euler_xyz(orientation)
+    def shown(self, joint: Joint, orientation: Floats, place: Floats, breaks: ArrayLike = ()) -> Floats:
+        return euler_xyz(orientation, breaks)
 
     def turned(self, joint: Joint, angles: Floats) -> Floats:
         x, y, z = (about(axis, angle) for axis, angle in zip(np.eye(3), angles.T, strict=True))

@@ -1,0 +1,72 @@
+"""A batch whose parameters change in place has the model that it would have if it were built anew."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpmuscle.core.arrays import arrays_of, repeat_rows, times_repeated
+from warpmuscle.formats import load, scene_names
+from warpmuscle.model.build import build_model, parts_of
+from warpmuscle.scene.parameters import free_numbers, free_parameters, from_unit, substitute
+from warpmuscle.simulation.rollout import Rollout
+
+
+def in_place(name: str) -> bool:
+    """Whether a shipped scene has free numbers, which are all in parts of the model that can be made again alone."""
+    paths = [path for path, _, _ in free_numbers(load(name))]
+    return bool(paths) and parts_of(paths) is not None
+
+
+NAMES = [name for name in scene_names() if in_place(name)]
+DRAWN = np.random.default_rng(5)
+
+
+def values_of(struct) -> list[bytes]:
+    return [array.numpy().tobytes() for array in arrays_of(struct)]
+
+
+def drawn(name: str, count: int) -> np.ndarray:
+    parameters = free_parameters(load(name))
+    return from_unit(parameters, DRAWN.uniform(size=(count, len(parameters))))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_models_of_new_values_are_those_built_anew(name: str):
+    candidates, runs = 3, 2
+    rollout = Rollout(load(name), candidates * runs, "cpu")
+    for values in (drawn(name, candidates), drawn(name, candidates)):
+        every = np.repeat(values, runs, axis=0)
+        rollout.set_parameters(every)
+        anew = build_model(substitute(rollout.scene, every), rollout.structure, "cpu", rollout._inputs.of_model)
+        assert values_of(rollout.model) == values_of(anew)
+        numeric = build_model(rollout.numeric, rollout.structure, "cpu", rollout._inputs.of_model)
+        assert values_of(numeric) == values_of(anew)
+
+
+def test_there_are_scenes_with_free_muscles_and_with_controllers_alone():
+    tables = {parts_of(path for path, _, _ in free_numbers(load(name))) for name in NAMES}
+    assert ("controller",) in tables
+    assert any("muscle laws" in parts for parts in tables)
+
+
+def test_numbers_of_bodies_and_paths_may_be_anywhere():
+    assert parts_of(["controller.pd.kp", "character.bodies.torso.mass"]) is None
+    assert parts_of(["character.muscles.soleus.path.0.position"]) is None
+    assert parts_of(["character.muscles.soleus.l_opt"]) == ("muscle laws", "excitations")
+
+
+@pytest.mark.parametrize(
+    ("counts", "expected"), [([3, 3, 3], 3), ([4], 4), ([1, 1], 1), ([2, 3, 1], 1), ([2, 2, 3], 1), ([1, 2, 3], 1)]
+)
+def test_repeated_rows_are_found_where_all_are_repeated_equally(counts: list[int], expected: int):
+    rows = np.repeat(np.arange(2 * len(counts), dtype=float).reshape(-1, 2), counts, axis=0)
+    assert times_repeated(rows) == expected
+
+
+@pytest.mark.parametrize("device", [str(device) for device in wp.get_devices()])
+def test_rows_are_repeated_and_other_arrays_stay(device: str):
+    values = DRAWN.uniform(size=(5, 3, 4)).astype(np.float32)
+    array = repeat_rows(wp.array(values, dtype=wp.vec4, device=device), 5, 3)
+    np.testing.assert_array_equal(array.numpy(), np.repeat(values, 3, axis=0))
+    for other in (wp.zeros(5, dtype=float, device=device), wp.zeros((4, 2), dtype=float, device=device)):
+        assert repeat_rows(other, 5, 3) is other
