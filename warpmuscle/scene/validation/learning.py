@@ -112,7 +112,7 @@ def _variation(check: Checks, variation: Variation) -> None:
     numbers = [n for n in variation.__struct_fields__ if isinstance(getattr(variation, n), float)]
     check.not_negative(key, variation, *numbers)
     check.positive(key, variation, "push_interval", "push_duration")
-    for name in ("mass", "strength"):
+    for name in ("mass", "strength", "side_strength"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
     for name in variation.commands:
