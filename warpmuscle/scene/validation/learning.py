@@ -79,8 +79,10 @@ def _goal(key: str, goal: Goal) -> None:
 def _imitation(check: Checks, imitation: Imitation) -> None:
     """There is a gait, and norms and joints of these names."""
     key, scene = "learning.imitation", check.checked
-    if scene.feet is None or (scene.simbicon is None and not imitation.file):
-        raise SceneError("there is no controller with feet, whose gait it would be, nor a file", key=key)
+    if scene.feet is None:
+        raise SceneError("there are no feet, whose gait it would be; name them in character.feet", key=key)
+    if scene.simbicon is None and not (imitation.file or imitation.norm):
+        raise SceneError("there is no controller, whose gait it would be, nor a file nor a norm", key=key)
     if imitation.replay < 0:
         raise SceneError(f"must be 0 at least, is {imitation.replay}", key=f"{key}.replay")
     if imitation.replay and not imitation.file:
