@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Imitation, Sense, Task, Variation
 from warpmuscle.learning.imitation import BINS
@@ -72,6 +73,19 @@ def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Ro
         fastest[name] = np.abs(turning).max()
     assert fastest["tibia_l"] > 4.0  # rad/s, in swing
     assert fastest["torso"] == 0.0
+
+
+def test_a_norm_needs_feet_and_nothing_without_shapes_can_stand_on_them():
+    with pytest.raises(SceneError, match="there are no feet that would walk so") as caught:
+        EpisodeBatch("gait2392", 1, "cpu", Task(imitation=IMITATION))
+    assert caught.value.key == "learning.imitation"
+    scene = imported()
+    bodies = {name: msgspec.structs.replace(body, shapes=[]) for name, body in scene.character.bodies.items()}
+    bare = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, bodies=bodies))
+    flying = Task(imitation=IMITATION, variation=Variation(start_states=4))
+    with pytest.raises(SceneError, match="nothing of the body touches the ground") as caught:
+        EpisodeBatch(bare, 1, "cpu", flying)
+    assert caught.value.key == "learning.variation.start_states"
 
 
 @pytest.mark.usefixtures("unoptimized_test")

@@ -103,4 +103,4 @@ def lowest_points(coordinates: Floats, rollout: Rollout) -> Floats:
         for shape in character.bodies[body].shapes
         for place, radius in contact_points(shape)
     ]
-    return np.min(heights, axis=0)
+    return np.asarray(np.min(heights, axis=0))

@@ -71,6 +71,9 @@ class Goal(Part):
 class Imitation(Part):
     """A gait that is imitated: that of the scene's own controller, the angles of a norm, or a recorded one.
 
+    In a scene without a controller, `norm` alone is a gait: other joints stay as the scene starts, the root is upright,
+    and `start_states` are poses over its cycle, see `learning.imitation.people`.
+
     With `file`, coordinates of joints are those of a recorded motion, whose names have to be the scene's, means over
     its whole gait cycles by the forces on the left foot; episodes start the clock where the recorded pose is nearest.
 
