@@ -19,20 +19,31 @@ QUANTITIES = ("muscle_fibre_length", "muscle_fibre_velocity", "muscle_force")
 MUSCLES = 14
 
 
-def batch_of(observations: dict[str, Sense], count: int = 1, scene: SceneLike = "reflex_planar", **more: object):
-    return EpisodeBatch(scene, count, "cpu", Task(observations=observations, variation=STILL, **more), threads=1)
+def batch_of(
+    observations: dict[str, Sense],
+    count: int = 1,
+    scene: SceneLike = "reflex_planar",
+    variation: Variation = STILL,
+    **more: object,
+):
+    return EpisodeBatch(scene, count, "cpu", Task(observations=observations, variation=variation, **more), threads=1)
 
 
-def history(batch: EpisodeBatch, decisions: int, each: int) -> np.ndarray:
-    """What is observed, (decisions + 1, numbers), with actions that change after every so many decisions."""
+def histories(batch: EpisodeBatch, decisions: int, each: int, seed: int = 0) -> np.ndarray:
+    """What is observed, (decisions + 1, instances, numbers), with actions that change after so many decisions."""
     told = np.random.default_rng(2).normal(0.0, 0.5, (decisions // each + 1, 1, MUSCLES)).astype(np.float32)
-    batch.reset(0)
-    rows = [batch.senses.observation.numpy()[0].copy()]
+    batch.reset(seed)
+    rows = [batch.senses.observation.numpy().copy()]
     for k in range(decisions):
         batch.actions.requested.assign(told[k // each].repeat(len(batch.actions.requested), axis=0))
         batch.step()
-        rows.append(batch.senses.observation.numpy()[0].copy())
+        rows.append(batch.senses.observation.numpy().copy())
     return np.stack(rows)
+
+
+def history(batch: EpisodeBatch, decisions: int, each: int) -> np.ndarray:
+    """What the first instance observes, (decisions + 1, numbers)."""
+    return histories(batch, decisions, each)[:, 0]
 
 
 def test_nerves_tell_what_was_before_the_delay_also_where_that_lies_within_a_decision():
@@ -47,6 +58,25 @@ def test_nerves_tell_what_was_before_the_delay_also_where_that_lies_within_a_dec
         for decision in range(7):
             expected = truth[max(10 * decision - delay, 0), columns]
             assert np.array_equal(seen[decision, columns], expected), (group, decision)
+
+
+def test_nerves_of_an_episode_may_be_later_still_but_wanted_speeds_are_known_at_once():
+    groups, decisions = {"fibre_length": Sense(delay=0.017), "command": Sense()}, 8
+    varied = Variation(velocity_noise=0.0, delay=0.03)
+    late = batch_of(groups, 40, variation=varied, speed=(0.5, 2.0), command_time=0.02)
+    truth = history(batch_of({"fibre_length": Sense()}, decision_time=0.001), 10 * decisions, 10)
+    expected = np.stack([[truth[max(10 * (d - k) - 17, 0)] for d in range(decisions + 1)] for k in range(4)])
+    found = []
+    for seed in range(2):
+        seen = histories(late, decisions, 1, seed)
+        fits = (seen[:, :, :MUSCLES] == expected[:, :, None]).all(axis=(1, 3))  # (delays, instances)
+        assert (fits.sum(axis=0) == 1).all()
+        found.append(fits.argmax(axis=0))
+        told = late.senses.names.index("command.speed")
+        np.testing.assert_array_equal(seen[-1, :, told], late.episodes.command.numpy()[:, 0])
+        assert (seen[-1, :, told] != seen[0, :, told]).all()
+    assert set(found[0]) == set(found[1]) == {0, 1, 2, 3}
+    assert (found[0] != found[1]).any()
 
 
 @pytest.mark.usefixtures("unoptimized_test")

@@ -8,6 +8,8 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
 from warpmuscle.learning.senses import GROUPS
+from warpmuscle.scene import Character, Joint
+from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.joints.symmetry import QUATERNION, TURN, VECTOR, is_symmetric, joint_image
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
@@ -113,3 +115,30 @@ def test_a_joint_that_moves_otherwise_than_its_counterpart_is_refused():
 def test_a_body_is_symmetric_if_some_of_it_is_on_two_sides_that_are_alike(scene: str, even: bool):
     loaded = load(scene)
     assert is_symmetric(substitute(loaded, start_values(loaded)).character) is even
+
+
+def with_kneecaps(slope_of_the_right: float) -> Character:
+    """The legs of an imported model, with kneecaps that follow the knees as those of Rajagopal2016 do."""
+    character = load("gait2392_walk").character
+    bodies, joints = dict(character.bodies), dict(character.joints)
+    for side, slope in (("l", 0.5), ("r", slope_of_the_right)):
+        bodies[f"patella_{side}"] = bodies[f"toes_{side}"]
+        joints[f"knee_angle_{side}_beta"] = Joint(
+            "coupled", f"femur_{side}", f"patella_{side}", (0.0, -0.2, 0.05), (0.0, 0.0, 0.0),
+            rotations=[Displacement((1.0, 0.0, 0.0), slope=slope)], follows=f"knee_angle_{side}",
+        )  # fmt: skip
+    return msgspec.structs.replace(character, bodies=bodies, joints=joints)
+
+
+def test_a_kneecap_that_follows_a_knee_has_the_other_one_as_its_image():
+    image = joint_image(with_kneecaps(0.5), "knee_angle_r_beta")
+    assert image.name == "knee_angle_l_beta"
+    assert len(image.coordinates) == len(image.speeds) == 0
+    with pytest.raises(SceneError, match="does not move as the mirror image of 'knee_angle_r_beta'"):
+        joint_image(with_kneecaps(-0.5), "knee_angle_l_beta")
+    swapped = with_kneecaps(0.5)
+    swapped.joints["knee_angle_l_beta"] = msgspec.structs.replace(
+        swapped.joints["knee_angle_l_beta"], follows="knee_angle_r"
+    )
+    with pytest.raises(SceneError, match="does not move as the mirror image"):
+        joint_image(swapped, "knee_angle_l_beta")

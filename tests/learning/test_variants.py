@@ -10,6 +10,7 @@ from warpmuscle.learning import EpisodeBatch, Task, Variation
 from warpmuscle.learning.starts import own_gait
 from warpmuscle.learning.variants import drawn, drawn_commands, with_strengths
 from warpmuscle.scene import Command, Scene
+from warpmuscle.scene.joints.symmetry import side_of
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.perturbations import with_masses
@@ -66,6 +67,26 @@ def test_another_episode_has_another_variant_and_its_numbers(batch: EpisodeBatch
         mass, _, _ = drawn(VARIED, batch.rollout, 5)
         bodies = [body.mass for body in batch.rollout.numeric.character.bodies.values()]
         np.testing.assert_allclose(values[:6], (mass * bodies).sum(axis=1)[variant], rtol=1e-6)
+
+
+def test_all_muscles_of_a_side_are_stronger_or_weaker_together():
+    scene = load("walk56")
+    sided = Variation(velocity_noise=0.0, side_strength=0.2, variants=400)
+    rollout = Rollout(scene, 1, "cpu", threads=1)
+    mass, strength, slope = drawn(sided, rollout, 400)
+    names = list(scene.character.muscles)
+    left, right = ([k for k, name in enumerate(names) if side_of(name, names) == side] for side in ("left", "right"))
+    assert len(left) == len(right) > 20
+    for side in (left, right):
+        assert np.ptp(strength[:, side], axis=1).max() == 0.0
+        assert 0.8 <= strength[:, side].min() < 0.82 < 1.18 < strength[:, side].max() <= 1.2
+    assert abs(np.corrcoef(strength[:, left[0]], strength[:, right[0]])[0, 1]) < 0.2
+    assert (mass == 1.0).all()
+    assert (slope == 0.0).all()
+    both, plain = (drawn(Variation(strength=0.3, side_strength=share), rollout, 400)[1] for share in (0.2, 0.0))
+    of_side = both / plain  # one's own strength comes on top
+    np.testing.assert_allclose(of_side[:, left], of_side[:, left[:1]].repeat(len(left), axis=1), rtol=1e-12)
+    assert of_side.std(axis=0).min() > 0.1
 
 
 def with_load(asked: float | None = None) -> Scene:

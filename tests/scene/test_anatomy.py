@@ -1,8 +1,9 @@
 """Which joints of a leg are hip, knee and ankle."""
 
+import msgspec
 import pytest
 
-from warpmuscle.formats import toml
+from warpmuscle.formats import load, toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 
@@ -37,3 +38,13 @@ def test_a_hip_of_three_hinges_bends_about_the_one_that_points_to_the_side(order
 
 def test_bodies_with_a_mass_between_hinges_make_joints_of_their_own():
     assert leg_joints(legs_of(["flexion", "adduction", "rotation"], 0.5), 0) == ["rotation_l", "knee_l", "ankle_l"]
+
+
+@pytest.mark.parametrize("foot", ["talus", "calcn"])
+def test_a_foot_below_a_subtalar_joint_has_the_same_hip_knee_and_ankle(foot: str):
+    scene = load("gait2392")
+    assert scene.simbicon is None
+    character = msgspec.structs.replace(scene.character, feet=(f"{foot}_l", f"{foot}_r"))
+    standing = msgspec.structs.replace(scene, character=character)
+    assert leg_joints(standing, 0) == ["hip_l", "knee_angle_l", "ankle_angle_l"]
+    assert leg_joints(standing, 1) == ["hip_r", "knee_angle_r", "ankle_angle_r"]

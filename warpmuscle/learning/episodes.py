@@ -22,6 +22,7 @@ from warpmuscle.kernels.learning import episodes as kernels
 from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, seen_time
+from warpmuscle.learning.imitation.people import by_norm_alone, people_gait, people_starts
 from warpmuscle.learning.own_parts import OwnParts
 from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
@@ -124,10 +125,12 @@ class EpisodeBatch:
         self.final_observation = wp.zeros_like(self.senses.observation)
         self._stepper = self._stepper_of(self._variants.model)
         self._stepper.load()  # which may take long: what a task says wrongly has been said by now
-        own = self._own_gait(gait is None)
-        imitation = self.task.imitation
+        own, imitation = self._own_gait(gait is None), self.task.imitation
+        of_people = imitation is not None and by_norm_alone(self.scene, imitation)
         if gait is None and imitation is not None and imitation.file:
             gait = recorded_gait(rollout, imitation, body)
+        elif gait is None and imitation is not None and of_people:
+            gait = people_gait(rollout, imitation, body)
         elif gait is None and imitation is not None and own.recording is not None:
             gait = gait_of(own.recording, rollout, imitation, body)
         self.gait = gait
@@ -135,6 +138,8 @@ class EpisodeBatch:
             self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.own
         )
         states, times = first_states(rollout, self._stepper), [0.0]
+        if gait is not None and of_people and self.task.variation.start_states:
+            own = people_starts(gait, rollout, self._stepper, self.task)
         if own.states:
             again = len(own.states) // FROM_THE_FIRST
             states, times = own.states + states * again, own.times + times * again
@@ -284,7 +289,10 @@ class EpisodeBatch:
 
     def _own_gait(self, recorded: bool) -> OwnGait:
         """The gait of the scene's own controller, as far as the task needs it, recorded to be imitated if asked for."""
-        variation, seen = self.task.variation, seen_time(self.task.imitation) if recorded else 0.0
+        variation, imitation = self.task.variation, self.task.imitation
+        if by_norm_alone(self.scene, imitation):
+            return OwnGait([], [], None)
+        seen = seen_time(imitation) if recorded else 0.0
         if not (variation.start_states or seen):
             return OwnGait([], [], None)
         return own_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
@@ -353,7 +361,8 @@ class EpisodeBatch:
         """The parts of the cycle at which the clock stands in starts of these states and times, s, of the gait."""
         if gait is None:
             return np.zeros(len(times))
-        if self.task.imitation is None or not self.task.imitation.file:
+        imitation = self.task.imitation
+        if imitation is None or not (imitation.file or by_norm_alone(self.scene, imitation)):
             return gait.phases(times)
         coordinates = np.stack([np.ascontiguousarray(state["coordinates"]).view(np.float32) for state in states])
         return gait.nearest(coordinates, self.rollout)

@@ -69,7 +69,7 @@ def elsewhere(
     _draw_ranges(coordinates, variation.pose, rollout, generator)
     _shake(coordinates, variation.joint_noise, rollout, generator)
     activation = None if given.activation is None else given.activation[chosen]
-    found = _started(rollout, stepper, States(coordinates, given.speeds[chosen], activation))
+    found = started(rollout, stepper, States(coordinates, given.speeds[chosen], activation))
     kept = [{name: bases[k][name] for name in OF_THE_GAIT if name in bases[k]} for k in chosen]
     return [state | of_gait for state, of_gait in zip(found, kept, strict=True)], [times[k] for k in chosen]
 
@@ -186,7 +186,7 @@ def _quaternions(rollout: Rollout, root: bool = False) -> list[slice]:
     return found
 
 
-def _started(rollout: Rollout, stepper: Stepper, wanted: States) -> list[State]:
+def started(rollout: Rollout, stepper: Stepper, wanted: States) -> list[State]:
     """Words of all arrays where instances start so, as many at once as the batch has."""
     n, found = rollout.instances, []
     here = _decoded(first_states(rollout, stepper), rollout)

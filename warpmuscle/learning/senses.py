@@ -193,6 +193,7 @@ GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "ground": _ground,  # that is not flat: 0.1 m higher 0.2 to 1.2 m ahead, at three places across, than below the root
     "clock": _clock,  # sine and cosine of the phase of the gait that is imitated
 }
+KNOWN = ("command", "clock", "action", "goal")  # what a policy observes by no nerve
 USUAL = ("trunk", "trunk_speed", "coordinates", "speeds", "foot_force", "activation", "command")
 
 
@@ -234,7 +235,8 @@ class Senses:
         rollout = about.rollout
         n, self._device, self._around = rollout.instances, rollout.device, around
         rows: list[Number] = []
-        delays, noises, self.names = [], [], []
+        delays, late, noises, self.names = [], [], [], []
+        longest = round(task.variation.delay / (decision_steps * rollout.scene.time_step))
         for group, sense in groups_of(task).items():
             numbers = numbers_of(group, about)
             if not numbers and group in task.observations:
@@ -242,12 +244,13 @@ class Senses:
             rows += numbers
             self.names += [f"{group}.{number.name}" for number in numbers]
             delays += [round(sense.delay / rollout.scene.time_step)] * len(numbers)
+            late += [0 if group in KNOWN else longest] * len(numbers)
             noises += [sense.noise] * len(numbers)
         if not rows:
             raise SceneError("a policy observes nothing of this scene", key="learning.observations")
         whole, rest = np.divmod(np.array(delays), decision_steps)
-        self._features = _table(rows, whole, noises, self._device)
-        self._ring = wp.zeros((n, int(whole.max()) + 1, len(rows)), dtype=float, device=self._device)
+        self._features = _table(rows, whole, late, noises, self._device)
+        self._ring = wp.zeros((n, int((whole + late).max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
         known |= {entry: _own(about, entry) for entry in about.own}
@@ -255,7 +258,8 @@ class Senses:
         critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic
         self.critic_names = tuple(f"{group}.{number.name}" for group, numbers in known.items() for number in numbers)
-        self._critic_features = _table(critic, np.zeros(len(critic)), [0.0] * len(critic), self._device)
+        none = [0] * len(critic)
+        self._critic_features = _table(critic, none, none, none, self._device)
         self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)
         self.critic = wp.zeros((n, len(critic)), dtype=float, device=self._device)
 
@@ -295,12 +299,15 @@ class Senses:
         wp.launch(kernels.observe_now, self.critic.shape, inputs, device=self._device)
 
 
-def _table(numbers: Sequence[Number], delays: Any, noises: Sequence[float], device: Any) -> wp.array:
+def _table(
+    numbers: Sequence[Number], delays: Any, late: Sequence[int], noises: Sequence[float], device: Any
+) -> wp.array:
     columns = {
         "kind": [number.kind for number in numbers],
         "index": [number.place for number in numbers],
         "scale": [number.scale for number in numbers],
         "delay": delays,
+        "late": late,
         "noise": noises,
     }
     return structs_to_device(kernels.Feature, {name: np.array(values) for name, values in columns.items()}, device)

@@ -13,12 +13,14 @@ from warpmuscle.core.arrays import to_device
 from warpmuscle.kernels import structs
 from warpmuscle.learning.starts import RowTable
 from warpmuscle.scene import Command, Scene
+from warpmuscle.scene.joints.symmetry import side_of
 from warpmuscle.scene.learning import Variation
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.perturbations import with_masses, with_strengths
 from warpmuscle.simulation.rollout import Rollout
 
 NAMES = ("slope", "mass", "strength")  # what a critic sees of a variant
+SIDES = ("left", "right", "")  # of muscles, the last of those that are of none
 SEED = 0  # of what is drawn: the same variants for every batch and training
 SLOPE_SCALE = 10.0  # 1/rad, of what a critic sees
 
@@ -33,7 +35,9 @@ class Variants:
 
     def __init__(self, variation: Variation, rollout: Rollout) -> None:
         """Draw them and make room."""
-        differ = bool(variation.mass or variation.strength or variation.slope or variation.commands)
+        differ = bool(
+            variation.mass or variation.strength or variation.side_strength or variation.slope or variation.commands
+        )
         self.count, self.names = 1, (*NAMES, *variation.commands) if differ else ()
         self.model = rollout.model
         self.described = wp.zeros((1, 1), dtype=float, device=rollout.device)
@@ -71,10 +75,15 @@ class Variants:
 def drawn(variation: Variation, rollout: Rollout, count: int) -> tuple[Floats, Floats, Floats]:
     """Factors on masses (count, bodies) and strengths (count, muscles), and slopes (count,), rad."""
     generator = np.random.default_rng(SEED)
-    bodies, muscles = len(rollout.numeric.character.bodies), max(len(rollout.numeric.character.muscles), 1)
+    names = rollout.numeric.character.muscles
+    bodies, muscles = len(rollout.numeric.character.bodies), max(len(names), 1)
     mass = 1.0 + variation.mass * generator.uniform(-1.0, 1.0, (count, bodies))
     strength = 1.0 + variation.strength * generator.uniform(-1.0, 1.0, (count, muscles))
-    return mass, strength, variation.slope * generator.uniform(-1.0, 1.0, count)
+    slope = variation.slope * generator.uniform(-1.0, 1.0, count)
+    if variation.side_strength:
+        sides = 1.0 + variation.side_strength * generator.uniform(-1.0, 1.0, (count, len(SIDES)))
+        strength *= sides[:, [SIDES.index(side_of(name, names)) for name in names] or [0]]
+    return mass, strength, slope
 
 
 def drawn_commands(variation: Variation, scene: Scene, count: int) -> dict[str, Floats]:

@@ -116,13 +116,24 @@ def leg(character: Character, foot: str) -> list[str]:
 def leg_joints(scene: Scene, side: int) -> list[str]:
     """Hip, knee and ankle of the left leg (0) or the right: the controller's pairs so called, or the last three joints.
 
-    Hinges with nothing but massless bodies between them count as one joint, that about the mediolateral axis.
+    Hinges with nothing but massless bodies between them count as one joint, that about the mediolateral axis. Below the
+    ankle, hinges that turn about other axes, such as a subtalar joint, do not count.
     There are fewer if fewer lead to the foot; none if there are no feet.
     """
     pairs = scene.pairs
     if all(name in pairs for name in ("Hip", "Knee", "Ankle")):
         return [pairs[name][side] for name in ("Hip", "Knee", "Ankle")]
-    return [] if scene.feet is None else _bending(scene.character, leg(scene.character, scene.feet[side]))[-3:]
+    if scene.feet is None:
+        return []
+    bending = _bending(scene.character, leg(scene.character, scene.feet[side]))
+    while len(bending) > 3 and _turns_otherwise(scene.character.joints[bending[-1]]):
+        del bending[-1]
+    return bending[-3:]
+
+
+def _turns_otherwise(joint: Joint) -> bool:
+    """Whether a joint is a hinge whose axis is nearer to another direction than to the mediolateral one."""
+    return joint.type == "hinge" and _along_x(joint) < np.sqrt(0.5)
 
 
 def _bending(character: Character, joints: Sequence[str]) -> list[str]:

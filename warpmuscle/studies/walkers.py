@@ -16,7 +16,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.status import Status
 from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
-from warpmuscle.learning.senses import groups_of
+from warpmuscle.learning.senses import KNOWN, groups_of
 from warpmuscle.model.bodies import ground_normal
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
@@ -31,7 +31,6 @@ from warpmuscle.simulation.perturbations import Perturbations, with_bodies
 
 RATE = 200.0  # frames/s, for what happens at a touch-down
 WALKING_SPEED = 1.25  # m/s, that a policy of several speeds is told unless asked otherwise
-OWN = ("command", "clock", "action", "goal")  # observations of a policy that come to it by no nerve
 
 
 @dataclass(frozen=True)
@@ -199,7 +198,7 @@ class PolicyWalker(Walker):
         other, observed = copy(self), self._learned.policy.observation
         groups = {
             name: Sense(delay=sense.delay + nerves.delay, noise=float(np.hypot(sense.noise, nerves.noise)))
-            if name not in OWN
+            if name not in KNOWN
             else sense
             for name, sense in groups_of(self._task).items()
             if any(one.startswith(f"{name}.") for one in observed)

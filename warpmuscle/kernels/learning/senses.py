@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.random_numbers import NOISE, random_of
+from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, random_of
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
 from warpmuscle.kernels.contact.terrain import tile_rise
@@ -42,6 +42,7 @@ class Feature:
     index: int  # which one of its kind
     scale: float
     delay: int  # whole decisions
+    late: int  # whole decisions up to which it comes later still in an episode
     noise: float  # standard deviation
 
 
@@ -271,6 +272,15 @@ def sample_first(
         ring[i, slot, number] = value
 
 
+@wp.func
+def delay_of(feature: Feature, instance: int, episodes: Episodes) -> int:
+    """How many decisions ago a feature was as it is observed: one number in an episode for all that are late alike."""
+    if feature.late == 0:
+        return feature.delay
+    generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
+    return feature.delay + wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
+
+
 @wp.kernel
 def observe(
     # in
@@ -283,7 +293,7 @@ def observe(
     feature = features[number]
     decision = episodes.decision[i]
     slots = ring.shape[1]
-    value = ring[i, (decision + slots - feature.delay) % slots, number]
+    value = ring[i, (decision + slots - delay_of(feature, i, episodes)) % slots, number]
     if feature.noise > 0.0:
         generator = random_of(episodes.seed[0], i, decision, NOISE + 16 * (1 + number))
         value += feature.noise * wp.randn(generator)

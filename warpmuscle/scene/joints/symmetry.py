@@ -36,6 +36,7 @@ def _side_and_counterpart(name: str, names: Collection[str]) -> tuple[str, str]:
             for candidate in (
                 other + name.removeprefix(own) if name.startswith(own) else "",
                 name.removesuffix(f"_{own}") + f"_{other}" if name.endswith(f"_{own}") else "",
+                name.replace(f"_{own}_", f"_{other}_"),  # a patella's knee_angle_r_beta
             ):
                 if candidate in names and candidate != name:
                     return side, candidate
@@ -62,13 +63,21 @@ def joint_image(character: Character, name: str) -> JointImage:
     if mine is theirs:
         if mine.quaternion:
             return JointImage(other, QUATERNION, TURN)
+        if joints[name].follows:  # its coordinate is that of another joint
+            driver = joint_image(character, joints[name].follows)
+            if driver.name == joints[other].follows and _alike(mine, joints[name], joints[other], driver.coordinates):
+                return JointImage(other, np.zeros(0), np.zeros(0))
+            raise _no_image(name, other)
         for signs in itertools.product((1.0, -1.0), repeat=len(mine.speeds)):
             if _alike(mine, joints[name], joints[other], np.array(signs)):
                 return JointImage(other, np.array(signs), np.array(signs))
-    raise SceneError(
-        f"does not move as the mirror image of {other!r} does" if other != name else "is not its own mirror image",
-        key=f"character.joints.{name}",
-    )
+    raise _no_image(name, other)
+
+
+def _no_image(name: str, other: str) -> SceneError:
+    """The error of a joint that does not move as another one in a mirror, or as itself."""
+    said = f"does not move as the mirror image of {other!r} does" if other != name else "is not its own mirror image"
+    return SceneError(said, key=f"character.joints.{name}")
 
 
 def check_muscles(character: Character) -> None:

@@ -71,6 +71,9 @@ class Goal(Part):
 class Imitation(Part):
     """A gait that is imitated: that of the scene's own controller, the angles of a norm, or a recorded one.
 
+    In a scene without a controller, `norm` alone is a gait: other joints stay as the scene starts, the root is upright,
+    and `start_states` are poses over its cycle, see `learning.imitation.people`.
+
     With `file`, coordinates of joints are those of a recorded motion, whose names have to be the scene's, means over
     its whole gait cycles by the forces on the left foot; episodes start the clock where the recorded pose is nearest.
 
@@ -101,6 +104,9 @@ class Variation(Part):
     velocity_noise: Annotated[float, "m/s"] = 0.05  # standard deviation of each component of the root's velocity
     mass: Annotated[float, "1"] = 0.0  # 0.1: of every body up to 10 % more or less, and its inertia with it
     strength: Annotated[float, "1"] = 0.0  # 0.1: f_max of every muscle up to 10 % more or less
+    side_strength: Annotated[float, "1"] = 0.0  # the same for all muscles of the left, of the right, and of neither
+    delay: Annotated[float, "s"] = 0.0  # up to which all that is observed of the body comes later still in an episode,
+    # in whole decisions; wanted commands, goals, the clock and the last action are known at once
     slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
     commands: list[str] = []  # of the scene, such as a load, each drawn evenly over its range in half of the variants,
     # and as the scene has it in the others

@@ -79,12 +79,18 @@ def _goal(key: str, goal: Goal) -> None:
 def _imitation(check: Checks, imitation: Imitation) -> None:
     """There is a gait, and norms and joints of these names."""
     key, scene = "learning.imitation", check.checked
-    if scene.feet is None or (scene.simbicon is None and not imitation.file):
-        raise SceneError("there is no controller with feet, whose gait it would be, nor a file", key=key)
+    if scene.simbicon is None and not (imitation.file or imitation.norm):
+        raise SceneError("there is no controller, whose gait it would be, nor a file, nor a norm", key=key)
+    if scene.feet is None:
+        raise SceneError("there are no feet that would walk so; name them in character.feet", key=key)
     if imitation.replay < 0:
         raise SceneError(f"must be 0 at least, is {imitation.replay}", key=f"{key}.replay")
     if imitation.replay and not imitation.file:
         raise SceneError("counts with learning.imitation.file only", key=f"{key}.replay")
+    starts = check.checked.learning is not None and check.checked.learning.variation.start_states
+    if starts and scene.simbicon is None and not any(body.shapes for body in scene.character.bodies.values()):
+        told = "nothing of the body touches the ground, on which it would start; give feet `shapes`"
+        raise SceneError(told, key="learning.variation.start_states")
     check.not_negative(key, imitation, "settle")
     check.not_negative(key, imitation, "cadence_power")
     check.positive(key, imitation, "clock_speed")
@@ -112,7 +118,7 @@ def _variation(check: Checks, variation: Variation) -> None:
     numbers = [n for n in variation.__struct_fields__ if isinstance(getattr(variation, n), float)]
     check.not_negative(key, variation, *numbers)
     check.positive(key, variation, "push_interval", "push_duration")
-    for name in ("mass", "strength"):
+    for name in ("mass", "strength", "side_strength"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
     for name in variation.commands:

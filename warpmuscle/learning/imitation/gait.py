@@ -106,7 +106,7 @@ def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: 
         cycle_means(recording.coordinate, quaternions(rollout.numeric, rollout.names), recording.time, cycles),
         over_strides(recording.time, up, cycles).mean(axis=0)[:BINS], cycle_time, left, float(np.median(lags)) % 1.0,
     )  # fmt: skip
-    return _changed(gait, rollout, imitation, body)
+    return changed(gait, rollout, imitation, body)
 
 
 def recorded_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
@@ -141,10 +141,10 @@ def recorded_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | N
         over_strides(motion.time, up, cycles).mean(axis=0)[:BINS],
         imitation.cycle_time or float(np.diff(left).mean()), left, float(np.median(np.concatenate(lags))) % 1.0,
     )  # fmt: skip
-    return _changed(gait, rollout, imitation, body)
+    return changed(gait, rollout, imitation, body)
 
 
-def _changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None) -> Gait:
+def changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None) -> Gait:
     """The gait with all that a task changes of it."""
     gait = gait if body is None else evened(gait, body, rollout)
     if imitation.step_width is not None:

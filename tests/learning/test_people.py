@@ -1,0 +1,107 @@
+"""The gait of people by a norm alone: poses, speeds, and starts of an imported model that no controller moves."""
+
+import msgspec
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from warpmuscle.core.errors import SceneError
+from warpmuscle.formats import load
+from warpmuscle.learning import EpisodeBatch, Imitation, Sense, Task, Variation
+from warpmuscle.learning.imitation import BINS
+from warpmuscle.learning.imitation.people import CYCLE_TIME, people_gait, people_states
+from warpmuscle.scene import Scene
+from warpmuscle.scene.character.shapes import Box
+from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.norms import NORMS
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.studies.inverse_dynamics import body_motions
+
+SPEED = 1.3
+IMITATION = Imitation(norm="key points")
+
+
+def imported() -> Scene:
+    """OpenSim's gait2392 as it is imported, with soles."""
+    scene = load("gait2392")
+    assert scene.simbicon is None
+    sole = [Box(low=[-0.03, -0.045, -0.115], high=[0.03, -0.01, 0.08])]
+    bodies = {
+        name: msgspec.structs.replace(body, shapes=sole) if name.startswith("calcn") else body
+        for name, body in scene.character.bodies.items()
+    }
+    character = msgspec.structs.replace(scene.character, bodies=bodies, feet=("calcn_l", "calcn_r"))
+    return msgspec.structs.replace(scene, character=character)
+
+
+@pytest.fixture(scope="module")
+def rollout() -> Rollout:
+    return Rollout(imported(), BINS, "cpu", threads=1)
+
+
+def test_the_left_leg_bends_as_the_norm_says_and_the_right_one_half_a_cycle_later(rollout: Rollout):
+    gait = people_gait(rollout, IMITATION)
+    percent = np.arange(0.0, 100.0)
+    for side, later in zip("lr", (0.0, 50.0), strict=True):
+        at = (percent - later) % 100.0
+        knee = gait.coordinate[:, rollout.coordinate_names.index(f"knee_angle_{side}")]
+        ankle = gait.coordinate[:, rollout.coordinate_names.index(f"ankle_angle_{side}")]
+        np.testing.assert_allclose(-np.degrees(knee), NORMS["Knee flexion"].mean(at), atol=0.2)
+        np.testing.assert_allclose(np.degrees(ankle), NORMS["Ankle dorsiflexion"].mean(at), atol=0.8)
+    assert gait.cycle_time == CYCLE_TIME == pytest.approx(1.026, abs=1e-3)
+    assert gait.right == 0.5
+
+
+def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Rollout):
+    states = people_states(people_gait(rollout, IMITATION), rollout, SPEED, BINS)
+    assert len(states.coordinates) == BINS
+    assert (states.speeds[:, :6] == [0.0, 0.0, SPEED, 0.0, 0.0, 0.0]).all()
+    moved, character = body_motions(imported(), states.coordinates, states.speeds), imported().character
+    lowest = []
+    for side in "lr":
+        foot, joint = moved[f"calcn_{side}"], character.joints[f"subtalar_angle_{side}"]
+        corners = np.array([place for place, _ in contact_points(character.bodies[f"calcn_{side}"].shapes[0])])
+        from_joint = np.tile(corners - joint.position_in_child, (BINS, 1))
+        turned = Rotation.from_quat(foot.orientation.repeat(8, axis=0)).apply(from_joint)
+        lowest.append(foot.position[:, 1] + turned.reshape(BINS, 8, 3)[:, :, 1].min(axis=1))
+    np.testing.assert_allclose(np.min(lowest, axis=0), 0.0, atol=1e-9)
+    fastest = {}
+    for name, body in moved.items():
+        after, before = (Rotation.from_quat(np.roll(body.orientation, shift, axis=0)) for shift in (-1, 1))
+        turning = (after * before.inv()).as_rotvec() * (BINS / (2.0 * CYCLE_TIME))
+        np.testing.assert_allclose(body.angular_velocity, turning, atol=0.05, err_msg=name)
+        fastest[name] = np.abs(turning).max()
+    assert fastest["tibia_l"] > 4.0  # rad/s, in swing
+    assert fastest["torso"] == 0.0
+
+
+def test_a_norm_needs_feet_and_nothing_without_shapes_can_stand_on_them():
+    with pytest.raises(SceneError, match="there are no feet that would walk so") as caught:
+        EpisodeBatch("gait2392", 1, "cpu", Task(imitation=IMITATION))
+    assert caught.value.key == "learning.imitation"
+    scene = imported()
+    bodies = {name: msgspec.structs.replace(body, shapes=[]) for name, body in scene.character.bodies.items()}
+    bare = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, bodies=bodies))
+    flying = Task(imitation=IMITATION, variation=Variation(start_states=4))
+    with pytest.raises(SceneError, match="nothing of the body touches the ground") as caught:
+        EpisodeBatch(bare, 1, "cpu", flying)
+    assert caught.value.key == "learning.variation.start_states"
+
+
+@pytest.mark.usefixtures("unoptimized_test")
+def test_episodes_start_over_the_whole_cycle_with_the_clock_of_their_pose():
+    task = Task(
+        observations={"clock": Sense()}, imitation=IMITATION, speed=(SPEED, SPEED),
+        variation=Variation(start_states=20, velocity_noise=0.0),
+    )  # fmt: skip
+    batch = EpisodeBatch(imported(), 60, "cpu", task, threads=1)
+    gait, phase = batch.gait, batch.episodes.phase.numpy()
+    assert gait is not None
+    knee = batch.rollout.coordinate_names.index("knee_angle_l")
+    bent = batch.rollout.state.coordinates.numpy()[:, knee]
+    walking = batch.rollout.state.speeds.numpy()[:, 2] > 0.0  # others start as the scene does
+    assert 40 < walking.sum() < 60
+    np.testing.assert_allclose(
+        bent[walking], gait.coordinate[np.round(phase[walking] * BINS).astype(int), knee], atol=1e-5
+    )
+    assert len(set(phase[walking].round(4))) > 12

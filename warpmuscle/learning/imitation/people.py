@@ -1,0 +1,106 @@
+"""The gait of people by a norm alone, for bodies that no controller moves yet, and states of it to start from.
+
+Hips, knees and ankles bend as the norm says; all other joints stay as the scene starts, and the root is upright. So
+every imported model whose feet touch the ground can begin to learn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.core.number_rows import first_number, first_row
+from warpmuscle.core.pose import multiply, rotate
+from warpmuscle.learning.imitation.gait import BINS, FORWARD, Gait, changed
+from warpmuscle.learning.poses import States, started
+from warpmuscle.learning.starts import OwnGait
+from warpmuscle.learning.symmetry import BodySymmetry
+from warpmuscle.scene import Scene
+from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.scene.norms import REFERENCES
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.stepper import Stepper
+
+CYCLE_TIME = 2.0 * 60.0 / REFERENCES["cadence"].low  # s, two of people's steps
+UPRIGHT, UP = np.array([0.0, 0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+
+
+def by_norm_alone(scene: Scene, imitation: Imitation | None) -> bool:
+    """Whether a task's gait is that of people alone: it has neither a file nor a controller that makes one."""
+    return imitation is not None and bool(imitation.norm) and not imitation.file and scene.simbicon is None
+
+
+def people_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
+    """One cycle of a norm, whose right foot lands half a cycle after the left one."""
+    start = rollout.state.coordinates.numpy()[0].astype(float)
+    cycle_time = imitation.cycle_time or CYCLE_TIME
+    landings = np.array([0.0, cycle_time])
+    gait = Gait(np.tile(start, (BINS, 1)), np.tile(UP, (BINS, 1)), cycle_time, landings, 0.5)
+    return changed(gait, rollout, imitation, body)
+
+
+def people_starts(gait: Gait, rollout: Rollout, stepper: Stepper, task: Task) -> OwnGait:
+    """States of the gait to start from, at the middle of the wanted speeds; the rollout is at its own start again."""
+    wanted = people_states(gait, rollout, 0.5 * sum(task.speed), task.variation.start_states)
+    states = started(rollout, stepper, wanted)
+    return OwnGait(states, [0.0] * len(states), None)
+
+
+def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> States:
+    """States evenly over the cycle, in which the lowest point touches level ground and the root goes forward.
+
+    Args:
+        speed: m/s, of the root. count: how many, at most one a bin of the cycle.
+    """
+    chosen = np.arange(0, BINS, max(BINS // max(count, 1), 1))
+    root, names, zero = root_type(rollout.numeric.character), rollout.names, np.zeros((BINS, 3))
+    height = first_number(rollout.numeric.ground.height) - lowest_points(gait.coordinate, rollout)
+    place, velocity = zero + height[:, None] * UP, zero + speed * FORWARD
+    at, moving = root.coordinates_of(place, np.tile(UPRIGHT, (BINS, 1)), velocity, zero)
+    at[:, list(root.on_ground)] = gait.coordinate[:, list(root.on_ground)]
+    coordinates = np.concatenate([at, gait.coordinate[:, names.coordinate_start[1] :]], axis=1)
+    speeds = np.concatenate([moving, joint_speeds(gait, rollout)[:, names.speed_start[1] :]], axis=1)
+    return States(coordinates[chosen], speeds[chosen], None)
+
+
+def joint_speeds(gait: Gait, rollout: Rollout) -> Floats:
+    """Speeds (BINS, S) of all joints in the gait, by central differences over the cycle; those of the root are 0."""
+    names, joints = rollout.names, rollout.numeric.character.joints
+    found = np.zeros((BINS, len(rollout.speed_names)))
+    step = 2.0 * gait.cycle_time / BINS
+    after, before = (np.roll(gait.coordinate, shift, axis=0) for shift in (-1, 1))
+    for body, name in enumerate(names.joints, start=1):
+        kind, span = joint_type(joints[name]), slice(*names.coordinate_start[body : body + 2])
+        own = slice(*names.speed_start[body : body + 2])  # none, of a joint that follows another one
+        if kind.quaternion:
+            turned = Rotation.from_quat(after[:, span]) * Rotation.from_quat(before[:, span]).inv()
+            _, speeds = kind.nearest(joints[name], gait.coordinate[:, span], turned.as_rotvec() / step)
+        else:
+            speeds = (after[:, span] - before[:, span]) / step
+        found[:, own] = speeds
+    return found
+
+
+def lowest_points(coordinates: Floats, rollout: Rollout) -> Floats:
+    """Heights (n,) of the lowest point of all shapes over an upright root, m, at coordinates (n, C)."""
+    character, names = rollout.numeric.character, rollout.names
+    n = len(coordinates)
+    poses = {character.root: (np.zeros((n, 3)), np.tile(UPRIGHT, (n, 1)))}
+    for body, name in enumerate(names.joints, start=1):
+        joint, speeds = character.joints[name], names.speeds_of(body)
+        still = np.zeros((n, speeds.stop - speeds.start))
+        motion = joint_type(joint).motion(joint, coordinates[:, names.coordinates_of(body)], still)
+        position, orientation = poses[joint.parent]
+        anchor = position + rotate(orientation, first_row(joint.position_in_parent) + motion.place)
+        turned = multiply(orientation, motion.orientation)
+        poses[joint.child] = anchor - rotate(turned, first_row(joint.position_in_child)), turned
+    heights = [
+        (position + rotate(orientation, first_row(place)))[:, 1] - first_number(radius)
+        for body, (position, orientation) in poses.items()
+        for shape in character.bodies[body].shapes
+        for place, radius in contact_points(shape)
+    ]
+    return np.asarray(np.min(heights, axis=0))
