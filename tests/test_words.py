@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tokenize
 from collections import defaultdict
 from pathlib import Path
 
@@ -38,6 +39,21 @@ def test_no_word_of_our_own_making_is_in_the_manual_or_in_what_commands_say():
         if PRIVATE.search(line) and "--hardiest is called" not in line and "hardiest: Annotated" not in line
     ]
     assert found == []
+
+
+UNCLEAR = {"told", "lap", "afresh", "roomy", "crowded", "hardiest"}  # what is told, and of what?
+
+
+def test_no_name_in_the_package_is_one_of_the_unclear_words():
+    found = []
+    for file in sorted(ROOT.rglob("*.py")):
+        with file.open("rb") as source:
+            names = [token for token in tokenize.tokenize(source.readline) if token.type == tokenize.NAME]
+        found += [f"{file.relative_to(ROOT)}:{name.start[0]}: {name.string}" for name in names
+                  if UNCLEAR & set(name.string.lower().split("_"))]  # fmt: skip
+    assert [
+        place for place in found if not place.endswith(": hardiest")
+    ] == []  # of an option
 
 
 def test_the_glossary_has_sixty_words_at_most():

@@ -245,9 +245,9 @@ class Rollout(RolloutResults):
     @in_silence
     def _follow(self, array: Floats, parts: Sequence[str]) -> None:
         """Take values of parameters that appear in these parts alone; those of neighbours may be the same."""
-        told = self._inputs.disturbances
+        disturbed = self._inputs.disturbances
         alike = array.ndim == 2 and not self._commands and not self._extensions.of_controller
-        times = times_repeated(array) if alike and told.mass is None and told.strength is None else 1
+        times = times_repeated(array) if alike and disturbed.mass is None and disturbed.strength is None else 1
         few = self._substituted(array[::times] if times > 1 else array)
         self._numeric, self._few = None if times > 1 else few, few
         each = len(array) // times, times

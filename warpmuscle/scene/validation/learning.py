@@ -89,8 +89,8 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
         raise SceneError("counts with learning.imitation.file only", key=f"{key}.replay")
     starts = check.checked.learning is not None and check.checked.learning.variation.start_states
     if starts and scene.simbicon is None and not any(body.shapes for body in scene.character.bodies.values()):
-        told = "nothing of the body touches the ground, on which it would start; give feet `shapes`"
-        raise SceneError(told, key="learning.variation.start_states")
+        advice = "nothing of the body touches the ground, on which it would start; give feet `shapes`"
+        raise SceneError(advice, key="learning.variation.start_states")
     check.not_negative(key, imitation, "settle")
     check.not_negative(key, imitation, "cadence_power")
     check.positive(key, imitation, "clock_speed")
