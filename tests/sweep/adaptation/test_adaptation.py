@@ -148,3 +148,24 @@ def test_a_file_of_ones_own_is_not_replaced_by_the_sweep_that_is_made(tmp_path: 
     again = sweep_text(records_of(tmp_path, LEVEL), load("reflex_planar"), "reflex_planar", 1, {}, 5.0)
     (tmp_path / "mine.toml").write_text(again)
     check_own(tmp_path / "mine.toml")
+
+
+def test_settings_hold_in_all_runs_but_of_what_conditions_say(tmp_path: Path):
+    records = records_of(tmp_path, LEVEL, UP)
+    settings = {"objective.speed": 300, "objective.metabolic_model": "margaria"}
+    text = sweep_text(records, load("reflex_planar"), "reflex_planar", 1, {"candidates": 10}, 5.0, settings)
+    (tmp_path / "sweep.toml").write_text(text)
+    objectives = [run.scene.objective for run in read(tmp_path / "sweep.toml").runs]
+    assert [(one.speed, one.metabolic_model) for one in objectives] == [(300.0, "margaria")] * 2
+    with pytest.raises(Error, match=r"--set ground\.normal: slopes are those of the conditions"):
+        sweep_text(records, load("reflex_planar"), "reflex_planar", 1, {}, 5.0, {"ground.normal": [0, 1, 0]})
+
+
+def test_a_wrong_setting_is_named_and_nothing_is_written(tmp_path: Path):
+    (tmp_path / "data.json").write_text(json.dumps([LEVEL, UP]))
+    done = run("adaptation", "data.json", "--set", "objective.sped=3", "--device", "cpu", folder=tmp_path)
+    assert done.returncode == 2
+    assert "objective.sped" in done.stderr
+    assert "speed" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["data.json"]
