@@ -15,7 +15,7 @@ from warpmuscle.results.records import installed_versions
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, KINDS, AngleChange, Change, Score
 
 COLUMNS = 3
-MARKS = dict(zip(KINDS, ("o", "^", "s"), strict=True))
+MARKS = dict(zip(KINDS, ("o", "^", "v", "s"), strict=True))
 
 
 @dataclass(frozen=True)
