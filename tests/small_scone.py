@@ -84,7 +84,8 @@ CompositeController {
 				states = "EarlyStance LateStance Liftoff Swing Landing"
 				ReflexController {
 					BodyPointReflex { target = calf source = trunk offset [ 0.1 0.2 0 ] direction [ 0 0.5 0 ]
-						delay = 0.01 KP = ~1.5<-10,10> P0 = 0.65 KV = -0.3 V0 = 0.2 C0 = 0.3 }
+						delay = 0.01 KP = ~1.5<-10,10> P0 = 0.65 KV = -0.3 V0 = 0.2
+						KA = ~0.004<-1,1> A0 = 1.5 C0 = 0.3 }
 					BodyOrientationReflex { target = seat source = leg_o axis [ 0 0 1 ] delay = 0.005
 						KP = ~0.5<-10,10> P0 = 0.4 KV = 0.02 C0 = 0.25 allow_neg_V = 0 }
 				}

@@ -183,22 +183,27 @@ def with_commands(scene: Scene, commands: list[str]) -> Scene:
 
 def with_settings(scene: Scene, settings: list[str]) -> Scene:
     """The scene with values in place of its own, each given as KEY=VALUE, the value in TOML or as plain text."""
-    import tomllib
-
     from warpmuscle.formats.overrides import Override, overridden
 
-    overrides = []
+    return overridden(scene, [Override(key, value) for key, value in told_settings(settings)])
+
+
+def told_settings(settings: list[str]) -> list[tuple[str, Any]]:
+    """Keys and values of settings that are given as KEY=VALUE, the value in TOML or as plain text."""
+    import tomllib
+
+    found: list[tuple[str, Any]] = []
     for text in settings:
         key, equals, value = text.partition("=")
         if not key.strip() or not equals:
             raise Error(f"--set {text!r}: write KEY=VALUE, such as objective.target_speed=1.25")
         try:
-            overrides.append(Override(key.strip(), tomllib.loads(f"value = {value}")["value"]))
+            found.append((key.strip(), tomllib.loads(f"value = {value}")["value"]))
         except tomllib.TOMLDecodeError:
-            overrides.append(Override(key.strip(), value.strip()))
+            found.append((key.strip(), value.strip()))
         except RecursionError:
             raise Error(f"--set {key.strip()}: its value is nested too deeply") from None
-    return overridden(scene, overrides)
+    return found
 
 
 def with_free(scene: Scene, free: list[str]) -> Scene:

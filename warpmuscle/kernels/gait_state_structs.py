@@ -28,6 +28,7 @@ class StateReflexPlan:
     sensor: int  # NOTHING: the signal is 1
     states: int  # bit k - 1 for each state k in which it acts
     positive: int  # 1: only what is positive of it counts
+    change: int  # 1: the signal is how much the sensor has changed over a control step, a second
     angle: int  # sensors of an angle and of its rate that may silence it, or NOTHING
     rate: int
 

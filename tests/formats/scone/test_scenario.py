@@ -168,7 +168,6 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
         ("controller", TILTED, "BodyPointReflex { target = seat", "no `source` in"),
         ("controller", TILTED, "BodyPointReflex { target = seat source = leg", "there is no `direction` in it"),
         ("controller", TILTED, POINT + "source = head", "there is no body 'head'"),
-        ("controller", TILTED, POINT + "source = leg KA = 1", "accelerations of points"),
         ("controller", TILTED, "ComPivotReflex { dir [ 0 0 0 ] target = seat", "no length"),
         ("controller", "KF = ~1.2<-10,10>", "KX = 1", "KX: not known in `MuscleReflex`"),
         ("controller", "delay = 0.020", "delay = -1", "gait_states.reflexes.S00111_calf.delay: must not be negative"),
@@ -189,6 +188,17 @@ def test_what_is_not_known_is_named_with_its_line(tmp_path: Path, where: str, ol
         read(tmp_path, **{where: changed(text, old, new)})
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_of_the_acceleration_of_a_point_it_is_said_over_what_time_it_is_taken(tmp_path: Path):
+    text = changed(small_scone.CONTROLLER, TILTED, POINT + "source = leg KA = 1 A0 = 9.81")
+    small_scone.write(tmp_path, controller=text)
+    notes = []
+    scene = load(tmp_path / "pair.scone", ignored=notes)
+    assert scene.gait_states is not None
+    found = [one for one in scene.gait_states.reflexes.values() if one.point is not None]
+    assert [(one.acceleration_gain, one.acceleration_target) for one in found] == [(1.0, 9.81)]
+    assert ["over a control step" in note.reason for note in notes if note.text == "leg"] == [True]
 
 
 def test_a_scenario_is_written_as_no_scenario(tmp_path: Path):

@@ -31,6 +31,7 @@ from warpmuscle.simulation.rollout import Rollout
 VALUES = {
     "leg0_l.stance_load_threshold": 0.05, "leg1_r.stance_load_threshold": 0.2,
     "S11111.calf_l-trunk_l.KP": 1.2, "S11111.calf_r-trunk_r.KP": 0.9,
+    "S11111.calf_l-trunk_l.KA": 0.005, "S11111.calf_r-trunk_r.KA": -0.006,
     "S11111.seat_l-leg_o_l.KP": 0.4, "S11111.seat_r-leg_o_r.KP": -0.6,
     "S00111.seat_r-foot_r.KP": -0.9,
     "S11000.calf_l.Y0": 0.3, "S11000.calf_l.Y1": 0.1, "S11000.calf_l.Y2": 0.2,
@@ -125,7 +126,9 @@ def test_excitations_are_those_of_what_is_sensed_a_delay_ago(scene: Scene, motio
         calf, seat, began = [], [], -1
         for k, frame in enumerate(frames):
             late, later, last = (frames[max(k - n, 0)] for n in (3, 2, 1))  # 15, 10 and 5 ms
+            gained = 0.5 * (rise[later] - rise[late]) / 0.005  # over the control step that ended 10 ms ago
             total = 0.3 + gain * (0.65 - 0.5 * height[later]) - 0.3 * (0.2 - 0.5 * rise[later])
+            total += VALUES[f"S11111.calf_{s}-trunk_{s}.KA"] * (1.5 - gained)
             total += balance[frame]
             swings = stood[k][side] in (4, 5)
             began = (k if began < 0 else began) if swings else -1

@@ -42,7 +42,7 @@ def test_each_condition_is_compared_with_the_level_walk_of_its_study_and_speed(t
     assert {name: one and one.name for name, one in found.items()} == {
         "level": None, "up": "level", "foot": "level", "slow": "level", "other": None, "up slowly": "slow"
     }  # fmt: skip
-    assert [records[name].kind for name in ("slow", "up", "foot")] == ["speed", "slope", "load"]
+    assert [records[name].kind for name in ("slow", "up", "foot")] == ["speed", "uphill", "load"]
 
 
 def test_runs_have_the_same_froude_number_slope_and_relative_load(tmp_path: Path):
@@ -74,7 +74,7 @@ def test_changes_are_of_pairs_of_seeds_over_the_measured_reference(tmp_path: Pat
     assert (frequency.quantity, frequency.predicted) == (FREQUENCY, 0.0)
     assert frequency.measured == pytest.approx(100.0 * 0.01 / 0.26)
     score = scores([power])[0]
-    assert (score.kind, score.conditions, score.part, score.error) == pytest.approx(("slope", 1, 0.5, 40.0))
+    assert (score.kind, score.conditions, score.part, score.error) == pytest.approx(("uphill", 1, 0.5, 40.0))
 
 
 def test_studies_are_scored_by_themselves_where_several_have_conditions_of_a_kind(tmp_path: Path):
@@ -84,11 +84,11 @@ def test_studies_are_scored_by_themselves_where_several_have_conditions_of_a_kin
     powers = {"level": 0.2, "up": 0.24, "level b": 0.2, "up b": 0.22}
     found = {name: {1: Prediction({FORMULA: power}, 0.25)} for name, power in powers.items()}
     rows = {one.kind: one for one in scores([one for one in changes(records, found) if one.quantity == FORMULA])}
-    assert list(rows) == ["slope", f"slope, {LEVEL['study']}", "slope, b"]
+    assert list(rows) == ["uphill", f"uphill, {LEVEL['study']}", "uphill, b"]
     assert [one.conditions for one in rows.values()] == [2, 1, 1]
-    assert rows["slope, b"].part == pytest.approx(1.0)  # 20 of 20 %
-    assert rows[f"slope, {LEVEL['study']}"].part == pytest.approx(0.5)  # 40 of 80 %
-    assert rows["slope"].part == pytest.approx((80.0 * 40.0 + 20.0 * 20.0) / (80.0**2 + 20.0**2))
+    assert rows["uphill, b"].part == pytest.approx(1.0)  # 20 of 20 %
+    assert rows[f"uphill, {LEVEL['study']}"].part == pytest.approx(0.5)  # 40 of 80 %
+    assert rows["uphill"].part == pytest.approx((80.0 * 40.0 + 20.0 * 20.0) / (80.0**2 + 20.0**2))
 
 
 def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
@@ -148,3 +148,24 @@ def test_a_file_of_ones_own_is_not_replaced_by_the_sweep_that_is_made(tmp_path: 
     again = sweep_text(records_of(tmp_path, LEVEL), load("reflex_planar"), "reflex_planar", 1, {}, 5.0)
     (tmp_path / "mine.toml").write_text(again)
     check_own(tmp_path / "mine.toml")
+
+
+def test_settings_hold_in_all_runs_but_of_what_conditions_say(tmp_path: Path):
+    records = records_of(tmp_path, LEVEL, UP)
+    settings = {"objective.speed": 300, "objective.metabolic_model": "margaria"}
+    text = sweep_text(records, load("reflex_planar"), "reflex_planar", 1, {"candidates": 10}, 5.0, settings)
+    (tmp_path / "sweep.toml").write_text(text)
+    objectives = [run.scene.objective for run in read(tmp_path / "sweep.toml").runs]
+    assert [(one.speed, one.metabolic_model) for one in objectives] == [(300.0, "margaria")] * 2
+    with pytest.raises(Error, match=r"--set ground\.normal: slopes are those of the conditions"):
+        sweep_text(records, load("reflex_planar"), "reflex_planar", 1, {}, 5.0, {"ground.normal": [0, 1, 0]})
+
+
+def test_a_wrong_setting_is_named_and_nothing_is_written(tmp_path: Path):
+    (tmp_path / "data.json").write_text(json.dumps([LEVEL, UP]))
+    done = run("adaptation", "data.json", "--set", "objective.sped=3", "--device", "cpu", folder=tmp_path)
+    assert done.returncode == 2
+    assert "objective.sped" in done.stderr
+    assert "speed" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["data.json"]

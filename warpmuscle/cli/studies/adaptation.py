@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Population, Trust, doubts_printed, seconds, start_warp
+from warpmuscle.cli.common import (
+    Device,
+    Population,
+    Settings,
+    Trust,
+    doubts_printed,
+    seconds,
+    start_warp,
+    told_settings,
+    with_settings,
+)
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.sweep import check_all_ran, progress_shown
 from warpmuscle.core.errors import Error
@@ -35,6 +45,7 @@ def adaptation(
     duration: Annotated[float, typer.Option(min=1.0, help="Of each simulation, s.")] = 6.0,
     sigma: Annotated[float, typer.Option(min=0.0001, help="First step of a search, over the unit interval.")] = 0.03,
     population: Population = None,
+    settings: Settings = None,
     until: Annotated[str | None, typer.Option(metavar="TIME", help="Wall time of all searches: 90s, 5m.")] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
@@ -44,7 +55,8 @@ def adaptation(
 
     Changes of metabolic power, by seven formulas, of stride frequency, and of angles, with speed, slope and load. Given
     again, the command goes on where it was.
-    Example: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6
+    Examples: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6; warpmuscle adaptation
+    adaptation.json --set objective.cost_of_transport=5 --set objective.metabolic_model=margaria
     """
     from warpmuscle.core.files import files_beside, replace_file
 
@@ -62,8 +74,9 @@ def adaptation(
     search |= {} if until is None else {"until": seconds(until)}
     named = str(Path(scene).absolute()) if Path(scene).suffix else scene
     with doubts_printed():
-        walker = load(scene, trust=trust)
-        replace_file(sweep_file, sweep_text(records, walker, named, seeds, search, duration))
+        walker = with_settings(load(scene, trust=trust), settings or [])
+        values = dict(told_settings(settings or []))
+        replace_file(sweep_file, sweep_text(records, walker, named, seeds, search, duration, values))
         plan = read(sweep_file, trusted=trust)
     start_warp()
     from warpmuscle.report.tables import aligned, write

@@ -28,6 +28,7 @@ OF_ANGLE = {
 OF_POSITION = {
     "C0": "constant", "KP": "position_gain", "P0": "position_target", "KV": "speed_gain", "V0": "speed_target",
 }  # fmt: skip
+OF_POINT = {**OF_POSITION, "KA": "acceleration_gain", "A0": "acceleration_target"}
 Negative = Mapping[str, tuple[Signal, bool]]  # the signal, and whether it may be negative where nothing is said
 NEGATIVE_MUSCLE: Negative = {
     "allow_neg_L": ("length", True), "allow_neg_V": ("velocity", False), "allow_neg_F": ("force", True),
@@ -37,6 +38,7 @@ NEGATIVE_POSITION: Negative = {"allow_neg_P": ("position", True), "allow_neg_V":
 OPPOSITE = "_o"  # ends the name of what belongs to the other leg
 SUFFIX = {"left": "_l", "right": "_r", "both": ""}
 SIDES: dict[Side, str] = {"left": "l", "right": "r", "both": "lr"}
+OF_STEP = "its acceleration is the mean over a control step, not that of the step of the simulation before"
 ABOUT_AXIS = "of the root its turn about an axis of its own is taken, which is the same while it turns about one alone"
 
 
@@ -152,9 +154,8 @@ class ReflexReader:
         self.known(source, body, self._scene.character.bodies, "body", reflex.opposite)
         place = vector(WORLD @ np.array(node.vector_of("offset")))
         reflex.point = SensedPoint(body, self._direction(node, "direction", None), place)
-        for word in ("KA", "A0"):
-            if (found := node.find(word)) is not None and read_number(found) != 0.0:
-                found.fail("accelerations of points cannot be sensed here")
+        if node.find("KA") is not None:
+            self._notes.ignore(source.file, source.line, source.text(), OF_STEP)
 
     def _balance(self, node: Node, reflex: GaitReflex, source: Node | None) -> None:
         if node.truth_of("mirror_left", False):
@@ -223,6 +224,6 @@ REFLEXES = {
     "ConditionalMuscleReflex": Kind(ReflexReader._muscle, OF_MUSCLE, NEGATIVE_MUSCLE),
     "DofReflex": Kind(ReflexReader._joint, OF_ANGLE, NEGATIVE_ANGLE),
     "BodyOrientationReflex": Kind(ReflexReader._turn, OF_ANGLE, NEGATIVE_ANGLE),
-    "BodyPointReflex": Kind(ReflexReader._point, OF_POSITION, {}),
+    "BodyPointReflex": Kind(ReflexReader._point, OF_POINT, {}),
     "ComPivotReflex": Kind(ReflexReader._balance, OF_POSITION, NEGATIVE_POSITION, "pivot_body"),
 }

@@ -9,7 +9,7 @@ from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.scone.controller import LEGS, THRESHOLDS
 from warpmuscle.formats.scone.numbers import AUTO_FACTOR, LEAST_SPREAD
 from warpmuscle.formats.scone.parameters import Parameter, write_parameters
-from warpmuscle.formats.scone.reflexes import OF_ANGLE, OF_MUSCLE, OF_POSITION
+from warpmuscle.formats.scone.reflexes import OF_ANGLE, OF_MUSCLE, OF_POINT
 from warpmuscle.scene import GaitReflex, GaitStates, Scene
 from warpmuscle.scene.parameters import free_parameters
 
@@ -61,7 +61,7 @@ def _word(reflex: GaitReflex, field: str) -> str:
     own = {"delay": "delay", "within_low": "pos_min", "within_high": "pos_max"}
     positions = reflex.point is not None or reflex.balance is not None
     angles = bool(reflex.joint) or reflex.turn is not None
-    for word, name in (OF_POSITION if positions else OF_ANGLE if angles else OF_MUSCLE).items():
+    for word, name in (OF_POINT if positions else OF_ANGLE if angles else OF_MUSCLE).items():
         own.setdefault(name, word)
     return own.get(field, "")
 

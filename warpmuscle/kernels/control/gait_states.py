@@ -130,6 +130,9 @@ def state_excitation(instance: int, muscle: int, control_step: int, model: Model
             signal = wp.float32(1.0)
             if plan.sensor != NOTHING:
                 signal = heard(instance, plan.sensor, control_step, row.delay_steps, state)
+                if plan.change == 1:
+                    before = heard(instance, plan.sensor, control_step, row.delay_steps + 1, state)
+                    signal = (signal - before) / gait.control_step
             total += state_reflex_term(signal, row, plan.positive)
     limits = at(gait.thresholds, instance, 0)
     total += patterns(instance, muscle, control_step, model, state)

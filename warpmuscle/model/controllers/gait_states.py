@@ -45,6 +45,7 @@ class Term(NamedTuple):
     sensor: int
     states: int
     positive: bool
+    change: bool
     angle: int
     rate: int
     gain: Number
@@ -86,10 +87,12 @@ class Terms:
             angle, rate = self._of_joint(reflex.within_joint, side)
         own = self.terms[target]
 
-        def add(sensor: int, signal: str, gain: Number, offset: Number, within: bool = True) -> None:
+        def add(
+            sensor: int, signal: str, gain: Number, offset: Number, within: bool = True, change: bool = False
+        ) -> None:
             limits = (angle, rate) if within else (structs.NOTHING, structs.NOTHING)
             numbers = (gain, offset, reflex.within_low, reflex.within_high, reflex.delay)
-            own.append(Term(sensor, states, signal in reflex.positive, *limits, *numbers))
+            own.append(Term(sensor, states, signal in reflex.positive, change, *limits, *numbers))
 
         add(structs.NOTHING, "", reflex.constant, 0.0, within=False)
         for signal, kind in (
@@ -111,6 +114,10 @@ class Terms:
                 gain = getattr(reflex, f"{signal}_gain")
                 if not is_zero(gain):
                     add(self._sensor(*sensed), signal, -gain, getattr(reflex, f"{signal}_target"))
+        faster: Any = reflex.acceleration_gain
+        if (point := reflex.point) is not None and not is_zero(faster):
+            speed = self._sensor(structs.SPEED, self._body(point.body, of_side), point.place, point.direction)
+            add(speed, "acceleration", -faster, reflex.acceleration_target, change=True)
 
     def _of_bodies(
         self, reflex: GaitReflex, side: str, of_side: str
@@ -194,6 +201,7 @@ def gait_states_struct(scene: Scene, names: Topology, muscles: Sequence[str], de
     s.plan = records_to_device(
         structs.StateReflexPlan, device, sensor=[term.sensor for term in every],
         states=[term.states for term in every], positive=[int(term.positive) for term in every],
+        change=[int(term.change) for term in every],
         angle=[term.angle for term in every], rate=[term.rate for term in every],
     )  # fmt: skip
     columns = {field: rows([getattr(term, field) for term in every]) for field in ("gain", "offset", "low", "high")}
@@ -264,7 +272,9 @@ def state_arrays(scene: Scene, instances: int, names: Topology, zeros: Zeros) ->
     states = scene.gait_states
     assert states is not None
     longest = max((greatest(scene, reflex.delay) for reflex in states.reflexes.values()), default=0.0)
-    steps = int(2 ** math.ceil(math.log2(longest / states.control_step + 2.0)))
+    # A change takes what was sensed one control step earlier, too.
+    changes = any(not is_zero(reflex.acceleration_gain) for reflex in states.reflexes.values())
+    steps = int(2 ** math.ceil(math.log2(longest / states.control_step + (3.0 if changes else 2.0))))
     sensors = 9 * max(len(states.reflexes), 1)  # of each reflex on each side, at most, with those that silence it
     return {
         "gait.began": zeros(instances, max(2 * len(states.patterns), 1), dtype=int),

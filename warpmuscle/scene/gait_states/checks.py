@@ -125,6 +125,8 @@ def _sensed(checks: Checks, key: str, reflex: GaitReflex) -> None:
         none = reflex.point is None and reflex.balance is None
         if none and checks.interval(getattr(reflex, field)) != (0.0, 0.0):
             raise SceneError("needs a `point` or a `balance` to sense", key=f"{key}.{field}")
+    if reflex.point is None and checks.interval(reflex.acceleration_gain) != (0.0, 0.0):
+        raise SceneError("needs a `point` to sense", key=f"{key}.acceleration_gain")
     still = reflex.balance is None or checks.interval(reflex.speed_gain) == (0.0, 0.0)
     if not still and checks.checked.ground.treadmill is not None:
         message = "how fast the centre of mass goes from its pivot is not known on a treadmill"

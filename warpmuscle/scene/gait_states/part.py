@@ -14,7 +14,7 @@ from warpmuscle.scene.part import Part
 
 State = Literal["early_stance", "late_stance", "liftoff", "swing", "landing"]
 STATES: tuple[State, ...] = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
-Signal = Literal["length", "velocity", "force", "angle", "rate", "position", "speed"]
+Signal = Literal["length", "velocity", "force", "angle", "rate", "position", "speed", "acceleration"]
 Side = Literal["both", "left", "right"]
 Shape = Literal["linear", "constant", "polynomial"]
 Fixed = tuple[float, float, float]
@@ -22,7 +22,10 @@ ROOT = "root"  # what `joint` calls the lean of the root
 
 
 class SensedPoint(Part):
-    """A point of a body, sensed along a direction of the world, whose length is a factor: where it is, and how fast."""
+    """A point of a body, sensed along a direction of the world, whose length is a factor.
+
+    That is where it is, how fast it moves, and how much its speed has changed in a second over the last control step.
+    """
 
     body: str
     direction: Annotated[Fixed, "1"]
@@ -52,8 +55,9 @@ class GaitReflex(Part):
 
     It is constant + length_gain (length - length_offset) and the same of velocity and force of muscle `of`, and
     angle_gain (angle_target - angle) + rate_gain (rate_target - rate) of `joint` or `turn`, and
-    position_gain (position_target - position) + speed_gain (speed_target - speed) of `point` or `balance`, all sensed
-    `delay` ago. Of signals in `positive` only what they add beyond 0 counts.
+    position_gain (position_target - position) + speed_gain (speed_target - speed) of `point` or `balance`, and
+    acceleration_gain (acceleration_target - acceleration) of `point`, all sensed `delay` ago. Of signals in `positive`
+    only what they add beyond 0 counts.
     Names are without their side: `soleus` stands for `soleus_l` and `soleus_r`, or for `lsoleus` and `rsoleus`.
     """
 
@@ -82,6 +86,8 @@ class GaitReflex(Part):
     position_target: Annotated[Number, "m"] = 0.0
     speed_gain: Annotated[Number, "s/m"] = 0.0
     speed_target: Annotated[Number, "m/s"] = 0.0
+    acceleration_gain: Annotated[Number, "s^2/m"] = 0.0
+    acceleration_target: Annotated[Number, "m/s^2"] = 0.0
     positive: list[Signal] = msgspec.field(default_factory=lambda: list[Signal](["velocity"]))
     within_joint: str = ""  # beyond whose interval, and on the way further, the signals do not count
     within_low: Annotated[Number, "rad"] = -1.0e3

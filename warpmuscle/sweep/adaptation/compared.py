@@ -12,7 +12,7 @@ from warpmuscle.sweep.adaptation.predicted import FORMULAS, Prediction
 from warpmuscle.sweep.adaptation.records import Record, reference_of
 
 FREQUENCY = "stride frequency"
-KINDS = ("speed", "slope", "load")
+KINDS = ("speed", "uphill", "downhill", "load")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from warpmuscle.results.records import installed_versions
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, KINDS, AngleChange, Change, Score
 
 COLUMNS = 3
-MARKS = dict(zip(KINDS, ("o", "^", "s"), strict=True))
+MARKS = dict(zip(KINDS, ("o", "^", "v", "s"), strict=True))
 
 
 @dataclass(frozen=True)
@@ -118,5 +118,7 @@ def _figure(found: Comparison) -> Any:
         axes.set_title(quantity)
         axes.set_xlabel("measured change, %")
         axes.set_ylabel("predicted change, %")
-        axes.legend()
+    # One for all, beside them: within, it would hide points.
+    shown = {name: handle for axes in places for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(shown.values(), shown, loc="outside upper right", ncols=len(shown))
     return figure

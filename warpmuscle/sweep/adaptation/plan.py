@@ -6,9 +6,11 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import read_file, shown, unreadable
+from warpmuscle.formats.toml_layout import inline
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
@@ -22,6 +24,12 @@ PLACES = {
 }  # fmt: skip
 RADIUS = 0.1  # m, of gyration of a load
 NO_LOAD = 0.001  # kg
+EMPTY: Mapping[str, Any] = {}
+SAID = {  # keys that no setting may have
+    "duration": "give --duration",
+    "objective.target_speed": "speeds are those of the conditions",
+    "ground.normal": "slopes are those of the conditions",
+}
 MADE = "# Made by warpmuscle adaptation, which writes it anew each time.\n"
 
 
@@ -38,24 +46,29 @@ def check_own(path: Path) -> None:
 
 
 def sweep_text(
-    records: Sequence[Record], scene: Scene, name: str, seeds: int, search: Mapping[str, float], duration: float
-) -> str:
+    records: Sequence[Record], scene: Scene, name: str, seeds: int, search: Mapping[str, float], duration: float,
+    settings: Mapping[str, Any] = EMPTY,
+) -> str:  # fmt: skip
     """The sweep file of some conditions; speeds are those of the same Froude number, loads the same part of the body.
 
     All runs have bodies for all loads, next to nothing where there is none, so that they share batches.
 
     Args:
-        scene: that walks. name: what the sweep calls it. search: options of the searches. duration: of each
-            simulation, s.
+        scene: that walks, with the settings. name: what the sweep calls it. search: options of the searches.
+        duration: of each simulation, s. settings: other values in the scene, by key.
 
     Raises:
-        Error: the scene has no bodies for a load, or no legs.
+        Error: the scene has no bodies for a load, or no legs; a setting is of what the conditions say.
     """
+    for key in settings:
+        if key in SAID:
+            raise Error(f"--set {key}: {SAID[key]}")
     plain = substitute(scene, start_values(scene))
     leg, mass = leg_length(plain), body_mass(plain.character)
     lines = [f"scene = {json.dumps(name)}", "", "[search]", 'strategy = "cma"']
     lines += [f"{option} = {shown(value)}" for option, value in search.items()]
     lines += ["", "[set]", f"duration = {duration!r}"]
+    lines += [f"{json.dumps(key)} = {inline(value)}" for key, value in settings.items()]
     loaded = {record.place: record for record in records if record.load}
     for body in (body for record in loaded.values() for body in _bodies(record, scene)):
         lines.append(f'"character.bodies.load_on_{body}" = {{ mass = {NO_LOAD}, inertia = {_inertia(NO_LOAD)} }}')

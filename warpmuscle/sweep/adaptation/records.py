@@ -60,7 +60,9 @@ class Record:
     @property
     def kind(self) -> str:
         """What differs from the condition that it is compared with."""
-        return "load" if self.load else "slope" if self.slope else "speed"
+        if self.load:
+            return "load"
+        return "speed" if not self.slope else "uphill" if self.slope > 0.0 else "downhill"
 
 
 def read_records(path: Path) -> list[Record]:
