@@ -103,7 +103,11 @@ def test_grades_need_a_command_that_is_drawn_and_a_curriculum(task: Task, words:
 def test_a_policy_sees_the_ground_ahead_and_behind_as_it_faces():
     steps = Terrain([Rough(height=0.2, spacing=0.3, seed=4)], x=0.3)
     scene = msgspec.structs.replace(load("fwalk"), ground=Ground(normal=(0.1, 1.0, -0.1), terrain=steps))
-    task = Task(observations={"ground": Sense(), "ground_behind": Sense()}, actions="torques", variation=Variation(velocity_noise=0.0))
+    task = Task(
+        observations={"ground": Sense(), "ground_behind": Sense()},
+        actions="torques",
+        variation=Variation(velocity_noise=0.0),
+    )
     batch = EpisodeBatch(scene, 1, "cpu", task, threads=1)
     q = batch.rollout.state.coordinates.numpy().copy()
     q[0, :7] = [0.7, 1.0, -0.4, *Rotation.from_euler("YX", [0.8, 0.2]).as_quat()]
