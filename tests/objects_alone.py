@@ -16,7 +16,8 @@ def together(objects: dict[str, Any], ground: Ground = NOTHING, duration: float 
     body = Body(5.0, (0.05, 0.05, 0.05), [Sphere((0.0, 0.0, 0.0), 0.1)])
     return Scene(
         "together", Character("block", {"block": body}), initial_state=InitialState((9.0, 0.0999, 0.0)), ground=ground,
-        objects=objects, failure=Failure(com_height=0.0, heading=0.0), duration=duration, gravity=gravity, time_step=STEP,
+        objects=objects, failure=Failure(com_height=0.0, heading=0.0), duration=duration, gravity=gravity,
+        time_step=STEP,
     )  # fmt: skip
 
 

@@ -2,8 +2,8 @@
 
 For docs/how-to/walk-on-uneven-ground.md.
 
-python tools/research/policy_course.py course56.h5 walk56_course.toml -o course.png          20 walks; minutes of two cores
-python tools/research/policy_course.py course56.h5 walk56_course.toml --tests stairs,bumps    pieces of ground by themselves
+python tools/research/policy_course.py course56.h5 walk56_course.toml -o course.png    20 walks; minutes of two cores
+python tools/research/policy_course.py course56.h5 walk56_course.toml --tests pieces   stairs and bumps by themselves
 """
 
 from __future__ import annotations
@@ -18,11 +18,13 @@ from course_figure import draw
 
 import warpmuscle as wm
 from warpmuscle.core.status import Status
+from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.player import Player, lasting, learned_in, task_of, undisturbed
+from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene, Terrain
-from warpmuscle.scene.learning import Variation
-from warpmuscle.scene.terrain.tiles import Rough, Stairs
+from warpmuscle.scene.learning import Task, Variation
+from warpmuscle.scene.terrain.tiles import Flat, Rough, Stairs
 
 NOISE = 0.1  # m/s, of each component of the root's velocity at the start
 Course = list[tuple[float, float]]  # times, s, and values, straight between them
@@ -36,16 +38,30 @@ class Walks(NamedTuple):
     recordings: list[Recording]
 
 
-def walked(policy: Path, scene: Scene, runs: int, seed: int, speed: Course, heading: Course) -> Walks:
-    """Walks of a policy under a speed, m/s, and a heading, rad to the left, that change over time."""
+class Walker(NamedTuple):
+    """A policy, its task without anything drawn but the noise of the start, and the gait of its clock."""
+
+    learned: Learned
+    task: Task
+    gait: Gait | None
+
+
+def walker(policy: Path, scene: Scene) -> Walker:
+    """The policy of a file; the clock's gait is that which the scene's controller makes on level ground."""
     learned = learned_in(policy)
-    task = msgspec.structs.replace(
-        lasting(undisturbed(task_of(learned))),
-        variation=Variation(velocity_noise=NOISE),
-        command_time=0.0,
-        curriculum="",
+    task = lasting(undisturbed(task_of(learned)))
+    noisy = Variation(velocity_noise=NOISE)
+    task = msgspec.structs.replace(task, variation=noisy, command_time=0.0, curriculum="")
+    level = on(scene, Terrain([Flat()]), 10.0)
+    return Walker(learned, task, Player(learned.policy, level, 1, "cpu", task).batch.gait)
+
+
+def walked(by: Walker, scene: Scene, runs: int, seed: int, speed: Course, heading: Course) -> Walks:
+    """Walks of a policy under a speed, m/s, and a heading, rad to the left, that change over time."""
+    task = by.task
+    player = Player(
+        by.learned.policy, scene, runs, "cpu", task, seed, record=range(runs), record_rate=50.0, gait=by.gait
     )
-    player = Player(learned.policy, scene, runs, "cpu", task, seed, record=range(runs), record_rate=50.0)
     batch = player.batch
     rate = task.decision_time
     status = np.full(runs, int(Status.RUNNING))
@@ -85,16 +101,17 @@ def turned(recording: Any) -> np.ndarray:
     return np.unwrap(2.0 * np.arctan2(recording.root_orientation[:, 1], recording.root_orientation[:, 3]))
 
 
-def course(policy: Path, scene: Scene, runs: int, seed: int, figure: Path | None) -> None:
+def course(by: Walker, scene: Scene, runs: int, seed: int, figure: Path | None) -> None:
     """The course of the scene `course`."""
     torques = wm.load("course")
     speed, heading = torques.commands["speed"].over, torques.commands["heading"].over
     terrain = torques.ground.terrain
     assert terrain is not None
     over = on(scene, terrain, torques.duration)
-    found = walked(policy, over, runs, seed, speed, heading)
+    found = walked(by, over, runs, seed, speed, heading)
     print(
-        f"course: {found.through.sum()} of {runs} came through; the others ended at {np.sort(found.ended[~found.through])} s"
+        f"course: {found.through.sum()} of {runs} came through;"
+        f" the others ended at {np.round(np.sort(found.ended[~found.through]), 1)} s"
     )
     whole = [one for one, well in zip(found.recordings, found.through, strict=True) if well]
     if whole:
@@ -107,7 +124,8 @@ def course(policy: Path, scene: Scene, runs: int, seed: int, figure: Path | None
             level = (one.time > 2.0) & (one.time < begin)
             errors.append(ahead(one, first)[level].mean() - speed[1][1])
         print(
-            f"turning rate {np.degrees(np.mean(rates)):.1f} degrees/s, off afterwards by {np.degrees(np.abs(after)).mean():.1f}"
+            f"turning rate {np.degrees(np.mean(rates)):.1f} degrees/s,"
+            f" off afterwards by {np.degrees(np.abs(after)).mean():.1f} degrees"
         )
         print(f"speed error {np.mean(errors):+.3f} m/s on level ground")
     if figure is not None:
@@ -115,22 +133,23 @@ def course(policy: Path, scene: Scene, runs: int, seed: int, figure: Path | None
         draw(over, [found.recordings[run] for run in order], figure)
 
 
-def pieces(policy: Path, scene: Scene, runs: int, seed: int) -> None:
+def steady(value: float) -> Course:
+    """A command that stays."""
+    return [(0.0, value), (1.0, value)]
+
+
+def pieces(by: Walker, scene: Scene, runs: int, seed: int) -> None:
     """Stairs and bumps by themselves, each walk from another place."""
     generator = np.random.default_rng(seed)
     stairs = Terrain([Stairs(rise=0.17, tread=0.3, count=5, start=2.5, landing=1.2)])
     for speed in (0.6, 0.9):
-        found = walked(
-            policy, on(scene, stairs, 12.0), runs, seed, [(0.0, speed), (1.0, speed)], [(0.0, 0.0), (1.0, 0.0)]
-        )
+        found = walked(by, on(scene, stairs, 12.0), runs, seed, steady(speed), steady(0.0))
         print(f"five stairs of 17 cm up and down at {speed} m/s: {found.through.sum()} of {runs}")
     for speed in (0.8, 1.2):
         upright = 0
         for run in range(runs):
             bumps = Terrain([Rough(height=0.05, spacing=0.3, seed=1000 + run)], z=float(generator.uniform(0.0, 9.0)))
-            one = walked(
-                policy, on(scene, bumps, 10.0), 1, seed + run, [(0.0, speed), (1.0, speed)], [(0.0, 0.0), (1.0, 0.0)]
-            )
+            one = walked(by, on(scene, bumps, 10.0), 1, seed + run, steady(speed), steady(0.0))
             upright += int(one.through[0])
         print(f"bumps of 5 cm, other ones in each walk, at {speed} m/s: {upright} of {runs}")
 
@@ -145,10 +164,11 @@ def main(
 ) -> None:
     """Walk, and say what came of it."""
     body = wm.load(str(scene))
+    by = walker(policy, body)
     if "course" in tests:
-        course(policy, body, runs, seed, figure)
+        course(by, body, runs, seed, figure)
     if "pieces" in tests:
-        pieces(policy, body, runs, seed)
+        pieces(by, body, runs, seed)
 
 
 if __name__ == "__main__":

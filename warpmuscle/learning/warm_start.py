@@ -68,7 +68,7 @@ def noise_of(source: Learned) -> Floats:
 
 
 def check_fit(source: Learned, env: Environment, task: Task) -> None:
-    """Raise RolloutError, in one line, unless a policy moves what there is in the same way, and all it observes is there."""
+    """Raise RolloutError, in one line, unless all that a policy observes is there, and it moves what there is."""
     learnt_with = source.policy.observation
     here = tuple(name for name in env.observation_names if name in learnt_with)
     if set(here) != set(learnt_with):

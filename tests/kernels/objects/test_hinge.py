@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from objects_alone import PLAIN, STEP, played, together
 from warpmuscle.scene import BallObject, BoxObject, Hinge
 

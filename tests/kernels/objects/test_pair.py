@@ -15,8 +15,8 @@ X = np.array([1.0, 0.0, 0.0])
 
 def test_a_head_on_impact_keeps_momentum_and_has_the_smaller_restitution():
     objects = {
-        "one": BallObject(mass=0.5, restitution=0.7, velocity=(0.0, 0.0, 3.0), position=(0.0, 1.0, -0.5), touches=["other"]),
-        "other": BallObject(mass=2.0, restitution=0.9, position=(0.0, 1.0, 0.0)),
+        "one": BallObject(mass=0.5, restitution=0.7, velocity=(0.0, 0.0, 3.0), position=(0.0, 1.0, -0.5)),
+        "other": BallObject(touches=["one"], mass=2.0, restitution=0.9, position=(0.0, 1.0, 0.0)),
     }  # fmt: skip
     _, motion = played(together(objects))
     after = [float(motion[name].velocity[-1, 2]) for name in objects]
@@ -144,7 +144,7 @@ def test_a_bar_rests_across_a_box_that_both_its_ends_are_beyond():
 def test_a_ball_near_the_edge_of_a_box_is_pushed_once():
     """Its face pushes it, and not the corner as well, which is inside the ball."""
     objects = {
-        "ball": BallObject(mass=2.0, position=(0.1995, 0.5 + 0.099, 0.1995), restitution=0.0, friction=0.0, touches=["box"]),
+        "ball": BallObject(mass=2.0, position=(0.1995, 0.599, 0.1995), restitution=0.0, friction=0.0, touches=["box"]),
         "box": BoxObject(size=(0.4, 0.5, 0.4), position=(0.0, 0.25, 0.0), fixed=True),
     }  # fmt: skip
     _, motion = played(together(objects, PLAIN, 0.002, 0.0), 2000.0)

@@ -154,7 +154,7 @@ def ground_at(x: float, z: float, instance: int, around: Surroundings) -> float:
 
 @wp.func
 def ground_about(k: int, instance: int, state: State, around: Surroundings) -> float:
-    """How much higher the ground is at one of the places behind and ahead of the root, as it faces, than below it, m."""
+    """How much higher the ground is at one of the places about the root, as that faces, than below it, m."""
     place = root_place(around.root, instance, state)
     across = wp.static(GROUND_STEP) * (float(k % wp.static(GROUND_ACROSS)) - wp.static(0.5 * (GROUND_ACROSS - 1)))
     along = wp.static(GROUND_STEP) * float(k // wp.static(GROUND_ACROSS) + wp.static(1 - GROUND_BEHIND))

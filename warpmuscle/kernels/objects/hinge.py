@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.spatial import full, symmetric_rotated, turn
+from warpmuscle.kernels.algebra.spatial import full, turn
 from warpmuscle.kernels.contact.body_contact import mobility
 from warpmuscle.kernels.contact.contact import ContactSum
 from warpmuscle.kernels.functions import func

@@ -130,7 +130,7 @@ def press(
 def press_bar(
     instance: int, first: int, second: int, a: Side, b: Side, model: ModelRef, own: ObjectExtension
 ):  # fmt: skip
-    """Let a capsule push where it lies across another object: at both ends of what is over it, with half of its stiffness."""
+    """Let a capsule push where it lies across an object: at both ends of what is over it, half as stiff each."""
     half = a.row.half
     if half[0] > 0.0 or half[2] > 0.0 or half[1] <= 0.0:
         return
