@@ -10,6 +10,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.kernels.learning import episodes as kernels
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
+from warpmuscle.learning.player import commanded
 from warpmuscle.learning.variants import drawn_commands
 from warpmuscle.scene import Command, Ground, Scene, Terrain
 from warpmuscle.scene.number import Free
@@ -127,3 +128,33 @@ def test_a_policy_sees_the_ground_ahead_and_behind_as_it_faces():
             expected = 10.0 * (ground.height_at(0.7 + way[0], -0.4 + way[2]) - here)
             assert seen[names[-1]] == pytest.approx(expected, abs=2e-4)
     assert list(seen) == names
+
+
+def test_a_share_of_what_is_drawn_turns_and_the_rest_goes_straight_on():
+    task = Task(
+        speed=(0.5, 1.5),
+        turning_rate=(0.2, 0.4),
+        turning_share=0.25,
+        actions="torques",
+        variation=Variation(velocity_noise=0.0),
+    )
+    every = msgspec.structs.replace(task, turning_share=1.0)
+    some, all_ = (EpisodeBatch("fwalk", 2000, "cpu", one, threads=1).episodes.command.numpy() for one in (task, every))
+    turns = some[:, 1] != 0.0
+    assert turns.mean() == pytest.approx(0.25, abs=0.04)
+    np.testing.assert_array_equal(some[:, 0], all_[:, 0])
+    np.testing.assert_array_equal(some[turns], all_[turns])
+    assert (all_[:, 1] >= 0.2).all()
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, float("nan")])
+def test_a_share_that_is_none_is_refused(share: float):
+    scene = msgspec.structs.replace(load("fwalk"), learning=Task(turning_share=share))
+    with pytest.raises(SceneError) as error:
+        check_scene(scene)
+    assert error.value.key == "learning.turning_share"
+
+
+def test_a_turn_that_is_told_is_made_whatever_share_was_drawn():
+    told = commanded(Task(turning_rate=(-0.5, 0.5), turning_share=0.2), ["turning_rate=0.3"])
+    assert (told.turning_rate, told.turning_share) == ((0.3, 0.3), 1.0)

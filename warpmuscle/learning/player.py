@@ -162,6 +162,8 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
             task = msgspec.structs.replace(task, pose={**task.pose, key: (number, number)})
         else:
             task = msgspec.structs.replace(task, **{key: (number, number)})
+        if key == "turning_rate":
+            task = msgspec.structs.replace(task, turning_share=1.0)
     return msgspec.structs.replace(task, command_time=0.0) if texts else task
 
 
