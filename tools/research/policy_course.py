@@ -51,7 +51,7 @@ def walker(policy: Path, scene: Scene) -> Walker:
     learned = learned_in(policy)
     task = lasting(undisturbed(task_of(learned)))
     noisy = Variation(velocity_noise=NOISE)
-    task = msgspec.structs.replace(task, variation=noisy, command_time=0.0, curriculum="")
+    task = msgspec.structs.replace(task, variation=noisy, command_time=0.0)
     level = on(scene, Terrain([Flat()]), 10.0)
     return Walker(learned, task, Player(learned.policy, level, 1, "cpu", task).batch.gait)
 

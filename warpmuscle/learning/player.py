@@ -234,8 +234,8 @@ def what_is_told(task: Task) -> str:
 
 
 def undisturbed(task: Task) -> Task:
-    """The task without anything that is drawn for its episodes' starts, and without pushes."""
-    return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0))
+    """The task without anything that is drawn for its episodes' starts, without pushes and a curriculum."""
+    return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0), curriculum="")
 
 
 def replay(
