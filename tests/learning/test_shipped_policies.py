@@ -28,6 +28,18 @@ def test_a_shipped_policy_walks(name, tmp_path):
     assert (tmp_path / f"{name}.h5").stat().st_size < 600_000
 
 
+def test_the_policy_for_stairs_walks_over_bumps_of_five_centimetres(tmp_path):
+    write("course", tmp_path)
+    scene = msgspec.structs.replace(load(str(tmp_path / "walk56_stairs.toml")), duration=3.0)
+    scene.commands["height"].value, scene.commands["kind"].value, scene.commands["place"].value = 1.0, 4.0, 2.1
+    learned = learned_in(tmp_path / "walk56_stairs.h5")
+    task = lasting(commanded(task_of(learned), ["speed=1", "turning_rate=0"]))
+    recording, status = replay(learned.policy, scene, "cpu", task)
+    assert status == Status.COMPLETED
+    assert recording.com_velocity[100:, 2].mean() == pytest.approx(1.0, abs=0.15)
+    assert (tmp_path / "walk56_stairs.h5").stat().st_size < 600_000
+
+
 def test_a_policy_moves_a_scene_as_long_as_the_scene_lasts(tmp_path):
     write("policies", tmp_path)
     scene = msgspec.structs.replace(load(str(tmp_path / "walk56_tasks.toml")), duration=2.0)

@@ -10,6 +10,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.kernels.learning import episodes as kernels
 from warpmuscle.learning import EpisodeBatch, Sense, Task, Variation
+from warpmuscle.learning.player import commanded
 from warpmuscle.learning.variants import drawn_commands
 from warpmuscle.scene import Command, Ground, Scene, Terrain
 from warpmuscle.scene.number import Free
@@ -100,10 +101,14 @@ def test_grades_need_a_command_that_is_drawn_and_a_curriculum(task: Task, words:
     assert error.value.key == "learning.variation.graded"
 
 
-def test_a_policy_sees_the_ground_ahead_as_it_faces():
+def test_a_policy_sees_the_ground_ahead_and_behind_as_it_faces():
     steps = Terrain([Rough(height=0.2, spacing=0.3, seed=4)], x=0.3)
     scene = msgspec.structs.replace(load("fwalk"), ground=Ground(normal=(0.1, 1.0, -0.1), terrain=steps))
-    task = Task(observations={"ground": Sense()}, actions="torques", variation=Variation(velocity_noise=0.0))
+    task = Task(
+        observations={"ground": Sense(), "ground_behind": Sense()},
+        actions="torques",
+        variation=Variation(velocity_noise=0.0),
+    )
     batch = EpisodeBatch(scene, 1, "cpu", task, threads=1)
     q = batch.rollout.state.coordinates.numpy().copy()
     q[0, :7] = [0.7, 1.0, -0.4, *Rotation.from_euler("YX", [0.8, 0.2]).as_quat()]
@@ -111,11 +116,45 @@ def test_a_policy_sees_the_ground_ahead_as_it_faces():
     batch.senses.sample_first(batch.rollout.state, batch.episodes)
     batch.observe_again()
     seen = dict(zip(batch.senses.names, batch.senses.observation.numpy()[0], strict=True))
-    assert len(seen) == 18
     ground = surface(scene.ground)
     here = ground.height_at(0.7, -0.4)
-    for row in range(6):
+    names = []
+    for group, row in [*(("ground", row) for row in range(1, 7)), *(("ground_behind", row) for row in (-2, -1, 0))]:
         for side, across in (("right", -0.2), ("middle", 0.0), ("left", 0.2)):
-            way = Rotation.from_euler("Y", 0.8).apply([across, 0.0, 0.2 * (row + 1)])
+            if row == 0 and side == "middle":  # below the root
+                continue
+            names.append(f"{group}.{side}.{row}")
+            way = Rotation.from_euler("Y", 0.8).apply([across, 0.0, 0.2 * row])
             expected = 10.0 * (ground.height_at(0.7 + way[0], -0.4 + way[2]) - here)
-            assert seen[f"ground.{side}.{row + 1}"] == pytest.approx(expected, abs=2e-4)
+            assert seen[names[-1]] == pytest.approx(expected, abs=2e-4)
+    assert list(seen) == names
+
+
+def test_a_share_of_what_is_drawn_turns_and_the_rest_goes_straight_on():
+    task = Task(
+        speed=(0.5, 1.5),
+        turning_rate=(0.2, 0.4),
+        turning_share=0.25,
+        actions="torques",
+        variation=Variation(velocity_noise=0.0),
+    )
+    every = msgspec.structs.replace(task, turning_share=1.0)
+    some, all_ = (EpisodeBatch("fwalk", 2000, "cpu", one, threads=1).episodes.command.numpy() for one in (task, every))
+    turns = some[:, 1] != 0.0
+    assert turns.mean() == pytest.approx(0.25, abs=0.04)
+    np.testing.assert_array_equal(some[:, 0], all_[:, 0])
+    np.testing.assert_array_equal(some[turns], all_[turns])
+    assert (all_[:, 1] >= 0.2).all()
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, float("nan")])
+def test_a_share_that_is_none_is_refused(share: float):
+    scene = msgspec.structs.replace(load("fwalk"), learning=Task(turning_share=share))
+    with pytest.raises(SceneError) as error:
+        check_scene(scene)
+    assert error.value.key == "learning.turning_share"
+
+
+def test_a_turn_that_is_told_is_made_whatever_share_was_drawn():
+    told = commanded(Task(turning_rate=(-0.5, 0.5), turning_share=0.2), ["turning_rate=0.3"])
+    assert (told.turning_rate, told.turning_share) == ((0.3, 0.3), 1.0)

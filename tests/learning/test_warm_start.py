@@ -20,6 +20,7 @@ from warpmuscle.formats import load  # noqa: E402
 from warpmuscle.learning.learner import Learner  # noqa: E402
 from warpmuscle.learning.options import PPOOptions  # noqa: E402
 from warpmuscle.learning.policy import actions_of  # noqa: E402
+from warpmuscle.learning.senses import USUAL  # noqa: E402
 from warpmuscle.learning.training import learn, resume  # noqa: E402
 from warpmuscle.learning.warm_start import UNHEARD, check_fit, options_from  # noqa: E402
 from warpmuscle.report.summary import learning  # noqa: E402
@@ -166,10 +167,31 @@ def test_names_that_are_lacking_new_or_in_another_order_are_said(first):
             check_fit(source, env, TASK)
 
     refused(f"other observations: '{seen[0]}' is lacking here$", seen[1:])
-    refused("other observations: 'x' is new$", (*seen, "x"))
+    refused(f"other observations: '{seen[1]}' is lacking here$", ("x", seen[0], *seen[2:]))
     refused(f"other actions: '{moved[0]}' is lacking here and 'arm', 'leg' are new$", action=("arm", "leg", *moved[1:]))
     refused("other actions: the order is another$", action=moved[::-1])
     check_fit(source, SimpleNamespace(observation_names=seen, action_names=moved), TASK)
+    check_fit(source, SimpleNamespace(observation_names=("x", *seen[::-1]), action_names=moved), TASK)
+
+
+def test_what_is_new_says_nothing_at_first_and_then_more(first):
+    """Also where known observations come in another order."""
+    known = read(first).learned.policy
+    more = msgspec.structs.replace(
+        TASK, observations={name: Sense() for name in ("fibre_length", *reversed(USUAL))}
+    )  # fmt: skip
+    found = begin(first, task=more, critic_iterations=1).learned.policy
+    new = [k for k, name in enumerate(found.observation) if name not in known.observation]
+    assert len(new) == len(found.observation) - len(known.observation) > 0
+    assert (found.layers[0].weight[:, new] == 0.0).all()
+    seen = np.tile(found.mean, (50, 1))
+    heard = [k for k, name in enumerate(found.observation) if found.deviation[k] < UNHEARD]
+    noise = np.random.default_rng(1).normal(size=seen.shape).astype(np.float32)
+    seen[:, heard] += (noise * found.deviation)[:, heard]
+    as_known = seen[:, [found.observation.index(name) for name in known.observation]]
+    assert np.abs(actions_of(found, seen) - actions_of(known, as_known)).max() < 0.1
+    later = begin(first, task=more, iterations=3, critic_iterations=1).learned.policy
+    assert (later.layers[0].weight[:, new] != 0.0).any()
 
 
 def test_files_that_hold_no_policy_are_refused_in_one_line(first, tmp_path):

@@ -42,7 +42,7 @@ def draw(scene: Any, recordings: list[Any], figure: Path) -> None:
     recording, ground = recordings[0], surface(substitute(scene, start_values(scene)).ground)
     com, way = recording.com, along_way(recording.com)
     names = list(recording.body_names)
-    feet = [recording.body_position[:, names.index(foot)] for foot in scene.character.feet]
+    feet = [recording.body_position[:, names.index(foot)] for foot in scene.feet]
     drawn, (above, aside) = plt.subplots(2, 1, figsize=(11, 6.5), height_ratios=[3, 2], constrained_layout=True)
     for other in recordings[1:]:
         above.plot(other.com[:, 0], other.com[:, 2], color=BODY, lw=0.4, alpha=0.3)

@@ -50,7 +50,9 @@ TILES = [
          (6.72, 0.2), (8, 0.2), (10, 0)]
     ),
 ]  # fmt: skip
-DURATION, SETTLED = 13.0, 6.0  # s, and from when on a walk is measured
+DURATION, SETTLED = 13.0, 9.0  # s, and from when on a walk is measured
+TURN_AT, TURN_IN, TOLD_EVERY = 4.5, 3.0, 0.25  # s, when a turn begins, how long it takes, and how often it is told
+FARTHEST = 9.0  # m, that ground is moved
 
 
 class Case(NamedTuple):
@@ -58,15 +60,15 @@ class Case(NamedTuple):
 
     tile: int
     speed: float  # m/s
-    heading: float = 0.0  # rad, to which it turns
-    place: float = 0.0  # m, by which the ground is further ahead
+    heading: float = 0.0  # rad, to which it turns within `TURN_IN`
+    place: float | None = 0.0  # m, by which the ground is further ahead; None: another one in each generation
 
 
 CASES = [
-    Case(FLAT, 0.3), Case(FLAT, 0.7, -1.2), Case(FLAT, 1.0), Case(FLAT, 1.2, 1.2), Case(FLAT, 1.4), Case(FLAT, 1.8),
-    Case(STAIRS, 0.5), Case(STAIRS, 0.55, 0.0, 0.06), Case(STAIRS, 0.6, 0.0, 0.12), Case(STAIRS, 0.6, 0.0, 0.3),
-    Case(STAIRS, 0.7, 0.0, 0.2), Case(BUMPS, 0.7), Case(BUMPS, 1.1, 0.0, 1.3), Case(GAPS, 0.6),
-    Case(GAPS, 0.9, 0.0, 0.17),
+    Case(FLAT, 0.3), Case(FLAT, 0.7, -1.5708), Case(FLAT, 1.0), Case(FLAT, 1.1, 1.5708), Case(FLAT, 1.1, -1.5708),
+    Case(FLAT, 1.3), Case(FLAT, 1.1, 1.5708), Case(FLAT, 1.6), Case(STAIRS, 0.5), Case(STAIRS, 0.55, 0.0, 0.06),
+    Case(STAIRS, 0.6, 0.0, 0.12), Case(STAIRS, 0.6, 0.0, 0.3), Case(STAIRS, 0.7, 0.0, 0.2), Case(GAPS, 0.6),
+    Case(GAPS, 0.9, 0.0, 0.17), *(Case(BUMPS, speed, 0.0, None) for speed in (0.6, 0.8, 1.0, 1.0, 1.0, 1.0)),
 ]  # fmt: skip
 
 
@@ -74,7 +76,8 @@ def searched() -> Scene:
     """The scene on all grounds, its numbers free."""
     scene = msgspec.convert(msgspec.to_builtins(wm.load("steer")), Scene)
     scene.duration = DURATION
-    for name, most in (("tile", len(TILES) - 1.0), ("place", 9.0)):
+    scene.commands["speed"].max = max(case.speed for case in CASES)
+    for name, most in (("tile", len(TILES) - 1.0), ("place", FARTHEST)):
         scene.commands[name] = wm.scene.Command(reference=0.0, min=0.0, max=most)
     follow = {name: Free(0.0, per={name: 1.0}) for name in ("tile", "place")}
     scene.ground = msgspec.structs.replace(scene.ground, terrain=Terrain(TILES, tile=follow["tile"], z=follow["place"]))
@@ -107,14 +110,24 @@ class Trial:
         self.order = [NAMES.index(name) for name in names]
         start = [one.value for one in self.rollout.parameters]
         self.start = np.array([start[names.index(name)] for name in NAMES])
-        told = {key: np.tile([getattr(case, key) for case in CASES], population) for key in ("speed", "heading")}
-        told |= {key: np.tile([float(getattr(case, key)) for case in CASES], population) for key in ("tile", "place")}
-        self.rollout.set_commands(told)
+        self.told = {key: self.every([float(getattr(case, key)) for case in CASES]) for key in ("tile", "speed")}
+        self.heading = self.every([case.heading for case in CASES])
+
+    def every(self, values: list[float]) -> Any:
+        """One number a case for all candidates."""
+        return np.tile(values, self.population)
 
     def cost(self, candidates: Any, noise: float, seed: int) -> Any:
         """Cost of each case of each candidate."""
         self.rollout.set_parameters(np.repeat(candidates[:, self.order], len(CASES), axis=0))
+        drawn = np.random.default_rng(seed).uniform(0.0, FARTHEST, len(CASES))
+        places = [drawn[k] if case.place is None else case.place for k, case in enumerate(CASES)]
+        self.rollout.set_commands(self.told | {"place": self.every(places), "heading": 0.0})
         self.rollout.reset(velocity_noise=noise, seed=seed)
+        self.rollout.run(TURN_AT)
+        for share in np.linspace(0.0, 1.0, round(TURN_IN / TOLD_EVERY) + 1)[1:]:
+            self.rollout.set_commands({"heading": share * self.heading}, restart=False)
+            self.rollout.run(TOLD_EVERY)
         self.rollout.run()
         rows = [self.of(row, CASES[row % len(CASES)]) for row in range(self.population * len(CASES))]
         return np.array(rows).reshape(self.population, len(CASES), -1)

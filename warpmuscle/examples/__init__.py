@@ -125,6 +125,10 @@ EXAMPLES = {
         "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",
         shipped("climb.py", "climb.toml"),
     ),
+    "course": Example(
+        "policies on muscles that see the ground, for stairs of 17 cm, gaps and bumps, and their tasks",
+        shipped("climb.py", "walk56_stairs.toml", "walk56_stairs.h5", "walk56_course.toml"),
+    ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",
         shipped(

@@ -23,6 +23,9 @@ class ObjectRow:
     velocity: wp.vec3  # m/s, with which it starts
     spin: wp.vec3  # rad/s
     until: float  # s, when it is let go
+    axis: wp.vec3  # unit vector, in its axes, of one that turns about an axis alone
+    pivot: wp.vec3  # m, a point of that axis, in its axes from its middle
+    bearing: float  # N m s/rad, damping of the axle
 
 
 @wp.struct
@@ -42,6 +45,8 @@ class ObjectExtension:
     row: wp.array2d[ObjectRow]  # (rows, objects)
     memory: wp.array3d[float]  # (instances, objects, MEMORY)
     fixed: wp.array[int]  # (objects,) 1: it does not move
+    hinged: wp.array[int]  # (objects,) 1: it turns about an axis alone
+    pairs: wp.array[wp.vec2i]  # of objects that push each other, by number
     holder: wp.array[int]  # (objects,) the body that holds it, -1: none
     first_pair: wp.array[int]  # (objects + 1,) of those with its number
     body: wp.array[int]  # (pairs,)
@@ -61,5 +66,6 @@ class ObjectMotion:
 
 BEGUN, PLACE, ORIENTATION, VELOCITY, MOMENTUM = 0, 1, 4, 8, 11  # in the memory of an object; the last is angular
 FREE, HELD = 1.0, 2.0  # what an object was in the step before, where it has begun
-MEMORY = 14
-RECORDED = MEMORY - 1  # numbers of a frame
+RECORDED = 13  # numbers of a frame, those before
+PUSH, MOMENT = 14, 17  # of other objects in this step, N and N m about its middle
+MEMORY = 20

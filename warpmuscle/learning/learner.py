@@ -47,7 +47,7 @@ class Learner:
             env.num_observations, privileged, env.num_actions, options.hidden, options.deviation, seed
         ).to(device)
         if source is not None:
-            begin_with(source, self.networks, env.critic_names, options)
+            begin_with(source, self.networks, env.observation_names, env.critic_names, options)
         self.collector = Collector(env, self.networks, options)
         self.mirrors = None if env.images is None else mirrors_of(env.images, device)
         self.ppo = PPO(self.networks, self.collector.experience, options, self.mirrors)

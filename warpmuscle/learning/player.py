@@ -162,6 +162,8 @@ def commanded(task: Task, texts: Sequence[str]) -> Task:
             task = msgspec.structs.replace(task, pose={**task.pose, key: (number, number)})
         else:
             task = msgspec.structs.replace(task, **{key: (number, number)})
+        if key == "turning_rate":
+            task = msgspec.structs.replace(task, turning_share=1.0)
     return msgspec.structs.replace(task, command_time=0.0) if texts else task
 
 
@@ -232,8 +234,8 @@ def commands_in_words(task: Task) -> str:
 
 
 def undisturbed(task: Task) -> Task:
-    """The task without anything that is drawn for its episodes' starts, and without pushes."""
-    return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0))
+    """The task without anything that is drawn for its episodes' starts, without pushes and a curriculum."""
+    return msgspec.structs.replace(task, variation=Variation(velocity_noise=0.0), curriculum="")
 
 
 def replay(

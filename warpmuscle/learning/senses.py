@@ -143,15 +143,25 @@ def _goal(about: About) -> list[Number]:
     return numbers
 
 
-def _ground(about: About) -> list[Number]:
-    """Places ahead, from right to left and then forwards; flat ground shows nothing."""
+def _ground_rows(about: About, rows: range) -> list[Number]:
+    """Places of the ground from right to left and then forwards, by how many steps of the grid they are ahead."""
     if not _root(about) or about.rollout.scene.ground.terrain is None:
         return []
+    across, before = kernels.GROUND_ACROSS, kernels.GROUND_BEHIND - 1
     return [
-        Number(f"{side}.{row + 1}", kernels.GROUND, 3 * row + column, 10.0)
-        for row in range(kernels.GROUND_ALONG)
+        Number(f"{side}.{row}", kernels.GROUND, across * (row + before) + column, 10.0)
+        for row in rows
         for column, side in enumerate(("right", "middle", "left"))
+        if (row, side) != (0, "middle")  # below the root, from where heights are counted
     ]
+
+
+def _ground(about: About) -> list[Number]:
+    return _ground_rows(about, range(1, kernels.GROUND_AHEAD + 1))
+
+
+def _ground_behind(about: About) -> list[Number]:
+    return _ground_rows(about, range(1 - kernels.GROUND_BEHIND, 1))
 
 
 def _own(about: About, entry: str) -> list[Number]:
@@ -191,6 +201,7 @@ GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "phase": _phase,  # of the scene's controller
     "goal": _goal,  # points from the root and as it faces, m
     "ground": _ground,  # that is not flat: 0.1 m higher 0.2 to 1.2 m ahead, at three places across, than below the root
+    "ground_behind": _ground_behind,  # the same beside it, and 0.2 and 0.4 m behind it
     "clock": _clock,  # sine and cosine of the phase of the gait that is imitated
 }
 KNOWN = ("command", "clock", "action", "goal")  # what a policy observes by no nerve

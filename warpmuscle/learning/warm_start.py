@@ -68,8 +68,11 @@ def noise_of(source: Learned) -> Floats:
 
 
 def check_fit(source: Learned, env: Environment, task: Task) -> None:
-    """Raise RolloutError, in one line, unless a policy observes and moves what there is, in the same way."""
-    _check_names("observations", source.policy.observation, env.observation_names)
+    """Raise RolloutError, in one line, unless all that a policy observes is there, and it moves what there is."""
+    learnt_with = source.policy.observation
+    here = tuple(name for name in env.observation_names if name in learnt_with)
+    if set(here) != set(learnt_with):
+        _check_names("observations", learnt_with, here)
     _check_names("actions", source.policy.action, env.action_names)
     learnt = task_of(source)
     for name in SAME:
@@ -78,10 +81,20 @@ def check_fit(source: Learned, env: Environment, task: Task) -> None:
             raise RolloutError(f"the policy to begin with has learnt with learning.{name} {before}, not {now}")
 
 
-def begin_with(source: Learned, networks: ActorCritic, critic_names: tuple[str, ...], options: PPOOptions) -> None:
-    """Take over a policy that fits, with its noise, and its critic if there is one that observes the same."""
+def begin_with(
+    source: Learned,
+    networks: ActorCritic,
+    names: tuple[str, ...],
+    critic_names: tuple[str, ...],
+    options: PPOOptions,
+) -> None:
+    """Take over a policy that fits, with its noise, and its critic if there is one that observes the same.
+
+    Args:
+        names, critic_names: what policy and critic are to observe, in order. What is new there says nothing at first.
+    """
     seen = float(sum(ancestor.decisions for ancestor in source.ancestors))
-    _take(networks.policy, networks.observed, source.policy, seen)
+    _take(networks.policy, networks.observed, _hearing(source.policy, names), seen)
     critic = source.critic
     bare = tuple(name.partition(".")[2] for name in critic_names)  # as older files have them
     fits = critic is not None and critic.observation in (critic_names, bare)
@@ -99,6 +112,19 @@ def hear(normalizer: Normalizer, values: Tensor) -> None:
         variance, mean = torch.var_mean(values, dim=0, correction=0)
         normalizer.variance.copy_(torch.where(unheard, variance, normalizer.variance))
         normalizer.mean.copy_(torch.where(unheard, mean, normalizer.mean))
+
+
+def _hearing(table: PolicyTable, names: tuple[str, ...]) -> PolicyTable:
+    """The same network for observations of these names, in their order: those that it does not know are unheard."""
+    if table.observation == names:
+        return table
+    place = {name: k for k, name in enumerate(table.observation)}
+    new = [k for k, name in enumerate(names) if name not in place]
+    column = np.array([place.get(name, 0) for name in names])
+    mean, deviation, weight = table.mean[column], table.deviation[column], table.layers[0].weight[:, column]
+    mean[new], deviation[new], weight[:, new] = 0.0, UNHEARD, 0.0
+    first = replace(table.layers[0], weight=weight)
+    return replace(table, observation=names, mean=mean, deviation=deviation, layers=(first, *table.layers[1:]))
 
 
 def _take(layers: nn.Sequential, normalizer: Normalizer, table: PolicyTable, seen: float) -> None:

@@ -55,7 +55,7 @@ from warpmuscle.scene.muscles.curves import (
 )
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, RecordedNorms, Robustness, SearchStage, Tracking
-from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held
+from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held, Hinge
 from warpmuscle.scene.part import Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
 from warpmuscle.scene.simbicon.controller import PD, Balance, Component, Curve, Feedback, MachineState, Trajectory
@@ -109,6 +109,7 @@ __all__ = [
     "GaitStates",
     "Ground",
     "Held",
+    "Hinge",
     "Impairment",
     "InitialState",
     "Joint",

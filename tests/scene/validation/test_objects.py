@@ -5,7 +5,7 @@ import pytest
 from small_scene import sound_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
-from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Held
+from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Held, Hinge
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -21,6 +21,7 @@ def test_objects_of_all_kinds_are_sound_and_written_as_they_are_read():
     scene.objects = {
         "ball": BallObject(radius=Free(0.1, 0.05, 0.2), velocity=(1.0, 0.0, Free(0.0, -1.0, 1.0))),
         "seat": BoxObject(size=(0.4, 0.4, 0.4), fixed=True, bodies=["pelvis"]),
+        "plank": BoxObject(hinge=Hinge((1.0, 0.0, 1.0), damping=Free(1.0, 0.0, 2.0)), touches=["ball", "seat"]),
         "bell": CapsuleObject(mass=4.0, held=Held("rFoot", (0.0, 0.1, 0.0), until=Free(1.0, 0.0, 2.0))),
     }
     check_scene(scene)
@@ -47,12 +48,22 @@ def test_objects_of_all_kinds_are_sound_and_written_as_they_are_read():
         (BallObject(held=Held("pelvis"), fixed=True), "held", "not held"),
         (BallObject(held=Held("pelvis"), position=(1.0, 0.0, 0.0)), "position", "leave it out"),
         (BallObject(held=Held("pelvis", until=-1.0)), "held.until", "not be negative"),
+        (BallObject(touches=["box"]), "touches.0", "no object"),
+        (BallObject(touches=["one"]), "touches.0", "itself"),
+        (BallObject(touches=["wall", "wall"]), "touches.1", "twice"),
+        (BallObject(touches=["wall"], fixed=True), "touches.0", "neither"),
+        (BoxObject(hinge=Hinge(), fixed=True), "hinge", "fixed"),
+        (BoxObject(hinge=Hinge(), held=Held("pelvis")), "hinge", "held"),
+        (BoxObject(hinge=Hinge(), velocity=(0.0, 1.0, 0.0)), "velocity", "only turns"),
+        (BoxObject(hinge=Hinge(axis=(0.0, 0.0, 0.0))), "hinge.axis", "no length"),
+        (BoxObject(hinge=Hinge(damping=-1.0)), "hinge.damping", "not be negative"),
+        (BoxObject(hinge=Hinge(position=(float("inf"), 0.0, 0.0))), "hinge.position.0", "finite"),
         (BallObject(held=Held("pelvis", orientation=(0.0, 0.0, 0.0, 0.0))), "held.orientation", "no length"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_key(solid, key: str, says: str):
     with pytest.raises(SceneError, match=says) as error:
-        checked(one=solid)
+        checked(one=solid, wall=BoxObject(fixed=True))
     assert error.value.key == f"objects.one.{key}"
 
 

@@ -44,6 +44,7 @@ class EpisodeRules:
     command_decisions: int  # after which other commands are drawn; 0: never within an episode
     command_low: wp.array[float]
     command_high: wp.array[float]
+    turning_share: float  # of commands that turn, 0 to 1
     cycle_rate: float  # 1/s, of the imitated gait at the clock's speed; 0: there is none
     clock_speed: float  # m/s
     cadence_power: float
@@ -95,6 +96,8 @@ def draw_commands(instance: int, counter: int, episodes: Episodes, rules: Episod
     generator = random_of(episodes.seed[0], instance, counter, COMMAND)
     for k in range(rules.command_low.shape[0]):
         episodes.command[instance, k] = wp.lerp(rules.command_low[k], rules.command_high[k], wp.randf(generator))
+    if rules.turning_share < 1.0 and wp.randf(generator) >= rules.turning_share:
+        episodes.command[instance, TURNING_RATE] = 0.0
 
 
 @wp.func

@@ -30,7 +30,7 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
     HEAD_ANGULAR_VELOCITY, CLOCK, OWN, GOAL, GOAL_POINT, GROUND,
 ) = range(25)  # fmt: skip
-GROUND_ACROSS, GROUND_ALONG = 3, 6  # places at which the ground is seen, from right to left and forwards
+GROUND_ACROSS, GROUND_BEHIND, GROUND_AHEAD = 3, 3, 6  # places of the ground, from right to left and forwards
 GROUND_STEP = 0.2  # m, between them
 
 
@@ -154,11 +154,11 @@ def ground_at(x: float, z: float, instance: int, around: Surroundings) -> float:
 
 
 @wp.func
-def ground_ahead(k: int, instance: int, state: State, around: Surroundings) -> float:
-    """How much higher the ground is at one of the places ahead of the root, as that faces, than below it, m."""
+def ground_about(k: int, instance: int, state: State, around: Surroundings) -> float:
+    """How much higher the ground is at one of the places about the root, as that faces, than below it, m."""
     place = root_place(around.root, instance, state)
     across = wp.static(GROUND_STEP) * (float(k % wp.static(GROUND_ACROSS)) - wp.static(0.5 * (GROUND_ACROSS - 1)))
-    along = wp.static(GROUND_STEP) * float(k // wp.static(GROUND_ACROSS) + 1)
+    along = wp.static(GROUND_STEP) * float(k // wp.static(GROUND_ACROSS) + wp.static(1 - GROUND_BEHIND))
     way = wp.quat_rotate(heading(root_orientation(around.root, instance, state)), wp.vec3(across, 0.0, along))
     here = ground_at(place[0], place[2], instance, around)
     return ground_at(place[0] + way[0], place[2] + way[2], instance, around) - here
@@ -231,7 +231,7 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     elif kind == GOAL_POINT:
         value = seen_goal(k // 3, k % 3, instance, state, around)
     elif kind == GROUND:
-        value = ground_ahead(k, instance, state, around)
+        value = ground_about(k, instance, state, around)
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
     else:

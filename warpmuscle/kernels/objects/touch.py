@@ -13,6 +13,7 @@ from warpmuscle.kernels.contact.body_contact import mobility, point_velocity
 from warpmuscle.kernels.contact.contact import friction_damping
 from warpmuscle.kernels.object_structs import ObjectCapsule, ObjectMotion, ObjectRow
 from warpmuscle.kernels.objects.bounce import bounce, eased
+from warpmuscle.kernels.objects.hinge import object_mobility
 from warpmuscle.kernels.objects.shape import between, nearest_on_segment
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -27,11 +28,12 @@ class ObjectTouch:
 
 
 @cache
-def object_touch_of(turned: bool) -> Any:
+def object_touch_of(turned: bool, hinges: bool = False) -> Any:
     """The Warp function of what an object and a body do to each other, nothing where they are clear.
 
     Args:
         turned: whether the principal axes of some bodies are turned against those of their frames.
+        hinges: whether some objects turn about an axis alone.
     """
 
     @wp.func
@@ -39,6 +41,7 @@ def object_touch_of(turned: bool) -> Any:
         instance: int,
         body: int,
         moves: bool,
+        hinged: bool,
         capsule: ObjectCapsule,
         row: ObjectRow,
         motion: ObjectMotion,
@@ -79,7 +82,10 @@ def object_touch_of(turned: bool) -> Any:
             axes = to_body * at(model.couplings.inertia_axes, instance, body)
         both = mobility(normal, body_arm, axes, body_row.inertia, body_row.mass)
         if moves:
-            both += mobility(normal, object_arm, rotation, row.inertia, row.mass)
+            if wp.static(hinges):
+                both += object_mobility(normal, object_arm, row, motion, hinged)
+            else:
+                both += mobility(normal, object_arm, rotation, row.inertia, row.mass)
         b = bounce(depth, speed, row.stiffness, row.damping_ratio, both, h)
         if b.along <= 0.0:
             return touch
@@ -94,7 +100,10 @@ def object_touch_of(turned: bool) -> Any:
             across = friction_damping(pressing, slipping, row.tangential_damping, row.friction)
             both = mobility(way, body_arm, axes, body_row.inertia, body_row.mass)
             if moves:
-                both += mobility(way, object_arm, rotation, row.inertia, row.mass)
+                if wp.static(hinges):
+                    both += object_mobility(way, object_arm, row, motion, hinged)
+                else:
+                    both += mobility(way, object_arm, rotation, row.inertia, row.mass)
             touch.force -= way * eased(across * slipping, h * across, both)
         return touch
 

@@ -19,7 +19,7 @@ from warpmuscle.model.bodies import stacked
 from warpmuscle.model.collisions import capsule_of
 from warpmuscle.model.joints import compiled_terrain, has_turned_axes
 from warpmuscle.scene import Scene
-from warpmuscle.scene.objects.part import AnyObject, BoxObject
+from warpmuscle.scene.objects.part import AnyObject, BoxObject, Hinge
 from warpmuscle.scene.objects.restitution import damping_ratio
 from warpmuscle.scene.objects.shape import ROUNDING, inertia, rounded
 from warpmuscle.scene.topology import Topology
@@ -31,7 +31,21 @@ def objects_kind(scene: Scene) -> ForceKind:
     """What a step has compiled in for the objects of a scene that has some."""
     turned = any(map(has_turned_axes, scene.character.bodies.values()))
     terrain, moves = compiled_terrain(scene.ground), scene.ground.treadmill is not None
-    return ForceKind(objects=ObjectsKind(len(scene.objects), turned, terrain, moves), shipped=True)
+    hinged = any(solid.hinge is not None for solid in scene.objects.values())
+    kind = ObjectsKind(len(scene.objects), len(object_pairs(scene)), hinged, turned, terrain, moves)
+    return ForceKind(objects=kind, shipped=True)
+
+
+def object_pairs(scene: Scene) -> tuple[tuple[int, int], ...]:
+    """Numbers of objects that push each other, each pair once; two that are fixed do not."""
+    number = {name: k for k, name in enumerate(scene.objects)}
+    pairs = {
+        (min(number[name], number[other]), max(number[name], number[other]))
+        for name, solid in scene.objects.items()
+        for other in solid.touches
+        if not (solid.fixed and scene.objects[other].fixed)
+    }
+    return tuple(sorted(pairs))
 
 
 def touching(scene: Scene, solid: AnyObject) -> list[str]:
@@ -45,6 +59,8 @@ class ObjectPlaces(NamedTuple):
 
     fixed: tuple[bool, ...]
     holder: tuple[int, ...]  # number of the body that holds it, -1: none
+    hinged: tuple[bool, ...]
+    pairs: tuple[tuple[int, int], ...]  # of objects that push each other
     bodies: tuple[tuple[int, ...], ...]  # that may touch it, once for each of their shapes
 
 
@@ -54,6 +70,8 @@ def object_places(scene: Scene, names: Topology) -> ObjectPlaces:
     return ObjectPlaces(
         tuple(solid.fixed for solid in solids),
         tuple(-1 if solid.held is None else names.bodies.index(solid.held.body) for solid in solids),
+        tuple(solid.hinge is not None for solid in solids),
+        object_pairs(scene),
         tuple(tuple(names.bodies.index(name) for name, _ in _shapes(scene, solid)) for solid in solids),
     )
 
@@ -62,6 +80,8 @@ def put_places(extension: Any, places: ObjectPlaces, instances: int, device: Any
     """Let an extension have these, and memories that are zero."""
     extension.memory = wp.zeros((instances, len(places.fixed), MEMORY), dtype=float, device=device)
     extension.fixed = to_device(places.fixed, int, device)
+    extension.hinged = to_device(places.hinged, int, device)
+    extension.pairs = to_device(places.pairs or [(0, 0)], wp.vec2i, device)
     extension.holder = to_device(places.holder, int, device)
     extension.first_pair = to_device(starts(map(len, places.bodies)), int, device)
     extension.body = to_device(list(chain(*places.bodies)) or [0], int, device)
@@ -91,7 +111,11 @@ def _columns(scene: Scene, names: Topology, solid: AnyObject) -> dict[str, Float
         until = rows([ALWAYS if solid.held.until is None else solid.held.until])
     rounding = np.minimum(ROUNDING, 0.5 * half.min(axis=1)) if isinstance(solid, BoxObject) else np.zeros(1)
     ground = np.minimum(rows([solid.friction]), rows([scene.ground.friction]))
+    axle = solid.hinge or Hinge()
+    axis = rows(list(axle.axis))
     columns = {
+        "axis": axis / np.linalg.norm(axis, axis=-1, keepdims=True), "pivot": rows(list(axle.position)),
+        "bearing": rows([axle.damping]),
         "mass": rows([solid.mass]), "inertia": inertia(solid), "half": half, "radius": radius[:, None],
         "rounding": rounding[:, None], "reach": np.linalg.norm(half, axis=1)[:, None] + radius[:, None],
         "stiffness": rows([solid.stiffness]), "damping_ratio": damping_ratio(rows([solid.restitution])),

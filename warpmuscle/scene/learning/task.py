@@ -178,6 +178,7 @@ class Task(Part):
     curriculum: str = ""  # `module:name` of what makes the difficulty of the next episode, 0 to 1
     speed: Annotated[Interval, "m/s"] = (1.2, 1.2)  # that is wanted, drawn from this interval
     turning_rate: Annotated[Interval, "rad/s"] = (0.0, 0.0)  # of the wanted heading, positive to the left
+    turning_share: Annotated[float, "1"] = 1.0  # of what is drawn that turns at all; the others go straight on
     pose: Annotated[dict[str, Interval], "rad or m"] = {}  # wanted coordinates, by name
     command_time: Annotated[float, "s"] = 0.0  # after which other commands are drawn; 0: they last for the episode
     imitation: Imitation | None = None  # the gait that is rewarded

@@ -19,12 +19,21 @@ class Held(Part):
     until: Annotated[Number | None, "s"] = None  # when it is let go; by default never
 
 
+class Hinge(Part):
+    """An axis that stands still, about which alone an object turns: of a seesaw, of a door."""
+
+    axis: Annotated[Vector, "1"] = (1.0, 0.0, 0.0)  # in the object's axes at the start; of any length
+    position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)  # of a point of it, from the object's middle, in its axes
+    damping: Annotated[Number, "N m s/rad"] = 0.0
+
+
 class Solid(Part, kw_only=True):
     """What objects of all kinds have. Those that are fixed need no mass, and hang or stand wherever they are put.
 
     Bodies feel an object by their shapes as capsules, as those of `body_contact`; edges of boxes are rounded by 2 cm
     for them, and sharp on the ground. A contact is a spring and a damper, by which a free impact has the restitution
-    whatever its speed is. Objects pass through each other.
+    whatever its speed is. Objects pass through each other, but for those that `touches` names. Of two, the smaller
+    stiffness, friction and restitution count; edges of boxes that cross do not feel each other.
     """
 
     mass: Annotated[Number, "kg"] = 1.0
@@ -34,6 +43,8 @@ class Solid(Part, kw_only=True):
     angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
     fixed: bool = False  # it does not move
     held: Held | None = None
+    hinge: Hinge | None = None
+    touches: list[str] = []  # other objects that it touches; one of both has to name the other
     bodies: list[str] = []  # that touch it; none named: all with shapes
     friction: Annotated[Number, "1"] = 0.5
     restitution: Annotated[Number, "1"] = 0.3  # speed after an impact over that before; 0.05 at least

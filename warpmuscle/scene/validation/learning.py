@@ -35,6 +35,7 @@ def check_task(check: Checks) -> None:
         raise SceneError("an episode takes one decision at least", key="learning.episode_time")
     _interval("learning.speed", task.speed)
     _interval("learning.turning_rate", task.turning_rate)
+    check.fraction("learning.turning_share", task.turning_share)
     for name, interval in task.pose.items():
         _interval(f"learning.pose.{name}", interval)
     for name, sense in task.observations.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
-from warpmuscle.scene.objects.part import AnyObject, BoxObject, CapsuleObject, Held
+from warpmuscle.scene.objects.part import AnyObject, BoxObject, CapsuleObject, Held, Hinge
 from warpmuscle.scene.validation.checks import Checks, known
 
 
@@ -22,8 +22,11 @@ def check_objects(checks: Checks) -> None:
             raise SceneError(f"{name!r} has a character that no name of an object can have", key="objects")
         _check_solid(key, solid, checks)
         _check_bodies(key, solid, checks)
+        _check_touched(key, name, solid, checks)
         if solid.held is not None:
             _check_held(f"{key}.held", solid, solid.held, checks)
+        if solid.hinge is not None:
+            _check_hinge(f"{key}.hinge", solid, solid.hinge, checks)
 
 
 def _check_solid(key: str, solid: AnyObject, checks: Checks) -> None:
@@ -53,6 +56,34 @@ def _check_bodies(key: str, solid: AnyObject, checks: Checks) -> None:
             raise SceneError(f"body {body!r} has no shape that could touch it", place)
         if body in solid.bodies[:number]:
             raise SceneError(f"{body!r} is there twice", place)
+
+
+def _check_touched(key: str, name: str, solid: AnyObject, checks: Checks) -> None:
+    """Other objects that it touches are there, once each."""
+    objects = checks.checked.objects
+    for number, other in enumerate(solid.touches):
+        place = f"{key}.touches.{number}"
+        known(other, objects, "object", place)
+        if other == name:
+            raise SceneError("an object does not touch itself", place)
+        if other in solid.touches[:number]:
+            raise SceneError(f"{other!r} is there twice", place)
+        if solid.fixed and objects[other].fixed:
+            raise SceneError(f"neither it nor {other!r} moves", place)
+
+
+def _check_hinge(key: str, solid: AnyObject, hinge: Hinge, checks: Checks) -> None:
+    """It has an axis, and nothing else holds the object."""
+    if solid.fixed or solid.held is not None:
+        other = "fixed" if solid.fixed else "held"
+        raise SceneError(
+            f"an object that is {other} does not turn about an axis of its own; leave one of both out", key
+        )
+    if any(checks.interval(v) != (0.0, 0.0) for v in solid.velocity):
+        own = f"{key.removesuffix('.hinge')}.velocity"
+        raise SceneError("a hinged object only turns, by its angular_velocity; leave it out", own)
+    checks.not_zero(f"{key}.axis", hinge.axis, "axis")
+    checks.not_negative(key, hinge, "damping")
 
 
 def _check_held(key: str, solid: AnyObject, held: Held, checks: Checks) -> None:

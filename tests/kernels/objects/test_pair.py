@@ -1,0 +1,161 @@
+"""Objects that touch each other against closed forms: impacts, stacks, sliding, what lies across."""
+
+import numpy as np
+import pytest
+
+from objects_alone import PLAIN, STEP, played, together
+from warpmuscle.core.pose import about
+from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Ground
+
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
+G, STIFF = 9.8, 2.0e4
+X = np.array([1.0, 0.0, 0.0])
+
+
+def test_a_head_on_impact_keeps_momentum_and_has_the_smaller_restitution():
+    objects = {
+        "one": BallObject(mass=0.5, restitution=0.7, velocity=(0.0, 0.0, 3.0), position=(0.0, 1.0, -0.5)),
+        "other": BallObject(touches=["one"], mass=2.0, restitution=0.9, position=(0.0, 1.0, 0.0)),
+    }  # fmt: skip
+    _, motion = played(together(objects))
+    after = [float(motion[name].velocity[-1, 2]) for name in objects]
+    assert after[1] - after[0] == pytest.approx(0.7 * 3.0, rel=0.02)
+    assert 0.5 * after[0] + 2.0 * after[1] == pytest.approx(1.5, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [BallObject(), BoxObject(size=(0.3, 0.2, 0.4), orientation=(0.1, 0.2, 0.3, 0.9)), CapsuleObject(length=0.4)],
+    ids=["ball", "box", "capsule"],
+)
+@pytest.mark.parametrize("one", [BallObject(), BoxObject(orientation=(0.3, -0.2, 0.1, 0.8))], ids=["ball", "box"])
+def test_an_oblique_impact_keeps_momentum_and_angular_momentum_and_gains_no_energy(one, other):
+    one.mass, one.position, one.velocity, one.touches = 0.7, (0.04, 1.03, -0.5), (0.0, 0.0, 3.0), ["other"]
+    one.angular_velocity = (2.0, 5.0, -3.0)
+    other.mass, other.position, other.angular_velocity = 1.5, (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)
+    scene = together({"one": one, "other": other})
+    _, motion = played(scene)
+    momentum, turning, energy = (np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(2))
+    for name, solid in scene.objects.items():
+        m = motion[name]
+        inertia = own_inertia(solid)
+        for k, frame in enumerate((0, -1)):
+            q, spin = m.orientation[frame], m.angular_velocity[frame].astype(float)
+            matrix = rotation(q) @ np.diag(inertia) @ rotation(q).T
+            velocity = m.velocity[frame].astype(float)
+            momentum[k] += solid.mass * velocity
+            turning[k] += np.cross(m.position[frame], solid.mass * velocity) + matrix @ spin
+            energy[k] += 0.5 * solid.mass * velocity @ velocity + 0.5 * spin @ matrix @ spin
+    assert np.abs(motion["other"].velocity[-1]).max() > 0.2
+    np.testing.assert_allclose(momentum[1], momentum[0], atol=2e-5)
+    np.testing.assert_allclose(turning[1], turning[0], atol=5e-3)
+    assert energy[1] < energy[0]
+
+
+def own_inertia(solid) -> np.ndarray:
+    """Principal moments, kg m^2, from textbooks."""
+    m = solid.mass
+    if isinstance(solid, BallObject):
+        return np.full(3, 0.4 * m * solid.radius**2)
+    if isinstance(solid, BoxObject):
+        edges = np.array(solid.size)
+        return m / 12.0 * ((edges**2).sum() - edges**2)
+    r, length = solid.radius, solid.length
+    ends = m * 4.0 * r / (4.0 * r + 3.0 * length)
+    bar = m - ends
+    across = bar * (length**2 / 12 + r**2 / 4) + ends * (0.4 * r**2 + 0.25 * length**2 + 0.375 * length * r)
+    return np.array([across, 0.4 * ends * r**2 + 0.5 * bar * r**2, across])
+
+
+def rotation(q: np.ndarray) -> np.ndarray:
+    """The matrix of a unit quaternion x, y, z, w."""
+    x, y, z, w = (float(v) for v in q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@pytest.mark.parametrize("restitution", [0.4, 0.8])
+def test_a_ball_bounces_on_a_fixed_box(restitution: float):
+    objects = {
+        "ball": BallObject(mass=0.5, position=(0.1, 1.6, 0.05), restitution=restitution, touches=["table"]),
+        "table": BoxObject(size=(1.0, 0.2, 1.0), position=(0.0, 0.4, 0.0), fixed=True, restitution=1.0),
+    }
+    _, motion = played(together(objects, duration=1.3, gravity=G), 2000.0)
+    height = motion["ball"].position[:, 1] - 0.6
+    lowest = np.argmin(height[:1200])
+    assert height[lowest:].max() == pytest.approx(restitution**2, abs=0.015)
+    np.testing.assert_array_equal(motion["table"].position[-1], np.float32([0.0, 0.4, 0.0]))
+
+
+def test_a_stack_rests_as_deep_as_its_springs_give_way():
+    objects = {
+        "low": BoxObject(mass=4.0, size=(0.4, 0.2, 0.4), position=(0.0, 0.1, 0.0), restitution=0.0),
+        "high": BoxObject(mass=2.0, position=(0.05, 0.3, 0.02), restitution=0.0, touches=["low"]),
+    }
+    _, motion = played(together(objects, PLAIN, 3.0, G), 50.0)
+    low = 0.1 - 6.0 * G / (4.0 * STIFF)  # on four corners, though not evenly
+    high = low + 0.2 - 2.0 * G / (4.0 * STIFF)
+    assert motion["high"].position[-1, 1] == pytest.approx(high, abs=1e-4)
+    np.testing.assert_allclose(
+        motion["high"].position[100:], motion["high"].position[-1:].repeat(50, axis=0), atol=2e-5
+    )
+    np.testing.assert_allclose(np.abs(motion["high"].orientation[-1, 3]), 1.0, atol=1e-6)
+
+
+def test_a_box_that_slides_on_a_box_comes_to_the_velocity_of_both():
+    """From v, on what slides without friction itself: v m/(m + M), after v^2 M/(2 mu g (m + M)) of sliding."""
+    mass, below, friction, v = 1.0, 3.0, 0.4, 1.5
+    objects = {
+        "low": BoxObject(mass=below, size=(0.4, 0.2, 1.6), position=(0.0, 0.0999, 0.0), friction=0.0),
+        "high": BoxObject(
+            mass=mass, position=(0.0, 0.2998, -0.4), velocity=(0.0, 0.0, v), friction=friction, touches=["low"]
+        ),
+    }
+    objects["low"].friction = 1.0
+    ground = Ground(stiffness=1e5, damping=1e3, friction=0.0)
+    _, motion = played(together(objects, ground, 1.0, G))
+    both = v * mass / (mass + below)
+    for name in objects:
+        np.testing.assert_allclose(motion[name].velocity[-1], [0.0, 0.0, both], atol=2e-3)
+    slid = (motion["high"].position - motion["low"].position)[[0, -1], 2]
+    assert slid[1] - slid[0] == pytest.approx(v**2 * below / (2.0 * friction * G * (mass + below)), rel=0.01)
+
+
+def test_a_bar_rests_across_a_box_that_both_its_ends_are_beyond():
+    """It is borne where its part over the box begins and ends, each with half of the stiffness."""
+    turn = about(X, 0.5 * np.pi)
+    objects = {
+        "bar": CapsuleObject(
+            mass=3.0, length=1.0, position=(0.0, 0.55, 0.0), orientation=tuple(turn), restitution=0.0, touches=["bench"]
+        ),
+        "bench": BoxObject(size=(0.4, 0.5, 0.4), position=(0.0, 0.25, 0.0), fixed=True),
+    }
+    _, motion = played(together(objects, PLAIN, 2.0, G), 50.0)
+    assert motion["bar"].position[-1, 1] == pytest.approx(0.55 - 3.0 * G / STIFF, abs=2e-5)
+    np.testing.assert_allclose(np.abs(motion["bar"].orientation[-1] @ turn), 1.0, atol=1e-6)
+
+
+def test_a_ball_near_the_edge_of_a_box_is_pushed_once():
+    """Its face pushes it, and not the corner as well, which is inside the ball."""
+    objects = {
+        "ball": BallObject(mass=2.0, position=(0.1995, 0.599, 0.1995), restitution=0.0, friction=0.0, touches=["box"]),
+        "box": BoxObject(size=(0.4, 0.5, 0.4), position=(0.0, 0.25, 0.0), fixed=True),
+    }  # fmt: skip
+    _, motion = played(together(objects, PLAIN, 0.002, 0.0), 2000.0)
+    first = float(motion["ball"].velocity[1, 1])  # after half a step
+    assert first == pytest.approx(STIFF * 0.001 / 2.0 * 0.5 * STEP, rel=0.02)
+
+
+def test_objects_that_do_not_name_each_other_pass_through():
+    objects = {
+        "one": BallObject(velocity=(0.0, 0.0, 3.0), position=(0.0, 1.0, -0.5)),
+        "other": BallObject(position=(0.0, 1.0, 0.0)),
+    }
+    _, motion = played(together(objects))
+    np.testing.assert_allclose(motion["one"].velocity[-1], [0.0, 0.0, 3.0], atol=1e-6)
