@@ -23,10 +23,9 @@ from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.opensim_setups import Tasks, read_tasks
 from warpmuscle.inverse.chain import Chain, chain_of
 from warpmuscle.inverse.files import read_coordinates, read_markers, write_columns, write_coordinates
-from warpmuscle.inverse.fit_plan import Problem
+from warpmuscle.inverse.fit_plan import Problem, Recorded
 from warpmuscle.inverse.marker_checks import check_size, chosen_markers, misfits, noted, notes_on
 from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
-from warpmuscle.inverse.recorded_markers import MarkerSums
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.devices import find_device
@@ -40,11 +39,21 @@ class Kinematics:
 
     coordinates: Coordinates  # all of the model, also locked and coupled ones
     markers: tuple[str, ...]  # (K,) those that counted
-    measured: Floats  # (F, K, 3) m, their recorded positions, ground axes; NaN where a marker was not seen
-    errors: Floats  # (F, K, 3) m, measured less modelled, ground axes; NaN where a marker was not seen
+    recorded: Recorded  # where they were
+    missed: Floats  # (F, K, 3) m, float32: `errors` as the fit has them
     iterations: Integers  # (F,), negative where they were not enough
     notes: tuple[str, ...]  # what is to be known of them, a line each
     scene: Scene
+
+    @property
+    def measured(self) -> Floats:
+        """Recorded positions (F, K, 3) of the markers that counted, m, ground axes; NaN where one was not seen."""
+        return self.recorded.chosen()
+
+    @property
+    def errors(self) -> Floats:
+        """Measured less modelled (F, K, 3), m, ground axes; NaN where a marker was not seen."""
+        return self.missed.astype(np.float64)
 
     @property
     def distances(self) -> Floats:
@@ -155,17 +164,12 @@ class _Trial:
             self.weights = chosen_markers(list(chain.markers), self.markers, own)
         except SignalError as error:
             raise self.told(error) from None
-        self.columns = [self.markers.names.index(name) for name in self.weights]
+        self.recorded = Recorded(self.markers.positions, [self.markers.names.index(name) for name in self.weights])
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
 
     def told(self, error: SignalError) -> SignalError:
         """An error with the file of the recording."""
         return SignalError(error.message, file=self.file)
-
-    def positions(self) -> Floats:
-        """Positions (F, K, 3) of the markers that count, ground axes; a view where these are all."""
-        every = self.columns == list(range(len(self.markers.names)))
-        return self.markers.positions if every else self.markers.positions[:, self.columns]
 
 
 def _turned(vectors: Floats, turn: Floats) -> Floats:
@@ -220,7 +224,7 @@ def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> 
     chain = chain_of(scene)
     trial = _Trial(scene, chain, still, tasks.markers or None, replace(tasks, times=None))
     fit = _fit(chain, [trial], find_device(device))[1]
-    return chain, fit.values, _turned(fit.errors, TO_OPENSIM)
+    return chain, fit.values, _turned(fit.errors.astype(np.float64), TO_OPENSIM)
 
 
 def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
@@ -232,55 +236,42 @@ def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
 
 def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) -> list[Kinematics]:
     """Trials of the same markers and weights, fitted together."""
-    problem, fit, sums = _fit(chain, trials, device)
-    names, starts = list(trials[0].weights), np.array(problem.starts)
-    told = noted(chain, names, fit, sums, starts)
+    problem, fit = _fit(chain, trials, device)
+    names, starts = tuple(trials[0].weights), problem.starts
+    told = noted(chain, names, fit, starts)
     listed, values = chain.all_values(fit.values)
     found = []
-    for trial, first, may in zip(trials, problem.starts, told.tolist(), strict=True):
+    for trial, first, may in zip(trials, starts.tolist(), told.tolist(), strict=True):
         part = slice(first, first + len(trial.markers.times))
-        own = Fit(fit.values[part], fit.errors[part], fit.iterations[part], fit.loose[part])
-        notes = _notes(names, chain, problem.positions[part], own) if may else ()
-        found.append(
-            Kinematics(
-                Coordinates(listed, trial.markers.times, values[part]), tuple(names), problem.positions[part],
-                own.errors, own.iterations, notes, scene,
-            )
-        )  # fmt: skip
+        coordinates = Coordinates(listed, trial.markers.times, values[part])
+        one = Kinematics(coordinates, names, trial.recorded, fit.errors[part], fit.iterations[part], (), scene)
+        if may:
+            turned = [_turned(vectors, TO_OPENSIM) for vectors in (one.measured, one.errors)]
+            one = replace(one, notes=tuple(notes_on(names, chain, *turned, one.iterations, fit.loose[part])))
+        found.append(one)
     return found
 
 
-def _fit(chain: Chain, trials: list[_Trial], device: object) -> tuple[Problem, Fit, MarkerSums]:
-    """Trials of the same markers as one problem, what comes of it, and sums by trial.
+def _fit(chain: Chain, trials: list[_Trial], device: object) -> tuple[Problem, Fit]:
+    """Trials of the same markers as one problem, and what comes of it.
 
     Raises:
         SignalError: a recorded body is of another size than the model, or no frame shows three markers.
     """
     names = list(trials[0].weights)
-    counts = [len(trial.markers.times) for trial in trials]
-    starts = tuple(int(x) for x in np.cumsum([0, *counts[:-1]]))
     targets = trials[0].targets
     if any(len(trial.targets) > 1 for trial in trials):
+        counts = [len(trial.markers.times) for trial in trials]
         targets = np.concatenate(
             [np.broadcast_to(t.targets, (n, targets.shape[1])) for t, n in zip(trials, counts, strict=True)]
         )
-    every = [trial.positions() for trial in trials]
-    problem = Problem(
-        every[0] if len(every) == 1 else np.concatenate(every), np.array(list(trials[0].weights.values())), starts,
-        trials[0].task_weights, targets, TO_OPENSIM,
-    )  # fmt: skip
+    recordings, weights = [trial.recorded for trial in trials], np.array(list(trials[0].weights.values()))
+    problem = Problem(recordings, weights, trials[0].task_weights, targets, TO_OPENSIM)
     fitter = MarkerFitter(chain, [chain.markers[name] for name in names], device)
     recorded = fitter.recorded(problem)
-    for k in misfits(chain, names, problem.positions, recorded.seen, recorded.far, np.array(starts)).tolist():
+    for k in misfits(chain, names, recordings, recorded.seen, recorded.far, problem.starts).tolist():
         try:
-            check_size(chain, names, _turned(problem.positions[starts[k] : starts[k] + counts[k]], TO_OPENSIM))
+            check_size(chain, names, _turned(recordings[k].chosen(), TO_OPENSIM))
         except SignalError as error:
             raise trials[k].told(error) from None
-    fit = fitter.fit(problem, recorded)
-    return problem, fit, recorded.sums(starts)
-
-
-def _notes(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> tuple[str, ...]:
-    """What is to be known of a fit in ground axes."""
-    turned = replace(fit, errors=_turned(fit.errors, TO_OPENSIM))
-    return tuple(notes_on(names, chain, _turned(positions, TO_OPENSIM), turned))
+    return problem, fitter.fit(problem, recorded)

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from warpmuscle.kernels.marker_fit_structs import FitFrames
+
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
 
@@ -58,6 +60,84 @@ def take_frames(
 
 
 @wp.kernel
+def start_rows(
+    start: wp.array2d[wp.float64], first_shift: int, axis: wp.array[wp.vec3d], targets: wp.array2d[wp.float64],
+    frame: wp.array[int], value: wp.array2d[float], base: wp.array[wp.vec3d], target: wp.array2d[float],
+):  # fmt: skip
+    """Coordinates of each row's start without the root's shifts, and where these bring it.
+
+    What is left of the shifts is small, so that single precision tells it well.
+
+    Args:
+        start: (rows, coordinates). first_shift: number of the first of the root's shifts, along these axes.
+        targets: (frames or 1, coordinates). frame: (rows,) the number of each row's frame.
+
+    Returns:
+        base: (rows,) m. target: (rows, coordinates), of `value`.
+    """
+    row = wp.tid()
+    line = wp.min(frame[row], targets.shape[0] - 1)
+    moved = wp.vec3d()
+    for k in range(start.shape[1]):
+        left_out = wp.float64(0.0)
+        if k >= first_shift and k < first_shift + axis.shape[0]:
+            left_out = start[row, k]
+            moved += left_out * axis[k - first_shift]
+        value[row, k] = float(start[row, k] - left_out)
+        target[row, k] = float(targets[line, k] - left_out)
+    base[row] = moved
+
+
+@wp.kernel
+def start_between(
+    values: wp.array2d[wp.float64], left: wp.array[int], right: wp.array[int], part: wp.array[wp.float64],
+    start: wp.array2d[wp.float64],
+):  # fmt: skip
+    """Coordinates (rows, C) between those of two frames, by that part of the way."""
+    row, k = wp.tid()
+    start[row, k] = (wp.float64(1.0) - part[row]) * values[left[row], k] + part[row] * values[right[row], k]
+
+
+@wp.kernel
+def align_frames(
+    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], order: wp.array[int],
+    frame: wp.array[int], body: wp.array[wp.vec3d], turned: wp.array[wp.quatd], moved: wp.array[wp.vec3d],
+):  # fmt: skip
+    """Rotations and shifts (rows,) that bring the points of a rigid body closest to the markers of a frame.
+
+    By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
+
+    Args:
+        positions, turn, weights, order, frame: see `take_frames`. body: (markers,) in the order of the fit.
+    """
+    row = wp.tid()
+    mass = wp.float64(1.0e-300)
+    middle = wp.vec3d()
+    own = wp.vec3d()
+    for k in range(order.shape[0]):
+        place = positions[frame[row], order[k]]
+        if is_seen(place):
+            w = wp.float64(weights[k])
+            mass += w
+            middle += w * (turn * place)
+            own += w * body[k]
+    middle /= mass
+    own /= mass
+    spread = wp.mat33d()
+    for k in range(order.shape[0]):
+        place = positions[frame[row], order[k]]
+        if is_seen(place):
+            spread += wp.float64(weights[k]) * wp.outer(turn * place - middle, body[k] - own)
+    u = wp.mat33d()
+    sigma = wp.vec3d()
+    v = wp.mat33d()
+    wp.svd3(spread, u, sigma, v)  # both are rotations: where the best is a mirror image, the least value is negative
+    rotation = wp.normalize(wp.quat_from_matrix(u * wp.transpose(v)))
+    turned[row] = rotation
+    moved[row] = middle - wp.quat_rotate(rotation, own)
+
+
+@wp.kernel
 def mean_squares(error: wp.array2d[wp.vec3], weight: wp.array2d[float], found: wp.array[wp.float64]):
     """Weighted mean square of the errors of each row, m^2; 0 of one without markers."""
     row = wp.tid()
@@ -73,26 +153,57 @@ def mean_squares(error: wp.array2d[wp.vec3], weight: wp.array2d[float], found: w
 
 
 @wp.kernel
+def put_rows(
+    frame: wp.array[int], better: bool, square: wp.array[wp.float64], start: wp.array2d[wp.float64], first_shift: int,
+    shifts: int, rows: FitFrames, squares: wp.array[wp.float64], values: wp.array2d[wp.float64],
+    iterations: wp.array[int], loose: wp.array2d[wp.uint8], kept: wp.array[int],
+):  # fmt: skip
+    """What was found in each row among all frames; if `better`, only where it fits better than what is there.
+
+    Args:
+        square: (rows,) mean squares of errors, m^2. start, first_shift: see `start_rows`. shifts: of the root.
+
+    Returns:
+        kept: (rows,) 1 where it was put.
+    """
+    row = wp.tid()
+    own = frame[row]
+    if better and not square[row] < squares[own]:
+        kept[row] = 0
+        return
+    kept[row] = 1
+    squares[own] = square[row]
+    iterations[own] = rows.iterations[row]
+    for k in range(values.shape[1]):
+        found = wp.float64(rows.value[row, k])
+        if k >= first_shift and k < first_shift + shifts:
+            found += start[row, k]
+        values[own, k] = found
+        loose[own, k] = wp.uint8(rows.loose[row, k])
+
+
+@wp.kernel
 def put_errors(
     error: wp.array2d[wp.vec3], positions: wp.array2d[wp.vec3d], turn: wp.mat33d, order: wp.array[int],
-    frame: wp.array[int], chosen: wp.array[int], errors: wp.array2d[wp.vec3d],
+    frame: wp.array[int], kept: wp.array[int], errors: wp.array2d[wp.vec3],
 ):  # fmt: skip
-    """Errors of chosen rows among those of all frames, in the order and axes recorded; NaN where a marker is missing.
+    """Errors of the rows that are kept among those of all frames, in the order and axes recorded; NaN without a marker.
 
     Args:
         turn: of places in the axes of the fit into those recorded.
     """
-    n, k = wp.tid()
-    row = chosen[n]
-    off = turn * wp.vec3d(error[row, k])
+    row, k = wp.tid()
+    if kept[row] == 0:
+        return
+    off = wp.vec3(turn * wp.vec3d(error[row, k]))
     if not is_seen(positions[frame[row], order[k]]):
-        off = wp.vec3d(wp.float64(wp.nan), wp.float64(wp.nan), wp.float64(wp.nan))
+        off = wp.vec3(wp.nan, wp.nan, wp.nan)
     errors[frame[row], order[k]] = off
 
 
 @wp.kernel
 def sum_markers(
-    positions: wp.array2d[wp.vec3d], errors: wp.array2d[wp.vec3d], starts: wp.array[int],
+    positions: wp.array2d[wp.vec3d], errors: wp.array2d[wp.vec3], starts: wp.array[int],
     squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
 ):  # fmt: skip
     """Sums over the frames of each recording, (recordings, markers), in which a marker is seen.
@@ -108,7 +219,7 @@ def sum_markers(
     for frame in range(starts[recording], starts[recording + 1]):
         place = positions[frame, k]
         if is_seen(place):
-            off = errors[frame, k]
+            off = wp.vec3d(errors[frame, k])
             total += wp.dot(off, off)
             up += place[1]
             count += 1
