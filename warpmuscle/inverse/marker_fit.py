@@ -150,7 +150,7 @@ class _Run:
         self._solve(number, start, better)
 
     def _solve(self, number: wp.array, start: wp.array, better: bool) -> None:
-        """Fit frames with these numbers from coordinates (n, C) on, and keep what comes of it, or only what is better."""
+        """Fit frames with these numbers from coordinates (n, C) on, and keep what comes of it, or the better part."""
         device, shape, apart = self._device, start.shape, not self._device.is_cpu
         data, base = structs.FitFrames(), wp.empty(len(number), dtype=wp.vec3d, device=device)
         data.value = instance_zeros(shape, float, device, apart)

@@ -57,7 +57,7 @@ class RecordedMarkers:
         wp.launch(marker_frames.take_frames, shape, inputs, [data.measured, data.weight], device=self.device)
 
     def aligned(self, number: wp.array, body: Floats) -> tuple[Floats, Floats]:
-        """Rotations (n, 4) and shifts (n, 3) that bring points (K, 3) closest to the markers of frames, axes of the fit.
+        """Rotations (n, 4) and shifts (n, 3) that bring points (K, 3) closest to markers of frames, axes of the fit.
 
         Args:
             body: in the order of the fit.
@@ -120,7 +120,7 @@ class FittedFrames:
 
 
 def _uploaded(problem: Problem, device: Any) -> wp.array:
-    """Positions of all frames (F, K) on the device, in double precision: a room is large beside what a marker misses by.
+    """Positions of all frames (F, K) on the device, in double precision, since a room is large beside errors.
 
     They come to a GPU by a buffer, since fresh memory for all would take longer than to fill it.
     """

@@ -175,7 +175,9 @@ def test_sums_of_recordings_are_those_of_numpy(chain):
     for k, part in enumerate(parts):
         known = np.isfinite(positions[part]).all(axis=2)
         assert np.array_equal(sums.seen[k], known.sum(axis=0))
-        assert sums.squares[k] == pytest.approx(np.nansum(fit.errors[part].astype(np.float64) ** 2, axis=(0, 2)), rel=1e-12)
+        assert sums.squares[k] == pytest.approx(
+            np.nansum(fit.errors[part].astype(np.float64) ** 2, axis=(0, 2)), rel=1e-12
+        )
         assert sums.height[k] == pytest.approx(np.nansum(positions[part, :, 1], axis=0), rel=1e-12)
 
 
