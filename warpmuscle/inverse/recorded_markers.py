@@ -14,6 +14,7 @@ from warpmuscle.inverse.fit_plan import Problem
 from warpmuscle.kernels.inverse import marker_frames
 
 BUFFER = 8_000_000  # bytes
+ROOM = 1.5  # times the columns that count, which rows may have to be taken whole
 BEYOND = 1e5  # m, that no marker of any unit is away
 
 
@@ -30,19 +31,23 @@ class RecordedMarkers:
 
     Attributes:
         seen: (F,) how many markers that count a frame shows. far: (F,) whether one of a frame is impossibly far away.
-        positions: (F, K) m, on the device. turn, back: into the axes of the fit, and out of them.
+        positions: (F, columns) m, on the device. columns: (K,) of the markers. turn, back: into the axes of the fit,
+            and out of them.
     """
 
     def __init__(self, problem: Problem, order: Integers, device: Any) -> None:
         """Args: order: (K,) the number of each marker of the fit among those recorded."""
         self.device, self.count, self.markers = device, problem.count, len(order)
-        self.positions = _uploaded(problem, device)
+        taken = _common_columns(problem)
+        self.positions = _uploaded(problem, taken, device)
+        columns = np.arange(self.markers) if taken is None else np.array(taken)
+        self.columns, self.ordered_columns = (to_device(each, int, device) for each in (columns, columns[order]))
         self.order = to_device(order, int, device)
         self.turn, self.back = wp.mat33d(problem.turn.T), wp.mat33d(problem.turn)
         weights = np.asarray(problem.weights)
         self.weights = to_device(weights[order], float, device)
         found = [wp.empty(self.count, dtype=int, device=device) for _ in range(2)]
-        inputs = [self.positions, to_device(weights, float, device), BEYOND]
+        inputs = [self.positions, self.columns, to_device(weights, float, device), BEYOND]
         wp.launch(marker_frames.look_at_frames, self.count, inputs, found, device=device)
         self.seen: Integers = found[0].numpy()
         self.far: NDArray[np.bool_] = found[1].numpy() > 0
@@ -53,7 +58,7 @@ class RecordedMarkers:
         data.measured = instance_zeros(shape, wp.vec3, self.device, apart)
         data.weight = instance_zeros(shape, float, self.device, apart)
         data.error = instance_zeros(shape, wp.vec3, self.device, apart)
-        inputs = [self.positions, self.turn, self.weights, self.order, number, base]
+        inputs = [self.positions, self.turn, self.weights, self.ordered_columns, number, base]
         wp.launch(marker_frames.take_frames, shape, inputs, [data.measured, data.weight], device=self.device)
 
     def aligned(self, number: wp.array, body: Floats) -> tuple[Floats, Floats]:
@@ -64,7 +69,7 @@ class RecordedMarkers:
         """
         found = [wp.empty(len(number), dtype=kind, device=self.device) for kind in (wp.quatd, wp.vec3d)]
         points = wp.array(np.ascontiguousarray(body, np.float64), dtype=wp.vec3d, device=self.device)
-        inputs = [self.positions, self.turn, self.weights, self.order, number, points]
+        inputs = [self.positions, self.turn, self.weights, self.ordered_columns, number, points]
         wp.launch(marker_frames.align_frames, len(number), inputs, found, device=self.device)
         return found[0].numpy(), found[1].numpy()
 
@@ -95,7 +100,7 @@ class FittedFrames:
         inputs = [number, better, square, start, self._first_shift, self._shifts, data]
         outputs = [self._squares, self.values, self._iterations, self._loose, kept]
         wp.launch(marker_frames.put_rows, n, inputs, outputs, device=device)
-        inputs = [data.error, markers.positions, markers.back, markers.order, number, kept]
+        inputs = [data.error, markers.positions, markers.back, markers.ordered_columns, markers.order, number, kept]
         wp.launch(marker_frames.put_errors, (n, markers.markers), inputs, [self._errors], device=device)
 
     @property
@@ -114,35 +119,46 @@ class FittedFrames:
         ends = to_device([*starts, self._markers.count], int, self._device)
         shape = (len(starts), self._markers.markers)
         found = [wp.empty(shape, dtype=kind, device=self._device) for kind in (wp.float64, wp.float64, int)]
-        inputs = [self._markers.positions, self._errors, ends]
+        inputs = [self._markers.positions, self._markers.columns, self._errors, ends]
         wp.launch(marker_frames.sum_markers, shape, inputs, found, device=self._device)
         return MarkerSums(*(array.numpy() for array in found))
 
 
-def _uploaded(problem: Problem, device: Any) -> wp.array:
-    """Positions of all frames (F, K) on the device, in double precision, since a room is large beside errors.
+def _common_columns(problem: Problem) -> list[int] | None:
+    """The columns of all recordings, if whole rows are taken to the device since few others stand in them."""
+    first = problem.recordings[0]
+    shape = first.positions.shape[1:]
+    alike = all(one.columns == first.columns and one.positions.shape[1:] == shape for one in problem.recordings)
+    return first.columns if alike and shape[0] <= ROOM * len(first.columns) else None
+
+
+def _uploaded(problem: Problem, taken: list[int] | None, device: Any) -> wp.array:
+    """Positions of all frames (F, columns) on the device, in double precision, since a room is large beside errors.
 
     They come to a GPU by a buffer, since fresh memory for all would take longer than to fill it.
+
+    Args:
+        taken: see `_common_columns`; without, only columns that count are there.
     """
-    count, markers = problem.count, len(problem.weights)
-    found = wp.empty((count, markers), dtype=wp.vec3d, device=device)
-    room = count if device.is_cpu else min(max(BUFFER // max(24 * markers, 1), 1), count)
-    on_host = found if device.is_cpu else wp.empty((room, markers), dtype=wp.vec3d, device="cpu")
+    count = problem.count
+    width = len(problem.weights) if taken is None else problem.recordings[0].positions.shape[1]
+    found = wp.empty((count, width), dtype=wp.vec3d, device=device)
+    room = count if device.is_cpu else min(max(BUFFER // (24 * width), 1), count)
+    on_host = found if device.is_cpu else wp.empty((room, width), dtype=wp.vec3d, device="cpu")
     buffer, filled, sent = on_host.numpy(), 0, 0
     for one in problem.recordings:
         first, frames = 0, len(one.positions)
-        every = one.columns == list(range(one.positions.shape[1]))
         while first < frames:
             n = min(frames - first, room - filled)
             part, place = one.positions[first : first + n], buffer[filled : filled + n]
-            if every:
+            if taken is not None:
                 place[:] = part
             else:
                 np.take(part, one.columns, axis=1, out=place, mode="clip")
             first, filled = first + n, filled + n
             if filled == room and not device.is_cpu:
-                wp.copy(found, on_host, dest_offset=sent * markers, count=filled * markers)
+                wp.copy(found, on_host, dest_offset=sent * width, count=filled * width)
                 sent, filled = sent + filled, 0
     if filled and not device.is_cpu:
-        wp.copy(found, on_host, dest_offset=sent * markers, count=filled * markers)
+        wp.copy(found, on_host, dest_offset=sent * width, count=filled * width)
     return found

@@ -15,19 +15,20 @@ def is_seen(place: wp.vec3d) -> bool:
 
 @wp.kernel
 def look_at_frames(
-    positions: wp.array2d[wp.vec3d], weights: wp.array[float], beyond: wp.float64, seen: wp.array[int],
-    far: wp.array[int],
+    positions: wp.array2d[wp.vec3d], column: wp.array[int], weights: wp.array[float], beyond: wp.float64,
+    seen: wp.array[int], far: wp.array[int],
 ):  # fmt: skip
-    """How many markers that count each frame shows, and whether one of all that it shows is farther away than that.
+    """How many markers that count each frame shows, and whether one of them is farther away than that.
 
     Args:
-        weights: (markers,) as recorded. beyond: m, along an axis.
+        positions: (frames, columns) m, as recorded. column: (markers,) of each one. weights: (markers,). beyond: m,
+            along an axis.
     """
     frame = wp.tid()
     count = wp.int32(0)
     away = wp.int32(0)
-    for k in range(positions.shape[1]):
-        place = positions[frame, k]
+    for k in range(column.shape[0]):
+        place = positions[frame, column[k]]
         if is_seen(place):
             if weights[k] > 0.0:
                 count += 1
@@ -39,18 +40,18 @@ def look_at_frames(
 
 @wp.kernel
 def take_frames(
-    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], order: wp.array[int],
+    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], column: wp.array[int],
     frame: wp.array[int], base: wp.array[wp.vec3d], measured: wp.array2d[wp.vec3], weight: wp.array2d[float],
 ):  # fmt: skip
     """Places of markers from the frame's base, (rows, markers) in the order of the fit; 0 where one is missing.
 
     Args:
-        positions: (frames, markers) m, as recorded. turn: of recorded places into the axes of the fit.
-        weights: (markers,) in the order of the fit, as `order` is. frame: (rows,) the number of each row's frame.
+        positions: (frames, columns) m, as recorded. turn: of recorded places into the axes of the fit.
+        weights, column: (markers,) in the order of the fit. frame: (rows,) the number of each row's frame.
         base: (rows,) m.
     """
     row, k = wp.tid()
-    place = positions[frame[row], order[k]]
+    place = positions[frame[row], column[k]]
     if is_seen(place):
         measured[row, k] = wp.vec3(turn * place - base[row])
         weight[row, k] = weights[k]
@@ -100,7 +101,7 @@ def start_between(
 
 @wp.kernel
 def align_frames(
-    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], order: wp.array[int],
+    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], column: wp.array[int],
     frame: wp.array[int], body: wp.array[wp.vec3d], turned: wp.array[wp.quatd], moved: wp.array[wp.vec3d],
 ):  # fmt: skip
     """Rotations and shifts (rows,) that bring the points of a rigid body closest to the markers of a frame.
@@ -108,14 +109,14 @@ def align_frames(
     By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
 
     Args:
-        positions, turn, weights, order, frame: see `take_frames`. body: (markers,) in the order of the fit.
+        positions, turn, weights, column, frame: see `take_frames`. body: (markers,) in the order of the fit.
     """
     row = wp.tid()
     mass = wp.float64(1.0e-300)
     middle = wp.vec3d()
     own = wp.vec3d()
-    for k in range(order.shape[0]):
-        place = positions[frame[row], order[k]]
+    for k in range(column.shape[0]):
+        place = positions[frame[row], column[k]]
         if is_seen(place):
             w = wp.float64(weights[k])
             mass += w
@@ -124,8 +125,8 @@ def align_frames(
     middle /= mass
     own /= mass
     spread = wp.mat33d()
-    for k in range(order.shape[0]):
-        place = positions[frame[row], order[k]]
+    for k in range(column.shape[0]):
+        place = positions[frame[row], column[k]]
         if is_seen(place):
             spread += wp.float64(weights[k]) * wp.outer(turn * place - middle, body[k] - own)
     u = wp.mat33d()
@@ -184,32 +185,33 @@ def put_rows(
 
 @wp.kernel
 def put_errors(
-    error: wp.array2d[wp.vec3], positions: wp.array2d[wp.vec3d], turn: wp.mat33d, order: wp.array[int],
-    frame: wp.array[int], kept: wp.array[int], errors: wp.array2d[wp.vec3],
+    error: wp.array2d[wp.vec3], positions: wp.array2d[wp.vec3d], turn: wp.mat33d, column: wp.array[int],
+    order: wp.array[int], frame: wp.array[int], kept: wp.array[int], errors: wp.array2d[wp.vec3],
 ):  # fmt: skip
     """Errors of the rows that are kept among those of all frames, in the order and axes recorded; NaN without a marker.
 
     Args:
-        turn: of places in the axes of the fit into those recorded.
+        turn: of places in the axes of the fit into those recorded. column: (markers,) of `positions`, and order:
+            of `errors`, in the order of the fit.
     """
     row, k = wp.tid()
     if kept[row] == 0:
         return
     off = wp.vec3(turn * wp.vec3d(error[row, k]))
-    if not is_seen(positions[frame[row], order[k]]):
+    if not is_seen(positions[frame[row], column[k]]):
         off = wp.vec3(wp.nan, wp.nan, wp.nan)
     errors[frame[row], order[k]] = off
 
 
 @wp.kernel
 def sum_markers(
-    positions: wp.array2d[wp.vec3d], errors: wp.array2d[wp.vec3], starts: wp.array[int],
+    positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
     squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
 ):  # fmt: skip
     """Sums over the frames of each recording, (recordings, markers), in which a marker is seen.
 
     Args:
-        starts: (recordings + 1,) first frames, and the number of all.
+        column: (markers,) of `positions`. starts: (recordings + 1,) first frames, and the number of all.
 
     Returns:
         squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames.
@@ -217,7 +219,7 @@ def sum_markers(
     recording, k = wp.tid()
     total, up, count = wp.float64(0.0), wp.float64(0.0), wp.int32(0)
     for frame in range(starts[recording], starts[recording + 1]):
-        place = positions[frame, k]
+        place = positions[frame, column[k]]
         if is_seen(place):
             off = wp.vec3d(errors[frame, k])
             total += wp.dot(off, off)
