@@ -10,6 +10,7 @@ import warpmuscle as wm
 from leg_model import chain_of, leg, markers_of, walk
 from recorded_markers import trc_text
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.files import angle_names, read_coordinates
 from warpmuscle.inverse.trial import Markers, TrialWarning
 
@@ -65,6 +66,9 @@ def test_gaps_are_bridged_and_told(scene, chain):
     assert off[20:24].max() < 0.1
     assert np.isfinite(found.coordinates.values).all()
     assert np.isnan(found.rms[:3]).all()
+    every = np.arange(60)
+    places = chain.places(chain.poses(found.coordinates.values[:, :-1]), list(chain.markers.values()))
+    assert np.abs(found.modelled(every) - places @ TO_OPENSIM.T).max() < 1e-5
 
 
 def test_swapped_labels_are_named(scene, chain):

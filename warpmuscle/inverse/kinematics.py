@@ -44,6 +44,7 @@ class Kinematics:
     iterations: Integers  # (F,), negative where they were not enough
     notes: tuple[str, ...]  # what is to be known of them, a line each
     scene: Scene
+    chain: Chain  # of the scene
 
     @property
     def measured(self) -> Floats:
@@ -54,6 +55,17 @@ class Kinematics:
     def errors(self) -> Floats:
         """Measured less modelled (F, K, 3), m, ground axes; NaN where a marker was not seen."""
         return self.missed.astype(np.float64)
+
+    def modelled(self, frames: Integers) -> Floats:
+        """Where the model has its markers in some frames (n, K, 3), m, ground axes, also those that were not seen."""
+        found = self.recorded.chosen(frames) - self.missed[frames]
+        hidden = np.flatnonzero(np.isnan(found[..., 0]).any(axis=1))
+        if len(hidden):
+            values = np.stack([self.coordinates.of(name)[frames[hidden]] for name in self.chain.coordinates], axis=1)
+            places = [self.chain.markers[name] for name in self.markers]
+            every = _turned(self.chain.places(self.chain.poses(values), places), TO_OPENSIM.T)
+            found[hidden] = np.where(np.isnan(found[hidden]), every, found[hidden])
+        return found
 
     @property
     def distances(self) -> Floats:
@@ -244,7 +256,7 @@ def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) ->
     for trial, first, may in zip(trials, starts.tolist(), told.tolist(), strict=True):
         part = slice(first, first + len(trial.markers.times))
         coordinates = Coordinates(listed, trial.markers.times, values[part])
-        one = Kinematics(coordinates, names, trial.recorded, fit.errors[part], fit.iterations[part], (), scene)
+        one = Kinematics(coordinates, names, trial.recorded, fit.errors[part], fit.iterations[part], (), scene, chain)
         if may:
             turned = [_turned(vectors, TO_OPENSIM) for vectors in (one.measured, one.errors)]
             one = replace(one, notes=tuple(notes_on(names, chain, *turned, one.iterations, fit.loose[part])))
