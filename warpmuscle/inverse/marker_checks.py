@@ -21,6 +21,7 @@ FEWEST = 3  # markers, from which a pose follows
 ALIKE = 2.5  # times that a recorded body may be larger or smaller than the model
 FAR = 0.1  # m, that a marker misses: more than skin moves
 OUTLYING = 4.0  # times the median of all markers
+SUDDEN = 3.0  # times what a marker misses by in the median frame
 SWAPPED = 0.5  # of the error, that is left once two labels are exchanged
 LISTED = 6
 NEAR = 1e-6  # part by which sums in another order may be off
@@ -116,7 +117,7 @@ def noted(chain: Chain, names: Sequence[str], fit: Fit, starts: Integers) -> NDA
     with np.errstate(all="ignore"):
         rms = np.sqrt(sums.squares / sums.seen)
         usual = np.nanmedian(rms, axis=1)
-        off = (rms > np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)).any(axis=1)
+        off = (np.sqrt(sums.most) > np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)).any(axis=1)
     recorded, model = sums.height / np.maximum(sums.seen, 1), chain.resting(names)[:, 1]
     recorded, model = recorded - recorded.mean(axis=1, keepdims=True), model - model.mean()
     along, sizes = recorded @ model, np.sqrt(np.square(recorded).sum(axis=1) * np.square(model).sum())
@@ -149,11 +150,12 @@ def notes_on(
             "this subject?"
         )
         return notes
-    bad = [k for k in np.argsort(-rms) if rms[k] > max(FAR, OUTLYING * usual)]
+    limit = max(FAR, OUTLYING * usual)
+    bad = [k for k in np.argsort(-rms) if rms[k] > limit]
     swaps = _swaps(names, positions, errors, bad)
     if bad and not swaps:
         notes.append(f"markers miss by far, {_worst(names, rms, bad)}: is a label wrong?")
-    return notes + swaps
+    return notes + swaps + _sudden(names, errors, rms, limit)
 
 
 def _upside_down(names: Sequence[str], chain: Chain, positions: Floats) -> list[str]:
@@ -168,6 +170,20 @@ def _upside_down(names: Sequence[str], chain: Chain, positions: Floats) -> list[
 
 def _worst(names: Sequence[str], rms: Floats, bad: list[int]) -> str:
     return ", ".join(f"{names[k]} by {100 * rms[k]:.0f} cm" for k in bad[:LISTED])
+
+
+def _sudden(names: Sequence[str], errors: Floats, rms: Floats, limit: float) -> list[str]:
+    """Markers that are in their places but for some frames, where they miss by more than a limit, m."""
+    notes, far = [], np.sqrt(squared_lengths(errors))
+    for k in np.flatnonzero((np.nan_to_num(far).max(axis=0) > limit) & (rms <= limit)).tolist():
+        beyond = max(limit, SUDDEN * float(np.nanmedian(far[:, k])))
+        frames = np.flatnonzero(np.nan_to_num(far[:, k]) > beyond)
+        if len(frames):
+            notes.append(
+                f"{names[k]} misses by {100.0 * far[frames, k].max():.0f} cm in {number_of(len(frames), 'frame')}, the "
+                f"first is number {frames[0] + 1}: a wrong place turns bodies near it; cut it out there"
+            )
+    return notes[:LISTED]
 
 
 def _swaps(names: Sequence[str], positions: Floats, errors: Floats, bad: list[int]) -> list[str]:

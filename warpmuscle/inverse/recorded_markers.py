@@ -24,6 +24,7 @@ class MarkerSums(NamedTuple):
     squares: Floats  # (T, K) m^2, of errors
     height: Floats  # (T, K) m
     seen: Integers  # (T, K) how many frames
+    most: Floats  # (T, K) m^2, the greatest square
 
 
 class RecordedMarkers:
@@ -118,7 +119,7 @@ class FittedFrames:
         """Sums by recording, which start at these frames."""
         ends = to_device([*starts, self._markers.count], int, self._device)
         shape = (len(starts), self._markers.markers)
-        found = [wp.empty(shape, dtype=kind, device=self._device) for kind in (wp.float64, wp.float64, int)]
+        found = [wp.empty(shape, dtype=kind, device=self._device) for kind in (wp.float64, wp.float64, int, wp.float64)]
         inputs = [self._markers.positions, self._markers.columns, self._errors, ends]
         wp.launch(marker_frames.sum_markers, shape, inputs, found, device=self._device)
         return MarkerSums(*(array.numpy() for array in found))

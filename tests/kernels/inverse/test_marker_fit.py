@@ -178,6 +178,8 @@ def test_sums_of_recordings_are_those_of_numpy(chain):
         assert sums.squares[k] == pytest.approx(
             np.nansum(fit.errors[part].astype(np.float64) ** 2, axis=(0, 2)), rel=1e-12
         )
+        most = np.nan_to_num(np.sum(fit.errors[part].astype(np.float64) ** 2, axis=2)).max(axis=0)
+        assert sums.most[k] == pytest.approx(most, rel=1e-12)
         assert sums.height[k] == pytest.approx(np.nansum(positions[part, :, 1], axis=0), rel=1e-12)
 
 

@@ -207,6 +207,7 @@ def put_errors(
 def sum_markers(
     positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
     squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
+    most: wp.array2d[wp.float64],
 ):  # fmt: skip
     """Sums over the frames of each recording, (recordings, markers), in which a marker is seen.
 
@@ -214,17 +215,21 @@ def sum_markers(
         column: (markers,) of `positions`. starts: (recordings + 1,) first frames, and the number of all.
 
     Returns:
-        squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames.
+        squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames. most: the greatest
+            square.
     """
     recording, k = wp.tid()
     total, up, count = wp.float64(0.0), wp.float64(0.0), wp.int32(0)
+    greatest = wp.float64(0.0)
     for frame in range(starts[recording], starts[recording + 1]):
         place = positions[frame, column[k]]
         if is_seen(place):
             off = wp.vec3d(errors[frame, k])
             total += wp.dot(off, off)
+            greatest = wp.max(greatest, wp.dot(off, off))
             up += place[1]
             count += 1
     squares[recording, k] = total
     height[recording, k] = up
     seen[recording, k] = count
+    most[recording, k] = greatest
