@@ -44,8 +44,10 @@ def test_errors_are_in_ground_axes(scene, chain):
 
 
 def test_several_recordings_at_once_are_as_each_alone(scene, chain):
-    trials = [markers_of(chain, walk(chain, n, seed=n), noise=0.01) for n in (5, 33, 50)]
+    trials = [markers_of(chain, walk(chain, n, seed=n), noise=0.01) for n in (5, 33, 50, 21, 8)]
     trials[1] = Markers(trials[1].names[:-2], trials[1].times, trials[1].positions[:, :-2])  # with others
+    trials[3].positions[:, 2] = np.nan  # never seen
+    trials[4].positions[0, 2] = np.nan  # seen later
     together = wm.inverse_kinematics(scene, trials, device="cpu")
     for one, trial in zip(together, trials, strict=True):
         alone = wm.inverse_kinematics(scene, trial, device="cpu")

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
@@ -147,11 +147,14 @@ def inverse_kinematics(
     chain = chain_of(scene)
     if not chain.markers:
         raise ArgumentError(f"model: {scene.name!r} has no markers, of which a fit needs three")
-    trials = [_Trial(scene, chain, item, weights, tasks) for item in given]
+    chooser = _Chooser(list(chain.markers), None if weights is None else dict(weights))
+    trials = [_Trial(scene, chain, item, chooser, tasks) for item in given]
     place = find_device(device)
     found: list[Kinematics | None] = [None] * len(trials)
-    for names in dict.fromkeys(tuple(trial.weights.items()) for trial in trials):
-        chosen = [k for k, trial in enumerate(trials) if tuple(trial.weights.items()) == names]
+    alike: dict[tuple[tuple[str, float], ...], list[int]] = {}
+    for k, trial in enumerate(trials):
+        alike.setdefault(trial.key, []).append(k)
+    for chosen in alike.values():
         for k, kinematics in zip(chosen, _fitted(scene, chain, [trials[k] for k in chosen], place), strict=True):
             found[k] = kinematics
     done = [one for one in found if one is not None]
@@ -161,22 +164,46 @@ def inverse_kinematics(
     return done if isinstance(markers, list | tuple) else done[0]
 
 
+class _Chosen(NamedTuple):
+    """Markers of a recording that count."""
+
+    weights: dict[str, float]
+    key: tuple[tuple[str, float], ...]  # the same
+    columns: list[int]  # among those recorded
+
+
+class _Chooser:
+    """Which markers of recordings count, found once for those of the same names that are all seen at first."""
+
+    def __init__(self, model: list[str], weights: dict[str, float] | None) -> None:
+        self._model, self._weights = model, weights
+        self._known: dict[tuple[str, ...], _Chosen] = {}
+
+    def of(self, markers: Markers) -> _Chosen:
+        """Raises SignalError, see `chosen_markers`."""
+        whole = bool(np.isfinite(markers.positions[0]).all())
+        if whole and markers.names in self._known:
+            return self._known[markers.names]
+        weights = chosen_markers(self._model, markers, self._weights)
+        found = _Chosen(weights, tuple(weights.items()), [markers.names.index(name) for name in weights])
+        if whole:
+            self._known[markers.names] = found
+        return found
+
+
 class _Trial:
     """One recording, made ready for the fit."""
 
-    def __init__(
-        self, scene: Scene, chain: Chain, given: MarkersLike, weights: Mapping[str, float] | None, tasks: Tasks | None
-    ) -> None:
+    def __init__(self, scene: Scene, chain: Chain, given: MarkersLike, chooser: _Chooser, tasks: Tasks | None) -> None:
         self.file = None if isinstance(given, Markers) else Path(given)
         self.what = "" if self.file is None else f"{given}: "
         markers = given if isinstance(given, Markers) else read_markers(Path(given))
         try:
             self.markers = _within(markers, tasks.times if tasks is not None else None)
-            own = None if weights is None else dict(weights)
-            self.weights = chosen_markers(list(chain.markers), self.markers, own)
+            self.weights, self.key, columns = chooser.of(self.markers)
         except SignalError as error:
             raise self.told(error) from None
-        self.recorded = Recorded(self.markers.positions, [self.markers.names.index(name) for name in self.weights])
+        self.recorded = Recorded(self.markers.positions, columns)
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
 
     def told(self, error: SignalError) -> SignalError:
@@ -234,7 +261,9 @@ def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> 
         SignalError, ArgumentError: see `inverse_kinematics`.
     """
     chain = chain_of(scene)
-    trial = _Trial(scene, chain, still, tasks.markers or None, replace(tasks, times=None))
+    trial = _Trial(
+        scene, chain, still, _Chooser(list(chain.markers), tasks.markers or None), replace(tasks, times=None)
+    )
     fit = _fit(chain, [trial], find_device(device))[1]
     return chain, fit.values, _turned(fit.errors.astype(np.float64), TO_OPENSIM)
 
