@@ -287,8 +287,9 @@ def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) ->
         coordinates = Coordinates(listed, trial.markers.times, values[part])
         one = Kinematics(coordinates, names, trial.recorded, fit.errors[part], fit.iterations[part], (), scene, chain)
         if may:
-            turned = [_turned(vectors, TO_OPENSIM) for vectors in (one.measured, one.errors)]
-            one = replace(one, notes=tuple(notes_on(names, chain, *turned, one.iterations, fit.loose[part])))
+            measured, errors = (_turned(vectors, TO_OPENSIM) for vectors in (one.measured, one.errors))
+            notes = notes_on(names, chain, measured, errors, one.iterations, fit.loose[part])
+            one = replace(one, notes=tuple(notes))
         found.append(one)
     return found
 

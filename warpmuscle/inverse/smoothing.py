@@ -63,7 +63,7 @@ def _filter_state(b: Floats, a: Floats, before: Floats) -> Floats:
     way_in, way_out = (
         np.array([(c[k + 1 :, None] * before[: ORDER - k]).sum(axis=0) for k in range(ORDER)]) for c in (b, a)
     )
-    return way_in - way_out
+    return np.asarray(way_in - way_out)
 
 
 def spline(times: Floats, values: Floats, at: Floats, degree: int = 5, orders: int = 1) -> list[Floats]:
