@@ -11,6 +11,7 @@ kernels being compiled. With `--opensim` OpenSim does the same frames by its own
 
 from __future__ import annotations
 
+import resource
 import time
 import warnings
 from collections.abc import Callable
@@ -171,6 +172,7 @@ def main(
         row("whole chain, files to activations", best(chain, 2))
     if markers is not None:
         kinematics(marker_model or model, markers, strides_, device)
+    memory(body)
     if opensim:
         end = float(recorded.times[min(len(recorded.times), 200) - 1])
         count = int((recorded.times <= end).sum())
@@ -192,6 +194,13 @@ def kinematics(model: Path, markers: Path, count: int, device: str | None) -> No
     inverse_kinematics(scene, trials[:1], device=device)
     seconds, n = best(lambda: inverse_kinematics(scene, trials, device=device), 2), count * len(recorded.times)
     print(f"| inverse kinematics, {n} frames, {len(recorded.names)} markers | {seconds:.3g} | {n / seconds:,.0f} |")
+
+
+def memory(body: BodyModel) -> None:
+    """Print how much memory has been in use at most, by this process and on its GPU."""
+    print(f"\nmost memory of the process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:,.0f} MB")
+    if body.device.is_cuda and body.device.is_mempool_enabled:
+        print(f"most memory of the device: {wp.get_mempool_used_mem_high(body.device) / 2**20:,.0f} MB")
 
 
 def told(loads: Loads, bodies: list[str | None]) -> Loads:

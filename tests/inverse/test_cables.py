@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 import warp as wp
 
+import warpmuscle as wm
 from warpmuscle.core.arrays import to_device
 from warpmuscle.formats import toml
 from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.trial import Coordinates
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.inverse import emg_driven
 from warpmuscle.kernels.inverse.muscle_moments import tendon_lengths_of
@@ -123,3 +125,18 @@ def test_tendons_of_cables_do_not_stretch_and_emg_does_not_scale_them():
     tension = dict(zip(body.muscles, pull.numpy()[0, 0], strict=True))
     assert tension["strap"] == pytest.approx(500.0 * (0.2 / 0.15 - 1.0), rel=1e-5)
     assert tension["rope"] == 0.0
+
+
+@pytest.mark.parametrize("passive", [False, True])
+def test_ligaments_pull_in_static_optimisation_whether_muscles_passive_forces_count_or_not(passive):
+    body, times = arm("flexor", "strap"), np.linspace(0.0, 1.0, 21)
+    angles = 0.5 + 0.4 * np.sin(3.0 * times)
+    motion = Coordinates(body.map.names, times, angles[:, None])
+    found = wm.static_optimization(body, motion, passive=passive, reserve=50.0)
+    paths = np.array([length(angle) for angle in angles])
+    arms = np.array([(length(a - 1e-6) - length(a + 1e-6)) / 2e-6 for a in angles])
+    strap = 500.0 * np.maximum(paths / 0.15 - 1.0, 0.0)
+    assert strap.max() > 50.0
+    assert found.force[:, found.muscles.index("strap")] == pytest.approx(strap, abs=0.05)
+    pulled = found.force.sum(axis=1) * arms + found.reserve[:, 0]
+    assert pulled == pytest.approx(found.moments.values[:, 0], abs=2e-3 * np.abs(found.moments.values).max())

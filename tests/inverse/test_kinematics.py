@@ -10,6 +10,7 @@ import warpmuscle as wm
 from leg_model import chain_of, leg, markers_of, walk
 from recorded_markers import trc_text
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.files import angle_names, read_coordinates
 from warpmuscle.inverse.trial import Markers, TrialWarning
 
@@ -43,8 +44,10 @@ def test_errors_are_in_ground_axes(scene, chain):
 
 
 def test_several_recordings_at_once_are_as_each_alone(scene, chain):
-    trials = [markers_of(chain, walk(chain, n, seed=n), noise=0.01) for n in (5, 33, 50)]
+    trials = [markers_of(chain, walk(chain, n, seed=n), noise=0.01) for n in (5, 33, 50, 21, 8)]
     trials[1] = Markers(trials[1].names[:-2], trials[1].times, trials[1].positions[:, :-2])  # with others
+    trials[3].positions[:, 2] = np.nan  # never seen
+    trials[4].positions[0, 2] = np.nan  # seen later
     together = wm.inverse_kinematics(scene, trials, device="cpu")
     for one, trial in zip(together, trials, strict=True):
         alone = wm.inverse_kinematics(scene, trial, device="cpu")
@@ -65,6 +68,18 @@ def test_gaps_are_bridged_and_told(scene, chain):
     assert off[20:24].max() < 0.1
     assert np.isfinite(found.coordinates.values).all()
     assert np.isnan(found.rms[:3]).all()
+    every = np.arange(60)
+    places = chain.places(chain.poses(found.coordinates.values[:, :-1]), list(chain.markers.values()))
+    assert np.abs(found.modelled(every) - places @ TO_OPENSIM.T).max() < 1e-5
+
+
+def test_a_marker_that_jumps_in_some_frames_is_named(scene, chain):
+    markers = markers_of(chain, walk(chain, 60), noise=0.005)
+    one = markers.names.index("tibia0")
+    markers.positions[[31, 44], one, 1] += 0.4
+    with pytest.warns(TrialWarning, match="tibia0 misses by .* cm in 2 frames, the first is number 32"):
+        found = wm.inverse_kinematics(scene, markers)
+    assert len(found.notes) == 1
 
 
 def test_swapped_labels_are_named(scene, chain):

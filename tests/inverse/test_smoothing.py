@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.inverse.smoothing import low_pass, spline
+from warpmuscle.inverse.smoothing import _filter_state, low_pass, spline
 
 
 def inside(times, values, cutoff):
@@ -77,3 +77,12 @@ def test_both_are_those_of_opensim(tmp_path):
     assert ours[0][:, 0] == pytest.approx([theirs.calcValue(opensim.Vector(1, t)) for t in at], abs=1e-9)
     bends = [theirs.calcDerivative(second, opensim.Vector(1, t)) for t in at]
     assert ours[2][:, 0] == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
+
+
+def test_a_filter_goes_on_as_scipy_has_it_bit_for_bit():
+    from scipy.signal import butter, lfiltic
+
+    before = np.random.default_rng(4).normal(size=(3, 5))
+    b, a = butter(3, 0.12)
+    expected = np.array([lfiltic(b, a, column, column) for column in before.T]).T
+    assert _filter_state(b, a, before).tobytes() == np.ascontiguousarray(expected).tobytes()

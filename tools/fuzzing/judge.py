@@ -24,7 +24,7 @@ HANG = 20.0  # s, on a machine that has a core for every process that wants one
 SECRET = "the secret of another file"
 ESCAPES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 NOT_A_NUMBER = re.compile(r"(?<![\w.'\"/-])[-+]?(?:nan|inf|infinity)(?![\w'\"/.(])", re.IGNORECASE)
-NAN_ALLOWED = ("terms", "sigma", "searches", "restart")  # parts of paths of datasets that may hold nan, as documented
+NAN_ALLOWED = ("terms", "sigma", "searches", "restart", "marker_measured")  # of paths of datasets that may hold nan
 GOES_ON = (
     ".h5",
     ".journal",

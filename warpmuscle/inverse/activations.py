@@ -24,7 +24,7 @@ class ActivationOptions:
     Attributes:
         power: p of costs a^p, 1 to 4. weight: "" for one each, or "volume" for the muscles' volumes over their mean.
         physiology: whether forces at full activation depend on length and speed; else they are f_max.
-        passive: whether passive forces of muscles make moments, too; OpenSim's do not.
+        passive: whether passive forces of muscles make moments, too; OpenSim's do not. Ligaments pull in any case.
         reserve: strength of the reserve of every coordinate, N m or N, or by name, "" for all others.
         least: least activation; None for each muscle's own.
         emg_weight: of (a - e)^2 beside costs a^2, for muscles with EMG.

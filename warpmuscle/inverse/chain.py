@@ -111,13 +111,18 @@ class Chain:
 
     def all_values(self, values: Floats) -> tuple[tuple[str, ...], Floats]:
         """Names and values (F, A) of all coordinates of the model, also locked and coupled ones."""
-        columns = dict(zip(self.coordinates, values.T, strict=True))
+        numbers = {name: k for k, name in enumerate(self.coordinates)}
+        for name in (*self.opensim.couplers, *self.opensim.locked):
+            if name in self.opensim.locked or self.opensim.couplers[name].joint in numbers:
+                numbers.setdefault(name, len(numbers))
+        found = np.empty((len(values), len(numbers)))
+        found[:, : len(self.coordinates)] = values
         for name, coupling in self.opensim.couplers.items():
-            if coupling.joint in columns:
-                columns[name] = rates(coupling, columns[coupling.joint])[0]
+            if name in numbers and coupling.joint in numbers:
+                found[:, numbers[name]] = rates(coupling, found[:, numbers[coupling.joint]])[0]
         for name, value in self.opensim.locked.items():
-            columns[name] = np.full(len(values), value)
-        return tuple(columns), np.stack(list(columns.values()), axis=1)
+            found[:, numbers[name]] = value
+        return tuple(numbers), found
 
 
 def evaluate(function: Pieces, q: Floats) -> tuple[Floats, Floats]:

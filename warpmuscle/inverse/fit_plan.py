@@ -9,6 +9,8 @@ other recordings are fitted with one.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,20 +24,46 @@ PART = 0.5  # of the most that any frame shows
 WORSE, BEYOND = 4.0, 1.0e-4  # times the median mean square, and m^2 besides: a frame that is tried again
 
 
+class Recorded(NamedTuple):
+    """Markers of F frames of one recording, and which of them count."""
+
+    positions: Floats  # (F, R, 3) m, as recorded; NaN where a marker is missing
+    columns: list[int]  # (K,) numbers of those that count, in the order of the fit's weights
+
+    def chosen(self, frames: slice | int | Integers = slice(None)) -> Floats:
+        """Positions (..., K, 3) in some frames; a view where all markers count."""
+        own = self.positions[frames]
+        every = self.columns == list(range(self.positions.shape[1]))
+        return own if every else own[..., self.columns, :]
+
+
 @dataclass(frozen=True)
 class Problem:
     """Markers of F frames, of one recording or several, and what the coordinates should be besides."""
 
-    positions: Floats  # (F, K, 3) m, world axes of scenes; NaN where a marker is missing
+    recordings: list[Recorded]
     weights: Floats  # (K,)
-    starts: tuple[int, ...]  # first frame of each recording
     task_weights: Floats  # (C,) of the distances of coordinates from their targets
     targets: Floats  # (F or 1, C)
-    turn: Floats = field(default_factory=lambda: np.eye(3))  # (3, 3) of positions, as rows, if their axes are others
+    turn: Floats = field(default_factory=lambda: np.eye(3))  # (3, 3) from recorded axes, as rows, to the world's
 
-    def places(self, frames: Integers) -> Floats:
-        """Positions (n, K, 3) in some frames, world axes of scenes."""
-        return np.asarray(self.positions[frames].reshape(-1, 3) @ self.turn).reshape(len(frames), -1, 3)
+    @cached_property
+    def starts(self) -> Integers:
+        """First frames of all recordings, (T,)."""
+        return np.cumsum([0, *(len(one.positions) for one in self.recordings[:-1])])
+
+    @cached_property
+    def count(self) -> int:
+        """How many frames there are."""
+        return sum(len(one.positions) for one in self.recordings)
+
+
+class Between(NamedTuple):
+    """Where frames start: between two others that were fitted before."""
+
+    left: Integers  # (n,) numbers of frames
+    right: Integers
+    part: Floats  # (n,) of the way from the left one
 
 
 class Plan:
@@ -43,8 +71,8 @@ class Plan:
 
     def __init__(self, problem: Problem, seen: Integers) -> None:
         """Args: seen: (F,) how many markers that count a frame shows."""
-        self._count = len(problem.positions)
-        self._starts: Integers = np.array(problem.starts)
+        self._count = problem.count
+        self._starts: Integers = problem.starts
         self._ends: Integers = np.array([*problem.starts[1:], self._count])
         good = _good(seen, self._starts, self._ends)
         self.coarse = [_spaced(good, first, end) for first, end in zip(self._starts, self._ends, strict=True)]
@@ -53,37 +81,44 @@ class Plan:
         later[self.first] = False
         self.rest: Integers = np.flatnonzero(later)
 
-    def between(self, values: Floats) -> Floats:
-        """Values (F, C) between those of the frames that were fitted first (n, C)."""
+    def between(self) -> Between:
+        """Between which of the frames that were fitted first the rest lies."""
         counts = [len(own) for own in self.coarse]
-        last = np.repeat(np.cumsum(counts) - 1, self._ends - self._starts)  # by frame, of its recording
-        begin = np.repeat(np.cumsum([0, *counts[:-1]]), self._ends - self._starts)
-        rows = np.arange(self._count)
-        left = np.clip(np.searchsorted(self.first, rows, side="right") - 1, begin, np.maximum(last - 1, begin))
+        lengths, rows = self._ends - self._starts, self.rest
+        last = np.repeat(np.cumsum(counts) - 1, lengths)[rows]  # of the frame's recording
+        begin = np.repeat(np.cumsum([0, *counts[:-1]]), lengths)[rows]
+        done = np.cumsum(np.isin(np.arange(self._count), self.first, assume_unique=True))[rows]
+        left = np.clip(done - 1, begin, np.maximum(last - 1, begin))
         right = np.minimum(left + 1, last)
         step = np.maximum(self.first[right] - self.first[left], 1)
-        part = np.clip((rows - self.first[left]) / step, 0.0, 1.0)[:, None]
-        return np.asarray((1.0 - part) * values[left] + part * values[right])
+        part = np.clip((rows - self.first[left]) / step, 0.0, 1.0)
+        return Between(self.first[left], self.first[right], part)
 
-    def doubtful(self, values: Floats, squares: Floats) -> tuple[Integers, Floats]:
-        """Frames that were fitted first, but badly, and the values of neighbours that were not."""
-        ends = np.cumsum([len(own) for own in self.coarse])
-        outlying = _outlying(squares, np.concatenate([[0], ends[:-1]]), ends)
-        frames, starts = [], []
-        for number in np.unique(np.searchsorted(ends, np.flatnonzero(outlying), side="right")).tolist():
-            own = self.coarse[number]
-            done = ends[number] - len(own)
-            bad = outlying[done : ends[number]]
+    def doubtful(self, squares: Floats) -> tuple[Integers, Integers]:
+        """Frames that were fitted first, but badly, and the nearest ones of their recordings that were not.
+
+        Args:
+            squares: (F,) mean squares of errors.
+        """
+        frames: list[int] = []
+        others: list[int] = []
+        for own in self.coarse:
+            bad = _outlying(squares[own])
+            if not bad.any():
+                continue
             good = np.flatnonzero(~bad)
             for k in np.flatnonzero(bad):
-                nearest = good[np.argmin(np.abs(good - k))]
-                frames.append(own[k])
-                starts.append(values[done + nearest])
-        return np.array(frames, np.int64), np.array(starts).reshape(-1, values.shape[1])
+                frames.append(int(own[k]))
+                others.append(int(own[good[np.argmin(np.abs(good - k))]]))
+        return np.array(frames, np.int64), np.array(others, np.int64)
 
     def outliers(self, squares: Floats) -> Integers:
-        """Frames that fit badly beside the others of their recording."""
-        return np.intersect1d(np.flatnonzero(_outlying(squares, self._starts, self._ends)), self.rest)
+        """Frames that fit badly beside the others of their recording, but for those that were fitted first."""
+        bad = np.zeros(self._count, dtype=bool)
+        for first, end in zip(self._starts.tolist(), self._ends.tolist(), strict=True):
+            bad[first:end] = _outlying(squares[first:end])
+        bad[self.first] = False
+        return np.flatnonzero(bad)
 
 
 def seen_in(positions: Floats) -> NDArray[np.bool_]:
@@ -119,9 +154,8 @@ def _spaced(good: NDArray[np.bool_], first: int, end: int) -> Integers:
     return np.unique(wanted)
 
 
-def _outlying(squares: Floats, starts: Integers, ends: Integers) -> NDArray[np.bool_]:
-    """Frames that miss by far more than the median of their recording."""
-    counts = ends - starts
-    ordered = squares[np.lexsort((squares, np.repeat(np.arange(len(starts)), counts)))]
-    median = 0.5 * (ordered[starts + (counts - 1) // 2] + ordered[starts + counts // 2])
-    return np.asarray(squares > np.repeat(WORSE * median + BEYOND, counts))
+def _outlying(squares: Floats) -> NDArray[np.bool_]:
+    """Frames of a recording that miss by far more than the median."""
+    low, high = (len(squares) - 1) // 2, len(squares) // 2
+    ordered = np.partition(squares, (low, high))
+    return np.asarray(squares > WORSE * 0.5 * (ordered[low] + ordered[high]) + BEYOND)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
@@ -23,10 +23,9 @@ from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.opensim_setups import Tasks, read_tasks
 from warpmuscle.inverse.chain import Chain, chain_of
 from warpmuscle.inverse.files import read_coordinates, read_markers, write_columns, write_coordinates
-from warpmuscle.inverse.fit_plan import Problem
+from warpmuscle.inverse.fit_plan import Problem, Recorded
 from warpmuscle.inverse.marker_checks import check_size, chosen_markers, misfits, noted, notes_on
 from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
-from warpmuscle.inverse.recorded_markers import MarkerSums
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.devices import find_device
@@ -40,11 +39,33 @@ class Kinematics:
 
     coordinates: Coordinates  # all of the model, also locked and coupled ones
     markers: tuple[str, ...]  # (K,) those that counted
-    measured: Floats  # (F, K, 3) m, their recorded positions, ground axes; NaN where a marker was not seen
-    errors: Floats  # (F, K, 3) m, measured less modelled, ground axes; NaN where a marker was not seen
+    recorded: Recorded  # where they were
+    missed: Floats  # (F, K, 3) m, float32: `errors` as the fit has them
     iterations: Integers  # (F,), negative where they were not enough
     notes: tuple[str, ...]  # what is to be known of them, a line each
     scene: Scene
+    chain: Chain  # of the scene
+
+    @property
+    def measured(self) -> Floats:
+        """Recorded positions (F, K, 3) of the markers that counted, m, ground axes; NaN where one was not seen."""
+        return self.recorded.chosen()
+
+    @property
+    def errors(self) -> Floats:
+        """Measured less modelled (F, K, 3), m, ground axes; NaN where a marker was not seen."""
+        return self.missed.astype(np.float64)
+
+    def modelled(self, frames: Integers) -> Floats:
+        """Where the model has its markers in some frames (n, K, 3), m, ground axes, also those that were not seen."""
+        found = self.recorded.chosen(frames) - self.missed[frames]
+        hidden = np.flatnonzero(np.isnan(found[..., 0]).any(axis=1))
+        if len(hidden):
+            values = np.stack([self.coordinates.of(name)[frames[hidden]] for name in self.chain.coordinates], axis=1)
+            places = [self.chain.markers[name] for name in self.markers]
+            every = _turned(self.chain.places(self.chain.poses(values), places), TO_OPENSIM.T)
+            found[hidden] = np.where(np.isnan(found[hidden]), every, found[hidden])
+        return found
 
     @property
     def distances(self) -> Floats:
@@ -126,11 +147,14 @@ def inverse_kinematics(
     chain = chain_of(scene)
     if not chain.markers:
         raise ArgumentError(f"model: {scene.name!r} has no markers, of which a fit needs three")
-    trials = [_Trial(scene, chain, item, weights, tasks) for item in given]
+    chooser = _Chooser(list(chain.markers), None if weights is None else dict(weights))
+    trials = [_Trial(scene, chain, item, chooser, tasks) for item in given]
     place = find_device(device)
     found: list[Kinematics | None] = [None] * len(trials)
-    for names in dict.fromkeys(tuple(trial.weights.items()) for trial in trials):
-        chosen = [k for k, trial in enumerate(trials) if tuple(trial.weights.items()) == names]
+    alike: dict[tuple[tuple[str, float], ...], list[int]] = {}
+    for k, trial in enumerate(trials):
+        alike.setdefault(trial.key, []).append(k)
+    for chosen in alike.values():
         for k, kinematics in zip(chosen, _fitted(scene, chain, [trials[k] for k in chosen], place), strict=True):
             found[k] = kinematics
     done = [one for one in found if one is not None]
@@ -140,32 +164,51 @@ def inverse_kinematics(
     return done if isinstance(markers, list | tuple) else done[0]
 
 
+class _Chosen(NamedTuple):
+    """Markers of a recording that count."""
+
+    weights: dict[str, float]
+    key: tuple[tuple[str, float], ...]  # the same
+    columns: list[int]  # among those recorded
+
+
+class _Chooser:
+    """Which markers of recordings count, found once for those of the same names that are all seen at first."""
+
+    def __init__(self, model: list[str], weights: dict[str, float] | None) -> None:
+        self._model, self._weights = model, weights
+        self._known: dict[tuple[str, ...], _Chosen] = {}
+
+    def of(self, markers: Markers) -> _Chosen:
+        """Raises SignalError, see `chosen_markers`."""
+        whole = bool(np.isfinite(markers.positions[0]).all())
+        if whole and markers.names in self._known:
+            return self._known[markers.names]
+        weights = chosen_markers(self._model, markers, self._weights)
+        found = _Chosen(weights, tuple(weights.items()), [markers.names.index(name) for name in weights])
+        if whole:
+            self._known[markers.names] = found
+        return found
+
+
 class _Trial:
     """One recording, made ready for the fit."""
 
-    def __init__(
-        self, scene: Scene, chain: Chain, given: MarkersLike, weights: Mapping[str, float] | None, tasks: Tasks | None
-    ) -> None:
+    def __init__(self, scene: Scene, chain: Chain, given: MarkersLike, chooser: _Chooser, tasks: Tasks | None) -> None:
         self.file = None if isinstance(given, Markers) else Path(given)
         self.what = "" if self.file is None else f"{given}: "
         markers = given if isinstance(given, Markers) else read_markers(Path(given))
         try:
             self.markers = _within(markers, tasks.times if tasks is not None else None)
-            own = None if weights is None else dict(weights)
-            self.weights = chosen_markers(list(chain.markers), self.markers, own)
+            self.weights, self.key, columns = chooser.of(self.markers)
         except SignalError as error:
             raise self.placed(error) from None
-        self.columns = [self.markers.names.index(name) for name in self.weights]
+        self.recorded = Recorded(self.markers.positions, columns)
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
 
     def placed(self, error: SignalError) -> SignalError:
         """An error with the file of the recording."""
         return SignalError(error.message, file=self.file)
-
-    def positions(self) -> Floats:
-        """Positions (F, K, 3) of the markers that count, ground axes; a view where these are all."""
-        every = self.columns == list(range(len(self.markers.names)))
-        return self.markers.positions if every else self.markers.positions[:, self.columns]
 
 
 def _turned(vectors: Floats, turn: Floats) -> Floats:
@@ -218,9 +261,11 @@ def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> 
         SignalError, ArgumentError: see `inverse_kinematics`.
     """
     chain = chain_of(scene)
-    trial = _Trial(scene, chain, still, tasks.markers or None, replace(tasks, times=None))
+    trial = _Trial(
+        scene, chain, still, _Chooser(list(chain.markers), tasks.markers or None), replace(tasks, times=None)
+    )
     fit = _fit(chain, [trial], find_device(device))[1]
-    return chain, fit.values, _turned(fit.errors, TO_OPENSIM)
+    return chain, fit.values, _turned(fit.errors.astype(np.float64), TO_OPENSIM)
 
 
 def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
@@ -232,55 +277,43 @@ def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
 
 def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) -> list[Kinematics]:
     """Trials of the same markers and weights, fitted together."""
-    problem, fit, sums = _fit(chain, trials, device)
-    names, starts = list(trials[0].weights), np.array(problem.starts)
-    badly_fitted = noted(chain, names, fit, sums, starts)
+    problem, fit = _fit(chain, trials, device)
+    names, starts = tuple(trials[0].weights), problem.starts
+    badly_fitted = noted(chain, names, fit, starts)
     listed, values = chain.all_values(fit.values)
     found = []
-    for trial, first, may in zip(trials, problem.starts, badly_fitted.tolist(), strict=True):
+    for trial, first, may in zip(trials, starts.tolist(), badly_fitted.tolist(), strict=True):
         part = slice(first, first + len(trial.markers.times))
-        own = Fit(fit.values[part], fit.errors[part], fit.iterations[part], fit.loose[part])
-        notes = _notes(names, chain, problem.positions[part], own) if may else ()
-        found.append(
-            Kinematics(
-                Coordinates(listed, trial.markers.times, values[part]), tuple(names), problem.positions[part],
-                own.errors, own.iterations, notes, scene,
-            )
-        )  # fmt: skip
+        coordinates = Coordinates(listed, trial.markers.times, values[part])
+        one = Kinematics(coordinates, names, trial.recorded, fit.errors[part], fit.iterations[part], (), scene, chain)
+        if may:
+            measured, errors = (_turned(vectors, TO_OPENSIM) for vectors in (one.measured, one.errors))
+            notes = notes_on(names, chain, measured, errors, one.iterations, fit.loose[part])
+            one = replace(one, notes=tuple(notes))
+        found.append(one)
     return found
 
 
-def _fit(chain: Chain, trials: list[_Trial], device: object) -> tuple[Problem, Fit, MarkerSums]:
-    """Trials of the same markers as one problem, what comes of it, and sums by trial.
+def _fit(chain: Chain, trials: list[_Trial], device: object) -> tuple[Problem, Fit]:
+    """Trials of the same markers as one problem, and what comes of it.
 
     Raises:
         SignalError: a recorded body is of another size than the model, or no frame shows three markers.
     """
     names = list(trials[0].weights)
-    counts = [len(trial.markers.times) for trial in trials]
-    starts = tuple(int(x) for x in np.cumsum([0, *counts[:-1]]))
     targets = trials[0].targets
     if any(len(trial.targets) > 1 for trial in trials):
+        counts = [len(trial.markers.times) for trial in trials]
         targets = np.concatenate(
             [np.broadcast_to(t.targets, (n, targets.shape[1])) for t, n in zip(trials, counts, strict=True)]
         )
-    every = [trial.positions() for trial in trials]
-    problem = Problem(
-        every[0] if len(every) == 1 else np.concatenate(every), np.array(list(trials[0].weights.values())), starts,
-        trials[0].task_weights, targets, TO_OPENSIM,
-    )  # fmt: skip
+    recordings, weights = [trial.recorded for trial in trials], np.array(list(trials[0].weights.values()))
+    problem = Problem(recordings, weights, trials[0].task_weights, targets, TO_OPENSIM)
     fitter = MarkerFitter(chain, [chain.markers[name] for name in names], device)
     recorded = fitter.recorded(problem)
-    for k in misfits(chain, names, problem.positions, recorded.seen, recorded.far, np.array(starts)).tolist():
+    for k in misfits(chain, names, recordings, recorded.seen, recorded.far, problem.starts).tolist():
         try:
-            check_size(chain, names, _turned(problem.positions[starts[k] : starts[k] + counts[k]], TO_OPENSIM))
+            check_size(chain, names, _turned(recordings[k].chosen(), TO_OPENSIM))
         except SignalError as error:
             raise trials[k].placed(error) from None
-    fit = fitter.fit(problem, recorded)
-    return problem, fit, recorded.sums(starts)
-
-
-def _notes(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> tuple[str, ...]:
-    """What is to be known of a fit in ground axes."""
-    turned = replace(fit, errors=_turned(fit.errors, TO_OPENSIM))
-    return tuple(notes_on(names, chain, _turned(positions, TO_OPENSIM), turned))
+    return problem, fitter.fit(problem, recorded)

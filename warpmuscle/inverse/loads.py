@@ -271,9 +271,9 @@ def _feet(body: BodyModel) -> list[int]:
 
 def _places(body: BodyModel, states: States, part: slice, rows: Integers | slice = slice(None)) -> Floats:
     """Where centres of mass of all bodies are in some rows of some frames, (n, B, 3) m."""
-    from warpmuscle.studies.inverse_dynamics import body_points
+    from warpmuscle.studies.inverse_dynamics import points_of
 
-    points = body_points(body.scene, states.coordinates[part][rows])
+    points = points_of(body.scene.character, states.coordinates[part][rows])
     found = []
     for number, name in enumerate(body.topology.bodies):
         place, orientation = points[name]

@@ -11,9 +11,9 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.chain import Chain
-from warpmuscle.inverse.fit_plan import seen_in, squared_lengths
+from warpmuscle.inverse.fit_plan import Recorded, seen_in, squared_lengths
 from warpmuscle.inverse.marker_fit import Fit
-from warpmuscle.inverse.recorded_markers import BEYOND, MarkerSums
+from warpmuscle.inverse.recorded_markers import BEYOND
 from warpmuscle.inverse.trial import Markers
 from warpmuscle.markers.files import UNITS
 
@@ -21,6 +21,7 @@ FEWEST = 3  # markers, from which a pose follows
 ALIKE = 2.5  # times that a recorded body may be larger or smaller than the model
 FAR = 0.1  # m, that a marker misses: more than skin moves
 OUTLYING = 4.0  # times the median of all markers
+SUDDEN = 3.0  # times what a marker misses by in the median frame
 SWAPPED = 0.5  # of the error, that is left once two labels are exchanged
 LISTED = 6
 NEAR = 1e-6  # part by which sums in another order may be off
@@ -82,17 +83,19 @@ def check_size(chain: Chain, names: Sequence[str], positions: Floats) -> None:
 
 
 def misfits(
-    chain: Chain, names: Sequence[str], positions: Floats, seen: Integers, far: NDArray[np.bool_], starts: Integers
-) -> Integers:
+    chain: Chain, names: Sequence[str], recordings: Sequence[Recorded], seen: Integers, far: NDArray[np.bool_],
+    starts: Integers,
+) -> Integers:  # fmt: skip
     """Recordings of which `check_size` has something to say, (n,), by the sizes of bodies in their fullest frames.
 
     Args:
-        positions: (F, K, 3) of all. seen: (F,) how many markers a frame shows. far: (F,) whether one is far away.
+        recordings: (T,). seen: (F,) how many markers a frame shows. far: (F,) whether one is far away.
         starts: (T,) first frames.
     """
     ends = [*starts[1:].tolist(), len(seen)]
-    fullest = [first + int(seen[first:end].argmax()) for first, end in zip(starts.tolist(), ends, strict=True)]
-    there, body = positions[fullest], chain.resting(names)
+    fullest = [int(seen[first:end].argmax()) for first, end in zip(starts.tolist(), ends, strict=True)]
+    there = np.stack([one.chosen(frame) for one, frame in zip(recordings, fullest, strict=True)])
+    body = chain.resting(names)
     known = seen_in(there)[..., None]
     sizes = []
     for places in (there, np.broadcast_to(body, there.shape)):
@@ -104,35 +107,42 @@ def misfits(
     return np.flatnonzero(~usual | np.logical_or.reduceat(far, starts))
 
 
-def noted(chain: Chain, names: Sequence[str], fit: Fit, sums: MarkerSums, starts: Integers) -> NDArray[np.bool_]:
+def noted(chain: Chain, names: Sequence[str], fit: Fit, starts: Integers) -> NDArray[np.bool_]:
     """Whether there may be something to note of each recording (T,); `notes_on` says what.
 
     Args:
         fit: of all frames of all recordings. starts: (T,) first frames.
     """
-    frames = np.logical_or.reduceat(fit.loose.any(axis=1) | (fit.iterations < 0), starts)
+    frames, sums = np.logical_or.reduceat(fit.loose.any(axis=1) | (fit.iterations < 0), starts), fit.sums
     with np.errstate(all="ignore"):
         rms = np.sqrt(sums.squares / sums.seen)
         usual = np.nanmedian(rms, axis=1)
-        off = (rms > np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)).any(axis=1)
+        off = (np.sqrt(sums.most) > np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)).any(axis=1)
     recorded, model = sums.height / np.maximum(sums.seen, 1), chain.resting(names)[:, 1]
     recorded, model = recorded - recorded.mean(axis=1, keepdims=True), model - model.mean()
     along, sizes = recorded @ model, np.sqrt(np.square(recorded).sum(axis=1) * np.square(model).sum())
     return np.asarray(frames | off | ~(usual <= FAR * (1.0 - NEAR)) | ~(along > (UPRIGHT + NEAR) * sizes))
 
 
-def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> list[str]:
-    """What is to be known of a fit: coordinates that no marker tells, markers that miss, labels that seem swapped."""
-    notes = list(_loose(chain, fit))
+def notes_on(
+    names: Sequence[str], chain: Chain, positions: Floats, errors: Floats, iterations: Integers,
+    loose: NDArray[np.bool_],
+) -> list[str]:  # fmt: skip
+    """What is to be known of a fit: coordinates that no marker tells, markers that miss, labels that seem swapped.
+
+    Args:
+        positions, errors: (F, K, 3) m, axes of scenes. iterations: (F,). loose: (F, C).
+    """
+    notes = _loose(chain, loose)
     notes += _upside_down(names, chain, positions)
-    slow = np.flatnonzero(fit.iterations < 0)
+    slow = np.flatnonzero(iterations < 0)
     if len(slow):
         notes.append(
             f"{number_of(len(slow), 'frame')} did not converge, the first is number {slow[0] + 1}; "
             "their markers fit badly"
         )
     with np.errstate(all="ignore"):
-        rms = np.sqrt(np.nanmean(squared_lengths(fit.errors), axis=0))
+        rms = np.sqrt(np.nanmean(squared_lengths(errors), axis=0))
     usual = float(np.nanmedian(rms))
     if usual > FAR:
         notes.append(
@@ -140,14 +150,15 @@ def notes_on(names: list[str], chain: Chain, positions: Floats, fit: Fit) -> lis
             "this subject?"
         )
         return notes
-    bad = [k for k in np.argsort(-rms) if rms[k] > max(FAR, OUTLYING * usual)]
-    swaps = _swaps(names, positions, fit.errors, bad)
+    limit = max(FAR, OUTLYING * usual)
+    bad = [k for k in np.argsort(-rms) if rms[k] > limit]
+    swaps = _swaps(names, positions, errors, bad)
     if bad and not swaps:
         notes.append(f"markers miss by far, {_worst(names, rms, bad)}: is a label wrong?")
-    return notes + swaps
+    return notes + swaps + _sudden(names, errors, rms, limit)
 
 
-def _upside_down(names: list[str], chain: Chain, positions: Floats) -> list[str]:
+def _upside_down(names: Sequence[str], chain: Chain, positions: Floats) -> list[str]:
     """A note where markers that are high up in the model are low in the recording."""
     model = chain.resting(names)[:, 1]
     seen = seen_in(positions)
@@ -157,11 +168,25 @@ def _upside_down(names: list[str], chain: Chain, positions: Floats) -> list[str]
     return ["the body is upside down: is y the axis that points up? Moments and loads are wrong if it is another"]
 
 
-def _worst(names: list[str], rms: Floats, bad: list[int]) -> str:
+def _worst(names: Sequence[str], rms: Floats, bad: list[int]) -> str:
     return ", ".join(f"{names[k]} by {100 * rms[k]:.0f} cm" for k in bad[:LISTED])
 
 
-def _swaps(names: list[str], positions: Floats, errors: Floats, bad: list[int]) -> list[str]:
+def _sudden(names: Sequence[str], errors: Floats, rms: Floats, limit: float) -> list[str]:
+    """Markers that are in their places but for some frames, where they miss by more than a limit, m."""
+    notes, far = [], np.sqrt(squared_lengths(errors))
+    for k in np.flatnonzero((np.nan_to_num(far).max(axis=0) > limit) & (rms <= limit)).tolist():
+        beyond = max(limit, SUDDEN * float(np.nanmedian(far[:, k])))
+        frames = np.flatnonzero(np.nan_to_num(far[:, k]) > beyond)
+        if len(frames):
+            notes.append(
+                f"{names[k]} misses by {100.0 * far[frames, k].max():.0f} cm in {number_of(len(frames), 'frame')}, the "
+                f"first is number {frames[0] + 1}: a wrong place turns bodies near it; cut it out there"
+            )
+    return notes[:LISTED]
+
+
+def _swaps(names: Sequence[str], positions: Floats, errors: Floats, bad: list[int]) -> list[str]:
     """Pairs of markers that miss, and would miss by half as much under each other's names."""
     found = []
     fitted = positions - errors
@@ -176,9 +201,8 @@ def _swaps(names: list[str], positions: Floats, errors: Floats, bad: list[int]) 
     return found
 
 
-def _loose(chain: Chain, fit: Fit) -> list[str]:
+def _loose(chain: Chain, loose: NDArray[np.bool_]) -> list[str]:
     """Coordinates that markers do not tell: everywhere, or in some frames."""
-    loose = np.asarray(fit.loose, bool)
     if not loose.any():
         return []
     everywhere, whole = np.asarray(loose.all(axis=0)), np.asarray(loose.all(axis=1))

@@ -5,7 +5,7 @@ Which frames are fitted first, and from where the others start, is told by `fit_
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.inverse.chain import Chain, Place
-from warpmuscle.inverse.fit_plan import Plan, Problem, seen_in
-from warpmuscle.inverse.recorded_markers import RecordedMarkers
+from warpmuscle.inverse.fit_plan import Between, Plan, Problem
+from warpmuscle.inverse.recorded_markers import FittedFrames, MarkerSums, RecordedMarkers
 from warpmuscle.kernels import marker_fit_structs as structs
 from warpmuscle.kernels.body_structs import CubicPiece
+from warpmuscle.kernels.inverse import marker_frames
 from warpmuscle.kernels.inverse.marker_fit import fit_markers
 from warpmuscle.scene.opensim_root import root_values
 
@@ -32,9 +34,10 @@ class Fit:
     """What was found in F frames."""
 
     values: Floats  # (F, C) rad or m
-    errors: Floats  # (F, K, 3) m, measured less fitted, in the axes recorded; NaN where a marker is missing
+    errors: Floats  # (F, K, 3) m, float32: measured less fitted, in the axes recorded; NaN where a marker is missing
     iterations: Integers  # (F,), negative if they were not enough
     loose: NDArray[np.bool_]  # (F, C), whether markers do not tell a coordinate
+    sums: MarkerSums  # by recording
 
 
 class MarkerFitter:
@@ -68,93 +71,33 @@ class MarkerFitter:
         Raises:
             SignalError: no frame of a recording shows three markers.
         """
-        count, coordinates = len(problem.positions), len(self.chain.coordinates)
-        found = Fit(
-            np.zeros((count, coordinates)), np.zeros((0, 0, 3)), np.zeros(count, np.int32),
-            np.zeros((count, coordinates), bool),
-        )  # fmt: skip
         recorded = recorded or self.recorded(problem)
-        plan = Plan(problem, recorded.seen)
-        self._solve(problem, recorded, plan.first, self._cold_starts(problem, plan.coarse), found)
-        again, starts = plan.doubtful(found.values[plan.first], recorded.squares[plan.first])
-        self._solve(problem, recorded, again, starts, found, better=True)
-        between = plan.between(found.values[plan.first])
-        self._solve(problem, recorded, plan.rest, between[plan.rest], found)
-        again = plan.outliers(recorded.squares)
-        if len(again):
-            starts = self._cold_starts(problem, list(again[:, None]))
-            self._solve(problem, recorded, again, starts, found, better=True)
-        return replace(found, errors=recorded.errors())
+        plan, fit = Plan(problem, recorded.seen), _Run(self, problem, recorded)
+        fit.from_afar(plan.first, plan.coarse)
+        again, others = plan.doubtful(fit.found.squares)
+        fit.between(again, Between(others, others, np.zeros(len(others))), better=True)
+        fit.between(plan.rest, plan.between())
+        again = plan.outliers(fit.found.squares)
+        fit.from_afar(again, list(again[:, None]), better=True)
+        return Fit(*fit.found.found(), fit.found.sums(problem.starts))
 
-    def _cold_starts(self, problem: Problem, parts: list[Integers]) -> Floats:
-        """The model's pose at the start, its root where the markers are: (n, C).
-
-        Args:
-            parts: frames; from one to the next of a part, angles of the root are continuous.
-        """
-        chain, root, frames = self.chain, self.chain.opensim.root, np.concatenate(parts)
-        values = np.tile(chain.neutral, (len(frames), 1))
+    def cold_starts(self, markers: RecordedMarkers, number: wp.array, parts: list[Integers]) -> Floats:
+        """The model's pose at the start, its root where the markers of frames with these numbers are: (n, C)."""
+        chain, root = self.chain, self.chain.opensim.root
+        values = np.tile(chain.neutral, (len(number), 1))
         if root is None:
             return values
         resting = chain.poses(np.array(chain.neutral)[None])
-        body = chain.places(resting, self._places)[0]
-        turn, shift = aligned(body, problem.places(frames), problem.weights)
+        turn, shift = markers.aligned(number, chain.places(resting, self._places)[0][self._order])
         last = len(root.rotations) + len(root.translations) - 1
         at = chain.places(resting, [Place(last, -_vector(root.position_in_child))])[0, 0]
-        moved = np.einsum("fij,j->fi", turn, at) + shift
-        from scipy.spatial.transform import Rotation  # takes a quarter of a second
-
-        turned = (Rotation.from_matrix(turn) * Rotation.from_quat(resting[0][0, last])).as_quat()
+        turned = multiply(turn, np.broadcast_to(resting[0][0, last], turn.shape))
         breaks = np.cumsum([len(part) for part in parts])[:-1]
-        found = root_values(chain.opensim, moved, turned, breaks)
+        found = root_values(chain.opensim, rotate(turn, np.broadcast_to(at, shift.shape)) + shift, turned, breaks)
         values[:, : len(chain.opensim.root_coordinates)] = found
         return values
 
-    def _solve(
-        self,
-        problem: Problem,
-        recorded: RecordedMarkers,
-        frames: Integers,
-        starts: Floats,
-        found: Fit,
-        better: bool = False,
-    ) -> None:
-        """Fit some frames from some values on, and put what comes of it into what was found; or only what is better."""
-        if not len(frames):
-            return
-        base = np.zeros_like(starts)  # of the root's shifts: what is left is small, so that float32 tells it well
-        root = self.chain.opensim.root
-        shifts = range(0)
-        if root is not None:
-            shifts = range(len(root.rotations), len(self.chain.opensim.root_coordinates))
-            base[:, shifts] = starts[:, shifts]
-        targets = problem.targets if len(problem.targets) == 1 else problem.targets[frames]
-        if np.any(problem.task_weights[shifts] > 0.0):
-            targets = targets - base
-        device = self.device
-        data = structs.FitFrames()
-        number = recorded.take(frames, self._base_places(base), data)
-        data.target = to_device(targets, float, device)
-        data.value = to_device(starts - base, float, device)
-        data.iterations = wp.zeros(len(frames), dtype=int, device=device)
-        data.loose = wp.zeros(starts.shape, dtype=int, device=device)
-        self._launch(data, problem.task_weights, len(frames))
-        chosen = recorded.put(frames, number, data, better)
-        kept = frames[chosen]
-        found.values[kept] = (data.value.numpy().astype(np.float64) + base)[chosen]
-        found.iterations[kept] = data.iterations.numpy()[chosen]
-        found.loose[kept] = data.loose.numpy()[chosen] > 0
-
-    def _base_places(self, base: Floats) -> Floats:
-        """How far the root is moved by its shifts alone, (n, 3) m."""
-        root = self.chain.opensim.root
-        moved = np.zeros((len(base), 3))
-        for k in range(len(root.translations) if root is not None else 0):
-            one = self.chain.elements[k]
-            moved += base[:, one.coordinate, None] * one.axis
-        return moved
-
-    def _launch(self, data: Any, task_weights: Floats, count: int) -> None:
+    def launch(self, data: Any, task_weights: Floats, count: int) -> None:
         chain, device = self.chain, self.device
         given = structs.FitModel()
         given.element, given.piece, given.marker = self._elements, self._pieces, self._markers
@@ -171,21 +114,59 @@ class MarkerFitter:
             wp.launch(fit_markers, min(rows, count - first), [first, given, data, scratch], device=device)
 
 
-def aligned(body: Floats, measured: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Rotations (n, 3, 3) and shifts (n, 3) that bring points (K, 3) closest to measured ones (n, K, 3).
+class _Run:
+    """The fit of one problem: which frames start where, and what has been found."""
 
-    Measured points are NaN where one is missing. By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
-    """
-    seen = seen_in(measured)
-    w = np.where(seen, weights, 0.0)
-    w = w / np.maximum(w.sum(axis=1, keepdims=True), 1e-300)
-    there = np.where(seen[..., None], measured, 0.0)
-    middle, own = np.einsum("nk,nki->ni", w, there), np.einsum("nk,ki->ni", w, body)
-    spread = np.einsum("nk,nki,nkj->nij", w, there - middle[:, None], body[None] - own[:, None])
-    u, _, vt = np.linalg.svd(spread)
-    u[:, :, 2] *= np.sign(np.linalg.det(u @ vt))[:, None]
-    turn = u @ vt
-    return turn, middle - np.einsum("nij,nj->ni", turn, own)
+    def __init__(self, fitter: MarkerFitter, problem: Problem, markers: RecordedMarkers) -> None:
+        self._fitter, self._problem, self._markers, self._device = fitter, problem, markers, fitter.device
+        chain, root = fitter.chain, fitter.chain.opensim.root
+        first = len(root.rotations) if root is not None else 0
+        shifts = chain.elements[: len(root.translations)] if root is not None else []
+        self._first_shift = first
+        self._axes = _doubles(np.array([one.axis for one in shifts]).reshape(-1, 3), wp.vec3d, self._device)
+        self._targets = _doubles(problem.targets, wp.float64, self._device)
+        self.found = FittedFrames(markers, len(chain.coordinates), first, len(shifts))
+
+    def from_afar(self, frames: Integers, parts: list[Integers], better: bool = False) -> None:
+        """Fit frames from the model's pose at the start, its root where the markers are.
+
+        Args:
+            parts: the same frames; from one to the next of a part, angles of the root are continuous.
+        """
+        if len(frames):
+            number = to_device(frames, int, self._device)
+            starts = self._fitter.cold_starts(self._markers, number, parts)
+            self._solve(number, _doubles(starts, wp.float64, self._device), better)
+
+    def between(self, frames: Integers, others: Between, better: bool = False) -> None:
+        """Fit frames from between others on."""
+        if not len(frames):
+            return
+        number = to_device(frames, int, self._device)
+        start = wp.empty((len(frames), self.found.values.shape[1]), dtype=wp.float64, device=self._device)
+        ends = [to_device(one, int, self._device) for one in (others.left, others.right)]
+        inputs = [self.found.values, *ends, _doubles(others.part, wp.float64, self._device)]
+        wp.launch(marker_frames.start_between, start.shape, inputs, [start], device=self._device)
+        self._solve(number, start, better)
+
+    def _solve(self, number: wp.array, start: wp.array, better: bool) -> None:
+        """Fit frames with these numbers from coordinates (n, C) on, and keep what comes of it, or the better part."""
+        device, shape, apart = self._device, start.shape, not self._device.is_cpu
+        data, base = structs.FitFrames(), wp.empty(len(number), dtype=wp.vec3d, device=device)
+        data.value = instance_zeros(shape, float, device, apart)
+        data.target = instance_zeros(shape, float, device, apart)
+        data.iterations = wp.zeros(len(number), dtype=int, device=device)
+        data.loose = instance_zeros(shape, int, device, apart)
+        inputs = [start, self._first_shift, self._axes, self._targets, number]
+        outputs = [data.value, base, data.target]
+        wp.launch(marker_frames.start_rows, len(number), inputs, outputs, device=device)
+        self._markers.take(number, base, data)
+        self._fitter.launch(data, self._problem.task_weights, len(number))
+        self.found.put(number, start, data, better)
+
+
+def _doubles(values: Floats, kind: Any, device: Any) -> wp.array:
+    return wp.array(np.ascontiguousarray(values, np.float64), dtype=kind, device=device)
 
 
 def _elements(chain: Chain, device: Any) -> tuple[Any, Any]:

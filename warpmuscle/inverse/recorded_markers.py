@@ -9,10 +9,12 @@ import warp as wp
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.arrays import to_device
+from warpmuscle.core.arrays import instance_zeros, to_device
 from warpmuscle.inverse.fit_plan import Problem
 from warpmuscle.kernels.inverse import marker_frames
 
+BUFFER = 8_000_000  # bytes
+ROOM = 1.5  # times the columns that count, which rows may have to be taken whole
 BEYOND = 1e5  # m, that no marker of any unit is away
 
 
@@ -22,68 +24,142 @@ class MarkerSums(NamedTuple):
     squares: Floats  # (T, K) m^2, of errors
     height: Floats  # (T, K) m
     seen: Integers  # (T, K) how many frames
+    most: Floats  # (T, K) m^2, the greatest square
 
 
 class RecordedMarkers:
-    """The markers of a problem on a device, and the errors that are found there.
+    """The markers of a problem on a device.
 
     Attributes:
         seen: (F,) how many markers that count a frame shows. far: (F,) whether one of a frame is impossibly far away.
-        squares: (F,) weighted mean squares of the errors of frames that have been fitted, m^2.
+        positions: (F, columns) m, on the device. columns: (K,) of the markers. turn, back: into the axes of the fit,
+            and out of them.
     """
 
     def __init__(self, problem: Problem, order: Integers, device: Any) -> None:
         """Args: order: (K,) the number of each marker of the fit among those recorded."""
-        self._device, self.squares = device, np.zeros(len(problem.positions))
-        self._positions = _doubles(problem.positions, device)
-        self._order = to_device(order, int, device)
-        self._turn, self._back = wp.mat33d(problem.turn.T), wp.mat33d(problem.turn)  # into the axes of the fit
+        self.device, self.count, self.markers = device, problem.count, len(order)
+        taken = _common_columns(problem)
+        self.positions = _uploaded(problem, taken, device)
+        columns = np.arange(self.markers) if taken is None else np.array(taken)
+        self.columns, self.ordered_columns = (to_device(each, int, device) for each in (columns, columns[order]))
+        self.order = to_device(order, int, device)
+        self.turn, self.back = wp.mat33d(problem.turn.T), wp.mat33d(problem.turn)
         weights = np.asarray(problem.weights)
-        self._weights = to_device(weights[order], float, device)
-        self._errors = wp.zeros(problem.positions.shape[:2], dtype=wp.vec3d, device=device)
-        found = [wp.empty(len(self.squares), dtype=int, device=device) for _ in range(2)]
-        inputs = [self._positions, to_device(weights, float, device), BEYOND]
-        wp.launch(marker_frames.look_at_frames, len(self.squares), inputs, found, device=device)
+        self.weights = to_device(weights[order], float, device)
+        found = [wp.empty(self.count, dtype=int, device=device) for _ in range(2)]
+        inputs = [self.positions, self.columns, to_device(weights, float, device), BEYOND]
+        wp.launch(marker_frames.look_at_frames, self.count, inputs, found, device=device)
         self.seen: Integers = found[0].numpy()
         self.far: NDArray[np.bool_] = found[1].numpy() > 0
 
-    def take(self, frames: Integers, base: Floats, data: Any) -> wp.array:
-        """Put the markers of some frames into the data of a fit, from places (n, 3) on; the frames on the device."""
-        number, shape = to_device(frames, int, self._device), (len(frames), len(self._order))
-        data.measured = wp.empty(shape, dtype=wp.vec3, device=self._device)
-        data.weight = wp.empty(shape, dtype=float, device=self._device)
-        data.error = wp.zeros(shape, dtype=wp.vec3, device=self._device)
-        inputs = [self._positions, self._turn, self._weights, self._order, number, _doubles(base, self._device)]
-        wp.launch(marker_frames.take_frames, shape, inputs, [data.measured, data.weight], device=self._device)
-        return number
+    def take(self, number: wp.array, base: wp.array, data: Any) -> None:
+        """Put the markers of frames with these numbers into the data of a fit, from places (n,) on."""
+        shape, apart = (len(number), self.markers), not self.device.is_cpu
+        data.measured = instance_zeros(shape, wp.vec3, self.device, apart)
+        data.weight = instance_zeros(shape, float, self.device, apart)
+        data.error = instance_zeros(shape, wp.vec3, self.device, apart)
+        inputs = [self.positions, self.turn, self.weights, self.ordered_columns, number, base]
+        wp.launch(marker_frames.take_frames, shape, inputs, [data.measured, data.weight], device=self.device)
 
-    def put(self, frames: Integers, number: wp.array, data: Any, better: bool) -> NDArray[np.bool_]:
-        """Keep the errors of these frames, or of those that fit better than before; which are kept, (n,)."""
-        found = wp.empty(len(frames), dtype=wp.float64, device=self._device)
-        wp.launch(marker_frames.mean_squares, len(frames), [data.error, data.weight], [found], device=self._device)
-        squares = found.numpy()
-        kept = squares < self.squares[frames] if better else np.ones(len(frames), bool)
-        self.squares[frames[kept]] = squares[kept]
-        rows = to_device(np.flatnonzero(kept), int, self._device)
-        shape = (len(rows), len(self._order))
-        inputs = [data.error, self._positions, self._back, self._order, number, rows]
-        wp.launch(marker_frames.put_errors, shape, inputs, [self._errors], device=self._device)
-        return kept
+    def aligned(self, number: wp.array, body: Floats) -> tuple[Floats, Floats]:
+        """Rotations (n, 4) and shifts (n, 3) that bring points (K, 3) closest to markers of frames, axes of the fit.
 
-    def errors(self) -> Floats:
-        """Errors (F, K, 3) of all frames, m, in the axes recorded; NaN where a marker is missing."""
-        return np.asarray(self._errors.numpy())
+        Args:
+            body: in the order of the fit.
+        """
+        found = [wp.empty(len(number), dtype=kind, device=self.device) for kind in (wp.quatd, wp.vec3d)]
+        points = wp.array(np.ascontiguousarray(body, np.float64), dtype=wp.vec3d, device=self.device)
+        inputs = [self.positions, self.turn, self.weights, self.ordered_columns, number, points]
+        wp.launch(marker_frames.align_frames, len(number), inputs, found, device=self.device)
+        return found[0].numpy(), found[1].numpy()
 
-    def sums(self, starts: tuple[int, ...]) -> MarkerSums:
+
+class FittedFrames:
+    """What has been found of all frames, on the device.
+
+    Attributes:
+        values: (F, C) rad or m. errors: (F, K) m, in the axes recorded. squares: (F,) weighted mean squares, m^2.
+    """
+
+    def __init__(self, markers: RecordedMarkers, coordinates: int, first_shift: int, shifts: int) -> None:
+        self._markers, self._device = markers, markers.device
+        self._first_shift, self._shifts = first_shift, shifts
+        every = (markers.count, coordinates)
+        self.values = wp.zeros(every, dtype=wp.float64, device=self._device)
+        self._iterations = wp.zeros(markers.count, dtype=int, device=self._device)
+        self._loose = wp.zeros(every, dtype=wp.uint8, device=self._device)
+        self._squares = wp.zeros(markers.count, dtype=wp.float64, device=self._device)
+        self._errors = wp.empty((markers.count, markers.markers), dtype=wp.vec3, device=self._device)
+
+    def put(self, number: wp.array, start: wp.array, data: Any, better: bool) -> None:
+        """Keep what was found of these frames, or of those that fit better than before."""
+        device, markers, n = self._device, self._markers, len(number)
+        square = wp.empty(n, dtype=wp.float64, device=device)
+        wp.launch(marker_frames.mean_squares, n, [data.error, data.weight], [square], device=device)
+        kept = wp.empty(n, dtype=int, device=device)
+        inputs = [number, better, square, start, self._first_shift, self._shifts, data]
+        outputs = [self._squares, self.values, self._iterations, self._loose, kept]
+        wp.launch(marker_frames.put_rows, n, inputs, outputs, device=device)
+        inputs = [data.error, markers.positions, markers.back, markers.ordered_columns, markers.order, number, kept]
+        wp.launch(marker_frames.put_errors, (n, markers.markers), inputs, [self._errors], device=device)
+
+    @property
+    def squares(self) -> Floats:
+        """Weighted mean squares of the errors of all frames (F,), m^2."""
+        return np.asarray(self._squares.numpy())
+
+    def found(self) -> tuple[Floats, Floats, Integers, NDArray[np.bool_]]:
+        """Values (F, C), errors (F, K, 3), iterations (F,), and which coordinates are loose (F, C)."""
+        arrays = (self.values, self._errors, self._iterations, self._loose)
+        values, errors, iterations, loose = (array.numpy() for array in arrays)
+        return values, errors, iterations, loose.view(bool)
+
+    def sums(self, starts: Integers) -> MarkerSums:
         """Sums by recording, which start at these frames."""
-        ends = to_device([*starts, len(self.squares)], int, self._device)
-        shape = (len(starts), len(self._order))
-        found = [wp.empty(shape, dtype=kind, device=self._device) for kind in (wp.float64, wp.float64, int)]
-        inputs = [self._positions, self._errors, ends]
+        ends = to_device([*starts, self._markers.count], int, self._device)
+        shape = (len(starts), self._markers.markers)
+        found = [wp.empty(shape, dtype=kind, device=self._device) for kind in (wp.float64, wp.float64, int, wp.float64)]
+        inputs = [self._markers.positions, self._markers.columns, self._errors, ends]
         wp.launch(marker_frames.sum_markers, shape, inputs, found, device=self._device)
         return MarkerSums(*(array.numpy() for array in found))
 
 
-def _doubles(places: Floats, device: Any) -> wp.array:
-    """Places (..., 3) in double precision: a room is large beside what a marker misses by."""
-    return wp.array(np.ascontiguousarray(places, np.float64), dtype=wp.vec3d, device=device)
+def _common_columns(problem: Problem) -> list[int] | None:
+    """The columns of all recordings, if whole rows are taken to the device since few others stand in them."""
+    first = problem.recordings[0]
+    shape = first.positions.shape[1:]
+    alike = all(one.columns == first.columns and one.positions.shape[1:] == shape for one in problem.recordings)
+    return first.columns if alike and shape[0] <= ROOM * len(first.columns) else None
+
+
+def _uploaded(problem: Problem, taken: list[int] | None, device: Any) -> wp.array:
+    """Positions of all frames (F, columns) on the device, in double precision, since a room is large beside errors.
+
+    They come to a GPU by a buffer, since fresh memory for all would take longer than to fill it.
+
+    Args:
+        taken: see `_common_columns`; without, only columns that count are there.
+    """
+    count = problem.count
+    width = len(problem.weights) if taken is None else problem.recordings[0].positions.shape[1]
+    found = wp.empty((count, width), dtype=wp.vec3d, device=device)
+    room = count if device.is_cpu else min(max(BUFFER // (24 * width), 1), count)
+    on_host = found if device.is_cpu else wp.empty((room, width), dtype=wp.vec3d, device="cpu")
+    buffer, filled, sent = on_host.numpy(), 0, 0
+    for one in problem.recordings:
+        first, frames = 0, len(one.positions)
+        while first < frames:
+            n = min(frames - first, room - filled)
+            part, place = one.positions[first : first + n], buffer[filled : filled + n]
+            if taken is not None:
+                place[:] = part
+            else:
+                np.take(part, one.columns, axis=1, out=place, mode="clip")
+            first, filled = first + n, filled + n
+            if filled == room and not device.is_cpu:
+                wp.copy(found, on_host, dest_offset=sent * width, count=filled * width)
+                sent, filled = sent + filled, 0
+    if filled and not device.is_cpu:
+        wp.copy(found, on_host, dest_offset=sent * width, count=filled * width)
+    return found

@@ -19,7 +19,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.inverse.chain import Chain
-from warpmuscle.inverse.fit_plan import Problem, seen_in
+from warpmuscle.inverse.fit_plan import Problem, Recorded, seen_in
 from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
 from warpmuscle.inverse.sized_chain import SizedChain, Sizes
 
@@ -79,7 +79,8 @@ def _posed(chain: SizedChain, own: Chain, frames: Floats, weights: Floats, devic
     """Coordinates of each frame alone, from afar."""
     count = len(own.coordinates)
     places = [own.markers[name] for name in chain.markers]
-    problem = Problem(frames, weights, tuple(range(len(frames))), np.zeros(count), np.array([own.neutral]))
+    recordings = [Recorded(frame[None], list(range(len(places)))) for frame in frames]
+    problem = Problem(recordings, weights, np.zeros(count), np.array([own.neutral]))
     return MarkerFitter(own, places, device).fit(problem)
 
 
@@ -103,7 +104,7 @@ def _equations(chain: SizedChain, own: Chain, fit: Fit, weights: Floats) -> tupl
     poses, places = own.poses(fit.values), [own.markers[name] for name in chain.markers]
     frames, markers = fit.errors.shape[:2]
     w = np.where(seen_in(fit.errors), weights, 0.0)  # (F, K)
-    e = np.nan_to_num(fit.errors)
+    e = np.nan_to_num(fit.errors.astype(np.float64))
     at_limit = (fit.values <= own.low) | (fit.values >= own.high) | fit.loose.astype(bool)
     by_q = np.where(at_limit[:, None, None], 0.0, own.jacobian(fit.values, places))
     by_s, axes = chain.by_factor(poses, fit.values), chain.by_offset(poses)

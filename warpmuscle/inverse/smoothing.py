@@ -32,7 +32,7 @@ def low_pass(times: Floats, values: Floats, cutoff: float) -> tuple[Floats, Floa
     Raises:
         ArgumentError: a cut-off that is no frequency below half the rate, or fewer than four frames.
     """
-    from scipy.signal import butter, lfilter, lfiltic  # takes a while, which only filters cost
+    from scipy.signal import butter, lfilter  # takes a while, which only filters cost
 
     if len(times) < 4:
         raise ArgumentError(f"a low-pass filter needs 4 frames at least, not {len(times)}")
@@ -50,9 +50,20 @@ def low_pass(times: Floats, values: Floats, cutoff: float) -> tuple[Floats, Floa
     b, a = butter(ORDER, cutoff / (0.5 * rate))
     flat = x.reshape(len(x), -1)
     for _ in range(2):  # the first values of each way are left as they are
-        start = np.array([lfiltic(b, a, column[2::-1], column[2::-1]) for column in flat[:3].T]).reshape(-1, ORDER)
-        flat = np.concatenate([flat[:3], lfilter(b, a, flat[3:], axis=0, zi=start.T)[0]])[::-1]
+        start = _filter_state(b, a, flat[2::-1])
+        flat = np.concatenate([flat[:3], lfilter(b, a, flat[3:], axis=0, zi=start)[0]])[::-1]
     return at, flat.reshape(x.shape)
+
+
+def _filter_state(b: Floats, a: Floats, before: Floats) -> Floats:
+    """State (ORDER, K) of a filter whose last ORDER values in and out (ORDER, K) were these, the latest first.
+
+    It is that of `scipy.signal.lfiltic` in each column.
+    """
+    way_in, way_out = (
+        np.array([(c[k + 1 :, None] * before[: ORDER - k]).sum(axis=0) for k in range(ORDER)]) for c in (b, a)
+    )
+    return np.asarray(way_in - way_out)
 
 
 def spline(times: Floats, values: Floats, at: Floats, degree: int = 5, orders: int = 1) -> list[Floats]:

@@ -108,8 +108,7 @@ def activations_of(
     solver = Solver(body, trials, options, emg)
     solved = solver.run(effort, None)
     if options.elastic:
-        force = solved.activation * solved.active + (solved.passive if options.passive else 0.0)
-        solved = solver.run(effort, tendon_motion(body, force, trials.times))
+        solved = solver.run(effort, tendon_motion(body, solver.force(solved), trials.times))
     return solver.activations(solved, effort)
 
 
@@ -156,6 +155,8 @@ class Solver:
         own = [float(given(muscle, model, "minimum_activation") or 0.0) for muscle in muscles]
         self.low = np.where(body.pulls, own if options.least is None else options.least, 0.0)
         self.high = np.where(body.pulls, 1.0, 0.0)
+        # Ligaments pull in any case, as in OpenSim, which leaves out passive forces of muscles alone.
+        self._taut = np.ones(len(muscles), bool) if options.passive else ~body.pulls
         self.weight = np.ones(len(muscles))
         if options.weight == "volume":
             volume = np.array([first_number(muscle_mass(one, specific_tension(one, model))) for one in muscles])
@@ -236,7 +237,7 @@ class Solver:
             strength = [first_number(self.body.muscle(name).f_max) for name in self.body.muscles]
             muscles.active.assign(np.tile(np.array(strength, np.float32), (n, 1)))
         needed = effort[part]
-        if self.options.passive:
+        if self._taut.any():
             needed = needed - self._passive(muscles, n)
         one = self.launch(needed, muscles, part)
         one.run()
@@ -270,8 +271,9 @@ class Solver:
         return Launch(kernel, count, self._runs(part), inputs, outputs, device)
 
     def _passive(self, muscles: MuscleFrames, n: int) -> Floats:
-        """Generalised forces (n, S) of the muscles' passive forces."""
-        forces = muscles.passive.numpy()[:, self.body.lever_muscle] * muscles.moment_arm.numpy()
+        """Generalised forces (n, S) of the passive forces that count."""
+        tension = np.where(self._taut, muscles.passive.numpy(), np.float32(0.0))
+        forces = tension[:, self.body.lever_muscle] * muscles.moment_arm.numpy()
         found = np.zeros((n, self.body.topology.speeds))
         np.add.at(found.T, self.body.lever_speed, forces.T.astype(np.float64))
         return found
@@ -298,6 +300,10 @@ class Solver:
         cost.rise, cost.fall = map(self.body.side_by_side, rates)
         return cost
 
+    def force(self, solved: _Solved) -> Floats:
+        """Forces of muscles and ligaments (n, M), N."""
+        return np.asarray(solved.activation * solved.active + np.where(self._taut, solved.passive, 0.0))
+
     def activations(self, solved: _Solved, effort: Floats) -> list[Activations]:
         """What was found, by trial."""
         body, trials = self.body, self.trials
@@ -309,7 +315,7 @@ class Solver:
         muscles = [body.muscle(name) for name in body.muscles]
         l_opt = np.array([first_number(one.l_opt) for one in muscles])
         v_max = np.array([first_number(given(one, body.scene.muscle_model, "v_max")) for one in muscles])
-        force = solved.activation * solved.active + (solved.passive if self.options.passive else 0.0)
+        force = self.force(solved)
         units = tuple("N m" if unit == "rad" else "N" for unit in body.map.units)
         needed = Moments(body.map.names, units, np.zeros(0), np.zeros((0, 0)), body.map.roots)
         iterations = np.where((solved.iterations < 0).any(axis=1), -1, solved.iterations.max(axis=1))

@@ -107,8 +107,8 @@ class Loads:
 
 
 def _check_names(what: str, names: Sequence[str]) -> None:
-    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
-    if twice is not None:
+    if len(set(names)) < len(names):
+        twice = next(name for k, name in enumerate(names) if name in names[:k])
         raise ArgumentError(f"{what}: the name {twice!r} stands twice")
 
 

@@ -96,8 +96,16 @@ def points_of(character: Character, coordinates: ArrayLike) -> dict[str, tuple[F
     """As `body_points`, of a character without free parameters."""
     names = topology(character)
     still = np.zeros((len(np.atleast_2d(np.asarray(coordinates))), names.speeds))
-    bodies = _outward(character, names, _checked(names, coordinates, still, still))
-    return {name: (body.position, body.orientation) for name, body in zip(names.bodies, bodies, strict=True)}
+    q, v, _ = _checked(names, coordinates, still, still)
+    root = root_type(character).motion(q)
+    found = [(np.asarray(root.place), np.asarray(root.orientation))]
+    for number, name in enumerate(names.joints, start=1):
+        joint, (place, orientation) = character.joints[name], found[names.parents[number]]
+        moving, rates = names.arguments_of(number)
+        own = joint_type(joint).motion(joint, q[:, moving], v[:, rates])
+        place = place + rotate(orientation, _anchor(character, names, number) + own.place)
+        found.append((place, multiply(orientation, own.orientation)))
+    return dict(zip(names.bodies, found, strict=True))
 
 
 class BodyMotion(NamedTuple):
@@ -160,14 +168,19 @@ def _outward(character: Character, names: Topology, motion: Moving) -> list[_Bod
     """Motion of all bodies, from the root on."""
     bodies = [_root(root_type(character), motion)]
     for number, name in enumerate(names.joints, start=1):
-        joint, parent = character.joints[name], bodies[names.parents[number]]
-        anchor = rows(joint.position_in_parent)
-        if names.parents[number] > 0:
-            anchor = anchor - rows(character.joints[names.joints[names.parents[number] - 1]].position_in_child)
+        joint, parent, anchor = character.joints[name], bodies[names.parents[number]], _anchor(character, names, number)
         coordinates, speeds = names.arguments_of(number)
         q, v, a = motion[0][:, coordinates], motion[1][:, speeds], motion[2][:, speeds]
         bodies.append(_child(joint_type(joint).motion(joint, q, v), parent, anchor, v, a))
     return bodies
+
+
+def _anchor(character: Character, names: Topology, number: int) -> Floats:
+    """Where the motion of a body's joint starts from, from its parent's joint, (1, 3) m, axes of the parent."""
+    anchor = rows(character.joints[names.joints[number - 1]].position_in_parent)
+    if names.parents[number] > 0:
+        anchor = anchor - rows(character.joints[names.joints[names.parents[number] - 1]].position_in_child)
+    return anchor
 
 
 def _root(kind: RootType, motion: Moving) -> _Body:

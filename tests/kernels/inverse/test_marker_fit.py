@@ -4,22 +4,31 @@ import numpy as np
 import pytest
 import warp as wp
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from leg_model import chain_of, leg, markers_of, walk
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.formats.external_loads import TO_OPENSIM
-from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Problem, _outlying
+from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Problem, Recorded, _outlying
 from warpmuscle.inverse.marker_fit import MarkerFitter
+from warpmuscle.inverse.recorded_markers import FittedFrames
+from warpmuscle.kernels.marker_fit_structs import FitFrames
 
 AGREED = 2e-5  # rad or m, of float32
 
 
-def problem_of(chain, values, noise=0.02, starts=(0,), **more):
+def problem_of(chain, values, noise=0.02, **more):
     markers = markers_of(chain, values, noise)
     weights = np.linspace(0.5, 3.0, len(markers.names))
     count = len(chain.coordinates)
     given = {"task_weights": np.zeros(count), "targets": np.array([chain.neutral]), **more}
-    return Problem(markers.positions @ TO_OPENSIM, weights, starts, given["task_weights"], given["targets"])
+    recorded = [Recorded(markers.positions @ TO_OPENSIM, list(range(len(weights))))]
+    return Problem(recorded, weights, given["task_weights"], given["targets"])
+
+
+def places_in(problem):
+    """Positions of the only recording (F, K, 3)."""
+    return problem.recordings[0].positions
 
 
 def fitted(chain, problem):
@@ -30,12 +39,12 @@ def fitted(chain, problem):
 def solved(chain, problem, frame, start):
     """Coordinates of a frame by SciPy, within their ranges."""
     places = list(chain.markers.values())
-    seen = np.isfinite(problem.positions[frame]).all(axis=1)
+    seen = np.isfinite(places_in(problem)[frame]).all(axis=1)
     root = np.sqrt(problem.weights[seen])[:, None]
 
     def errors(q):
         at = chain.places(chain.poses(q[None]), places)[0]
-        off = root * (problem.positions[frame] - at)[seen]
+        off = root * (places_in(problem)[frame] - at)[seen]
         return np.concatenate([off.ravel(), np.sqrt(problem.task_weights) * (problem.targets[0] - q)])
 
     low, high = np.array(chain.low), np.array(chain.high)
@@ -63,14 +72,14 @@ def test_noisy_markers_of_several_weights_give_the_least_squares(chain):
     for frame in (0, 7, 16, 39):
         assert np.abs(found.values[frame] - solved(chain, problem, frame, values[frame])).max() < AGREED
     places = chain.places(chain.poses(found.values), list(chain.markers.values()))
-    assert np.abs(found.errors - (problem.positions - places)).max() < 1e-5
+    assert np.abs(found.errors - (places_in(problem) - places)).max() < 1e-5
 
 
 def test_a_missing_marker_does_not_count(chain):
     values = walk(chain)
     problem = problem_of(chain, values)
-    problem.positions[10, 5] = np.nan
-    problem.positions[:, 9] = np.nan
+    places_in(problem)[10, 5] = np.nan
+    places_in(problem)[:, 9] = np.nan
     found = fitted(chain, problem)
     assert np.abs(found.values[10] - solved(chain, problem, 10, values[10])).max() < AGREED
     assert np.isnan(found.errors[10, 5]).all()
@@ -107,7 +116,7 @@ def test_coordinates_that_no_marker_tells_stay_and_are_told(chain):
     values = walk(chain, 20)
     problem = problem_of(chain, values, noise=0.0)
     names = list(chain.markers)
-    problem.positions[:, [k for k, name in enumerate(names) if name.startswith("foot")]] = np.nan
+    places_in(problem)[:, [k for k, name in enumerate(names) if name.startswith("foot")]] = np.nan
     found = fitted(chain, problem)
     ankle = chain.coordinates.index("ankle")
     assert found.loose[:, ankle].all()
@@ -118,10 +127,13 @@ def test_coordinates_that_no_marker_tells_stay_and_are_told(chain):
 def test_bits_do_not_depend_on_what_is_fitted_beside(chain):
     one, two = walk(chain, 37, seed=4), walk(chain, 90, seed=5)
     alone = [fitted(chain, problem_of(chain, values)) for values in (one, two)]
-    positions = np.concatenate([problem_of(chain, values).positions for values in (one, two, one)])
     first = problem_of(chain, one)
-    both = Problem(positions, first.weights, (0, 37, 127), first.task_weights, first.targets)
-    found = fitted(chain, both)
+    recordings = [problem_of(chain, values).recordings[0] for values in (one, two, one)]
+    others = np.full((len(recordings[1].positions), 2, 3), 7.0)  # markers that do not count, and another order
+    count = len(first.weights)
+    positions = np.concatenate([others, recordings[1].positions[:, ::-1]], axis=1)
+    recordings[1] = Recorded(positions, [count + 1 - k for k in range(count)])
+    found = fitted(chain, Problem(recordings, first.weights, first.task_weights, first.targets))
     for name in ("values", "errors", "iterations"):
         parts = np.split(getattr(found, name), [37, 127])
         for part, expected in zip(parts, (*alone, alone[0]), strict=True):
@@ -141,37 +153,98 @@ def test_the_subject_may_face_anywhere_and_lie_down(chain, heading):
 def test_sums_of_recordings_are_those_of_numpy(chain):
     start_warp()
     random = np.random.default_rng(5)
-    problem = problem_of(chain, walk(chain), starts=(0, 11, 12))
+    problem = problem_of(chain, walk(chain))
     count = len(problem.weights)
-    positions = problem.positions @ TO_OPENSIM.T
+    positions = places_in(problem) @ TO_OPENSIM.T
     positions[random.random(positions.shape[:2]) < 0.2] = np.nan
     positions[7, 2] = 3e5
     weights = np.where(np.arange(count) == 1, 0.0, problem.weights)
-    turned = Problem(positions, weights, problem.starts, problem.task_weights, problem.targets, TO_OPENSIM)
+    parts = [slice(0, 11), slice(11, 12), slice(12, None)]
+    recordings = [Recorded(positions[part], list(range(count))) for part in parts]
+    turned = Problem(recordings, weights, problem.task_weights, problem.targets, TO_OPENSIM)
     fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
     recorded = fitter.recorded(turned)
     seen = np.isfinite(positions).all(axis=2)
     assert np.array_equal(recorded.seen, (seen & (weights > 0.0)).sum(axis=1))
     assert np.flatnonzero(recorded.far).tolist() == [7]
     positions[7, 2] = np.nan
-    turned = Problem(positions, weights, problem.starts, problem.task_weights, problem.targets, TO_OPENSIM)
-    recorded = fitter.recorded(turned)
-    fit, sums = fitter.fit(turned, recorded), recorded.sums(turned.starts)
+    fit = fitter.fit(turned)
+    sums = fit.sums
     places = chain.places(chain.poses(fit.values), list(chain.markers.values())) @ TO_OPENSIM.T
     assert np.nanmax(np.abs(fit.errors - (positions - places))) < 1e-5
-    for k, part in enumerate((slice(0, 11), slice(11, 12), slice(12, None))):
+    for k, part in enumerate(parts):
         known = np.isfinite(positions[part]).all(axis=2)
         assert np.array_equal(sums.seen[k], known.sum(axis=0))
-        assert sums.squares[k] == pytest.approx(np.nansum(fit.errors[part] ** 2, axis=(0, 2)), rel=1e-12)
+        assert sums.squares[k] == pytest.approx(
+            np.nansum(fit.errors[part].astype(np.float64) ** 2, axis=(0, 2)), rel=1e-12
+        )
+        most = np.nan_to_num(np.sum(fit.errors[part].astype(np.float64) ** 2, axis=2)).max(axis=0)
+        assert sums.most[k] == pytest.approx(most, rel=1e-12)
         assert sums.height[k] == pytest.approx(np.nansum(positions[part, :, 1], axis=0), rel=1e-12)
+
+
+def test_bodies_are_aligned_as_by_singular_values(chain):
+    start_warp()
+    random = np.random.default_rng(8)
+    problem = problem_of(chain, walk(chain, 6), noise=0.05)
+    positions = places_in(problem)
+    positions[2, 3:] = np.nan  # three markers, in a plane
+    positions[3] = positions[3] * [1.0, 1.0, -1.0]  # a mirror image
+    positions[4] += [30.0, 0.0, -7.0]
+    turned = Problem(
+        [Recorded(positions @ TO_OPENSIM.T, list(range(len(problem.weights))))], problem.weights,
+        problem.task_weights, problem.targets, TO_OPENSIM,
+    )  # fmt: skip
+    fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
+    recorded, body = fitter.recorded(turned), random.normal(size=(len(problem.weights), 3))
+    order = recorded.order.numpy()
+    number = wp.array(np.arange(6, dtype=np.int32), dtype=int, device="cpu")
+    turn, shift = recorded.aligned(number, body[order])
+    for frame in range(6):
+        seen = np.isfinite(positions[frame]).all(axis=1)
+        w = np.where(seen, problem.weights, 0.0) / problem.weights[seen].sum()
+        there = np.nan_to_num(positions[frame])
+        middle, own = w @ there, w @ body
+        expected, *_ = Rotation.align_vectors(there[seen] - middle, body[seen] - own, w[seen])
+        assert np.abs((Rotation.from_quat(turn[frame]) * expected.inv()).magnitude()) < 1e-6, frame
+        assert shift[frame] == pytest.approx(middle - expected.apply(own), abs=1e-6)
+
+
+def test_a_second_fit_is_kept_only_where_it_is_better(chain):
+    start_warp()
+    values = walk(chain, 5)
+    problem = problem_of(chain, values)
+    fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
+    markers = fitter.recorded(problem)
+    found = FittedFrames(markers, len(chain.coordinates), 3, 3)
+
+    def put(off, better):
+        data, number = FitFrames(), wp.array(np.arange(5, dtype=np.int32), dtype=int, device="cpu")
+        base = wp.zeros(5, dtype=wp.vec3d, device="cpu")
+        markers.take(number, base, data)
+        data.error = wp.array(off[:, None, None] * np.ones((1, markers.markers, 3)), dtype=wp.vec3, device="cpu")
+        data.value = wp.array(np.tile(off[:, None], len(chain.coordinates)), dtype=float, device="cpu")
+        data.iterations = wp.full(5, 7, dtype=int, device="cpu")
+        data.loose = wp.zeros(data.value.shape, dtype=int, device="cpu")
+        start = wp.full(data.value.shape, 100.0, dtype=wp.float64, device="cpu")
+        found.put(number, start, data, better)
+
+    put(np.array([1.0, 2.0, 3.0, 4.0, 5.0]), better=False)
+    put(np.array([2.0, 1.0, 3.0, 5.0, 0.5]), better=True)
+    best = [1.0, 1.0, 3.0, 4.0, 0.5]
+    kept, errors, iterations, loose = found.found()
+    assert found.squares == pytest.approx(3.0 * np.square(best))
+    assert kept[:, 0] == pytest.approx(best)
+    assert kept[:, 4] == pytest.approx(np.add(best, 100.0))  # a shift of the root
+    assert errors[:, 2, 1] == pytest.approx(best)
+    assert (iterations == 7).all()
+    assert not loose.any()
 
 
 def test_frames_that_fit_badly_are_told_from_the_median_of_their_recording():
     random = np.random.default_rng(2)
-    counts = [1, 2, 7, 10, 33]
-    ends = np.cumsum(counts)
-    squares = random.lognormal(-7.0, 2.0, ends[-1])
-    found = np.split(_outlying(squares, ends - counts, ends), ends[:-1])
-    for own, part in zip(found, np.split(squares, ends[:-1]), strict=True):
+    parts = [random.lognormal(-7.0, 2.0, count) for count in (1, 2, 7, 10, 33)]
+    found = [_outlying(part) for part in parts]
+    for own, part in zip(found, parts, strict=True):
         assert np.array_equal(own, part > WORSE * np.median(part) + BEYOND)
     assert np.concatenate(found).any()

@@ -113,10 +113,16 @@ def push_notes(times: Floats, force: Floats, speeds: dict[str, Floats], mass: fl
         if axis not in speeds or len(times) < 4 or own.std() < PUSHING * mass * GRAVITY:
             continue
         impulse = np.concatenate([[0.0], np.cumsum(0.5 * (own[1:] + own[:-1]) * np.diff(times))])
-        given, came = (one - np.polyval(np.polyfit(times, one, 1), times) for one in (impulse, speeds[axis]))
-        if min(given.std(), came.std()) > 0.0 and np.corrcoef(given, came)[0, 1] < AGAINST:
+        given, came = (_without_trend(times, one) for one in (impulse, speeds[axis]))
+        if given @ came < AGAINST * np.sqrt((given @ given) * (came @ came)):
             notes.append(
                 f"the loads push {way} when the body is slowed down, and the other way round: residuals and moments "
                 "are wrong by it; is a sign or an axis another?"
             )
     return notes
+
+
+def _without_trend(times: Floats, values: Floats) -> Floats:
+    """Values (n,) less the line through them that fits best."""
+    along, own = times - times.mean(), values - values.mean()
+    return np.asarray(own - along * ((along @ own) / (along @ along)))

@@ -65,9 +65,10 @@ def value_notes(names: Sequence[str], units: Sequence[str], times: Floats, value
 def range_notes(names: Sequence[str], values: Floats, ranges: Mapping[str, tuple[float, float]]) -> list[str]:
     """Angles (F, K) that leave the ranges of a model by far."""
     notes = []
-    for name, column in zip(names, values.T, strict=True):
+    least, most = values.min(axis=0).tolist(), values.max(axis=0).tolist()
+    for name, lowest, highest in zip(names, least, most, strict=True):
         low, high = ranges.get(name, (-np.inf, np.inf))
-        beyond = max(low - float(column.min()), float(column.max()) - high)
+        beyond = max(low - lowest, highest - high)
         if beyond > BEYOND:
             span = f"{np.degrees(low):.0f} to {np.degrees(high):.0f} degrees, by {np.degrees(beyond):.0f}"
             notes.append(f"{name} leaves its range, {span}: is its name, sign or unit another?")
@@ -76,12 +77,16 @@ def range_notes(names: Sequence[str], values: Floats, ranges: Mapping[str, tuple
 
 def side_notes(names: Sequence[str], values: Floats) -> list[str]:
     """Coordinates (F, K) of one side that move as those of the other one would in the other unit of angles."""
-    spans = dict(zip(names, np.ptp(values, axis=0).tolist(), strict=True)) if len(values) else {}
+    if not len(values):
+        return []
+    least, most = values.min(axis=0), values.max(axis=0)
+    spans = dict(zip(names, (most - least).tolist(), strict=True))
+    sizes = dict(zip(names, np.maximum(-least, most).tolist(), strict=True))
     notes = []
     for name, span in spans.items():
         for end, other in (("_r", "_l"), ("_l", "_r")):
             whole = spans.get(name.removesuffix(end) + other, 0.0) if name.endswith(end) else 0.0
-            small = bool(np.abs(values[:, names.index(name)]).max() < np.radians(LEAST_ANGLE))
+            small = sizes[name] < np.radians(LEAST_ANGLE)
             if small and whole > MOVING["rad"] and UNIT[0] < whole / max(span, 1e-9) < UNIT[1]:
                 notes.append(
                     f"{name} moves by {np.degrees(span):.2g} degrees where that of the other side moves by "

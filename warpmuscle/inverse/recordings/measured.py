@@ -32,7 +32,7 @@ class Measured:
     times: Floats  # (F,) s
     markers: tuple[str, ...]  # (K,)
     position: Floats  # (F, K, 3) m, as measured; NaN where one was not seen
-    modelled: Floats  # (F, K, 3) m, those of the model; NaN where the measured one was not seen
+    modelled: Floats  # (F, K, 3) m, those of the model
     bodies: tuple[str, ...]  # (P,) that the forces act on
     force: Floats  # (F, P, 3) N
     point: Floats  # (F, P, 3) m
@@ -55,7 +55,7 @@ def measured_of(body: BodyModel, trials: Prepared, number: int, fitted: Kinemati
     if fitted is not None:
         nearest = nearest_rows(fitted.coordinates.times, times)
         names, position = fitted.markers, fitted.measured[nearest] @ TO_OPENSIM
-        modelled = position - fitted.errors[nearest] @ TO_OPENSIM
+        modelled = fitted.modelled(nearest) @ TO_OPENSIM
     bodies = tuple(body.topology.bodies[loads.body[k]] for k in acting)
     return Measured(
         times, names, position, modelled, bodies, loads.force[rows][:, acting], loads.point[rows][:, acting]

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from warpmuscle.kernels.marker_fit_structs import FitFrames
+
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
 
@@ -13,19 +15,20 @@ def is_seen(place: wp.vec3d) -> bool:
 
 @wp.kernel
 def look_at_frames(
-    positions: wp.array2d[wp.vec3d], weights: wp.array[float], beyond: wp.float64, seen: wp.array[int],
-    far: wp.array[int],
+    positions: wp.array2d[wp.vec3d], column: wp.array[int], weights: wp.array[float], beyond: wp.float64,
+    seen: wp.array[int], far: wp.array[int],
 ):  # fmt: skip
-    """How many markers that count each frame shows, and whether one of all that it shows is farther away than that.
+    """How many markers that count each frame shows, and whether one of them is farther away than that.
 
     Args:
-        weights: (markers,) as recorded. beyond: m, along an axis.
+        positions: (frames, columns) m, as recorded. column: (markers,) of each one. weights: (markers,). beyond: m,
+            along an axis.
     """
     frame = wp.tid()
     count = wp.int32(0)
     away = wp.int32(0)
-    for k in range(positions.shape[1]):
-        place = positions[frame, k]
+    for k in range(column.shape[0]):
+        place = positions[frame, column[k]]
         if is_seen(place):
             if weights[k] > 0.0:
                 count += 1
@@ -37,24 +40,102 @@ def look_at_frames(
 
 @wp.kernel
 def take_frames(
-    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], order: wp.array[int],
+    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], column: wp.array[int],
     frame: wp.array[int], base: wp.array[wp.vec3d], measured: wp.array2d[wp.vec3], weight: wp.array2d[float],
 ):  # fmt: skip
     """Places of markers from the frame's base, (rows, markers) in the order of the fit; 0 where one is missing.
 
     Args:
-        positions: (frames, markers) m, as recorded. turn: of recorded places into the axes of the fit.
-        weights: (markers,) in the order of the fit, as `order` is. frame: (rows,) the number of each row's frame.
+        positions: (frames, columns) m, as recorded. turn: of recorded places into the axes of the fit.
+        weights, column: (markers,) in the order of the fit. frame: (rows,) the number of each row's frame.
         base: (rows,) m.
     """
     row, k = wp.tid()
-    place = positions[frame[row], order[k]]
+    place = positions[frame[row], column[k]]
     if is_seen(place):
         measured[row, k] = wp.vec3(turn * place - base[row])
         weight[row, k] = weights[k]
     else:
         measured[row, k] = wp.vec3(0.0, 0.0, 0.0)
         weight[row, k] = 0.0
+
+
+@wp.kernel
+def start_rows(
+    start: wp.array2d[wp.float64], first_shift: int, axis: wp.array[wp.vec3d], targets: wp.array2d[wp.float64],
+    frame: wp.array[int], value: wp.array2d[float], base: wp.array[wp.vec3d], target: wp.array2d[float],
+):  # fmt: skip
+    """Coordinates of each row's start without the root's shifts, and where these bring it.
+
+    What is left of the shifts is small, so that single precision tells it well.
+
+    Args:
+        start: (rows, coordinates). first_shift: number of the first of the root's shifts, along these axes.
+        targets: (frames or 1, coordinates). frame: (rows,) the number of each row's frame.
+
+    Returns:
+        base: (rows,) m. target: (rows, coordinates), of `value`.
+    """
+    row = wp.tid()
+    line = wp.min(frame[row], targets.shape[0] - 1)
+    moved = wp.vec3d()
+    for k in range(start.shape[1]):
+        left_out = wp.float64(0.0)
+        if k >= first_shift and k < first_shift + axis.shape[0]:
+            left_out = start[row, k]
+            moved += left_out * axis[k - first_shift]
+        value[row, k] = float(start[row, k] - left_out)
+        target[row, k] = float(targets[line, k] - left_out)
+    base[row] = moved
+
+
+@wp.kernel
+def start_between(
+    values: wp.array2d[wp.float64], left: wp.array[int], right: wp.array[int], part: wp.array[wp.float64],
+    start: wp.array2d[wp.float64],
+):  # fmt: skip
+    """Coordinates (rows, C) between those of two frames, by that part of the way."""
+    row, k = wp.tid()
+    start[row, k] = (wp.float64(1.0) - part[row]) * values[left[row], k] + part[row] * values[right[row], k]
+
+
+@wp.kernel
+def align_frames(
+    positions: wp.array2d[wp.vec3d], turn: wp.mat33d, weights: wp.array[float], column: wp.array[int],
+    frame: wp.array[int], body: wp.array[wp.vec3d], turned: wp.array[wp.quatd], moved: wp.array[wp.vec3d],
+):  # fmt: skip
+    """Rotations and shifts (rows,) that bring the points of a rigid body closest to the markers of a frame.
+
+    By singular values (Kabsch 1976; Umeyama 1991, eq. 40).
+
+    Args:
+        positions, turn, weights, column, frame: see `take_frames`. body: (markers,) in the order of the fit.
+    """
+    row = wp.tid()
+    mass = wp.float64(1.0e-300)
+    middle = wp.vec3d()
+    own = wp.vec3d()
+    for k in range(column.shape[0]):
+        place = positions[frame[row], column[k]]
+        if is_seen(place):
+            w = wp.float64(weights[k])
+            mass += w
+            middle += w * (turn * place)
+            own += w * body[k]
+    middle /= mass
+    own /= mass
+    spread = wp.mat33d()
+    for k in range(column.shape[0]):
+        place = positions[frame[row], column[k]]
+        if is_seen(place):
+            spread += wp.float64(weights[k]) * wp.outer(turn * place - middle, body[k] - own)
+    u = wp.mat33d()
+    sigma = wp.vec3d()
+    v = wp.mat33d()
+    wp.svd3(spread, u, sigma, v)  # both are rotations: where the best is a mirror image, the least value is negative
+    rotation = wp.normalize(wp.quat_from_matrix(u * wp.transpose(v)))
+    turned[row] = rotation
+    moved[row] = middle - wp.quat_rotate(rotation, own)
 
 
 @wp.kernel
@@ -73,45 +154,82 @@ def mean_squares(error: wp.array2d[wp.vec3], weight: wp.array2d[float], found: w
 
 
 @wp.kernel
-def put_errors(
-    error: wp.array2d[wp.vec3], positions: wp.array2d[wp.vec3d], turn: wp.mat33d, order: wp.array[int],
-    frame: wp.array[int], chosen: wp.array[int], errors: wp.array2d[wp.vec3d],
+def put_rows(
+    frame: wp.array[int], better: bool, square: wp.array[wp.float64], start: wp.array2d[wp.float64], first_shift: int,
+    shifts: int, rows: FitFrames, squares: wp.array[wp.float64], values: wp.array2d[wp.float64],
+    iterations: wp.array[int], loose: wp.array2d[wp.uint8], kept: wp.array[int],
 ):  # fmt: skip
-    """Errors of chosen rows among those of all frames, in the order and axes recorded; NaN where a marker is missing.
+    """What was found in each row among all frames; if `better`, only where it fits better than what is there.
 
     Args:
-        turn: of places in the axes of the fit into those recorded.
+        square: (rows,) mean squares of errors, m^2. start, first_shift: see `start_rows`. shifts: of the root.
+
+    Returns:
+        kept: (rows,) 1 where it was put.
     """
-    n, k = wp.tid()
-    row = chosen[n]
-    off = turn * wp.vec3d(error[row, k])
-    if not is_seen(positions[frame[row], order[k]]):
-        off = wp.vec3d(wp.float64(wp.nan), wp.float64(wp.nan), wp.float64(wp.nan))
+    row = wp.tid()
+    own = frame[row]
+    if better and not square[row] < squares[own]:
+        kept[row] = 0
+        return
+    kept[row] = 1
+    squares[own] = square[row]
+    iterations[own] = rows.iterations[row]
+    for k in range(values.shape[1]):
+        found = wp.float64(rows.value[row, k])
+        if k >= first_shift and k < first_shift + shifts:
+            found += start[row, k]
+        values[own, k] = found
+        loose[own, k] = wp.uint8(rows.loose[row, k])
+
+
+@wp.kernel
+def put_errors(
+    error: wp.array2d[wp.vec3], positions: wp.array2d[wp.vec3d], turn: wp.mat33d, column: wp.array[int],
+    order: wp.array[int], frame: wp.array[int], kept: wp.array[int], errors: wp.array2d[wp.vec3],
+):  # fmt: skip
+    """Errors of the rows that are kept among those of all frames, in the order and axes recorded; NaN without a marker.
+
+    Args:
+        turn: of places in the axes of the fit into those recorded. column: (markers,) of `positions`, and order:
+            of `errors`, in the order of the fit.
+    """
+    row, k = wp.tid()
+    if kept[row] == 0:
+        return
+    off = wp.vec3(turn * wp.vec3d(error[row, k]))
+    if not is_seen(positions[frame[row], column[k]]):
+        off = wp.vec3(wp.nan, wp.nan, wp.nan)
     errors[frame[row], order[k]] = off
 
 
 @wp.kernel
 def sum_markers(
-    positions: wp.array2d[wp.vec3d], errors: wp.array2d[wp.vec3d], starts: wp.array[int],
+    positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
     squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
+    most: wp.array2d[wp.float64],
 ):  # fmt: skip
     """Sums over the frames of each recording, (recordings, markers), in which a marker is seen.
 
     Args:
-        starts: (recordings + 1,) first frames, and the number of all.
+        column: (markers,) of `positions`. starts: (recordings + 1,) first frames, and the number of all.
 
     Returns:
-        squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames.
+        squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames. most: the greatest
+            square.
     """
     recording, k = wp.tid()
     total, up, count = wp.float64(0.0), wp.float64(0.0), wp.int32(0)
+    greatest = wp.float64(0.0)
     for frame in range(starts[recording], starts[recording + 1]):
-        place = positions[frame, k]
+        place = positions[frame, column[k]]
         if is_seen(place):
-            off = errors[frame, k]
+            off = wp.vec3d(errors[frame, k])
             total += wp.dot(off, off)
+            greatest = wp.max(greatest, wp.dot(off, off))
             up += place[1]
             count += 1
     squares[recording, k] = total
     height[recording, k] = up
     seen[recording, k] = count
+    most[recording, k] = greatest

@@ -90,9 +90,8 @@ def lowest_points(coordinates: Floats, rollout: Rollout) -> Floats:
     n = len(coordinates)
     poses = {character.root: (np.zeros((n, 3)), np.tile(UPRIGHT, (n, 1)))}
     for body, name in enumerate(names.joints, start=1):
-        joint, speeds = character.joints[name], names.speeds_of(body)
-        still = np.zeros((n, speeds.stop - speeds.start))
-        motion = joint_type(joint).motion(joint, coordinates[:, names.coordinates_of(body)], still)
+        joint, (moving, speeds) = character.joints[name], names.arguments_of(body)
+        motion = joint_type(joint).motion(joint, coordinates[:, moving], np.zeros((n, len(speeds))))
         position, orientation = poses[joint.parent]
         anchor = position + rotate(orientation, first_row(joint.position_in_parent) + motion.place)
         turned = multiply(orientation, motion.orientation)
