@@ -51,9 +51,7 @@ def test_no_name_in_the_package_is_one_of_the_unclear_words():
             names = [token for token in tokenize.tokenize(source.readline) if token.type == tokenize.NAME]
         found += [f"{file.relative_to(ROOT)}:{name.start[0]}: {name.string}" for name in names
                   if UNCLEAR & set(name.string.lower().split("_"))]  # fmt: skip
-    assert [
-        place for place in found if not place.endswith(": hardiest")
-    ] == []  # of an option
+    assert [place for place in found if not place.endswith(": hardiest")] == []  # of an option
 
 
 def test_the_glossary_has_sixty_words_at_most():
