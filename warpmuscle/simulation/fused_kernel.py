@@ -62,6 +62,7 @@ class KernelConfig(NamedTuple):
     block_dim: int
     kind: StepKind
     slots: int | None = None  # of feet; None for those of the size class
+    far: bool = False  # whether working sets are in a GPU's main memory
 
     def compiling(self, **parts: Any) -> KernelConfig:
         """The same with other parts of the step, see `StepKind`."""
@@ -99,7 +100,8 @@ class KernelConfig(NamedTuple):
         """Instances that so many multiprocessors have room for at once."""
         if self.several_warps:
             return multiprocessors * self.large_blocks * self.instances_a_block
-        blocks = resident_blocks(self.instances_a_block * self.work_floats, registers_of(self.kind.muscles))
+        floats = 0 if self.far else self.instances_a_block * self.work_floats
+        blocks = resident_blocks(floats, registers_of(self.kind.muscles, self.far))
         return int(multiprocessors * blocks * self.instances_a_block)
 
 
@@ -131,15 +133,16 @@ def _moved(said: str) -> str:
 class FusedKernel:
     """The fused kernel of a configuration on a device, with the memory that its threads work in."""
 
-    def __init__(self, config: KernelConfig, device: Any, threads: int) -> None:
-        """Prepare to launch; raises RolloutError for functions of users that are no Warp code."""
+    def __init__(self, config: KernelConfig, device: Any, threads: int, instances: int = 1) -> None:
+        """Prepare to launch so many instances; raises RolloutError for functions of users that are no Warp code."""
         with one_line_errors(), _making:
             self.kernel = step_kernel(*config)
         self.config, self.device, self._threads = config, device, threads
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
-        self._buffers = [wp.zeros(config.work_floats, dtype=float, device=device) for _ in range(buffers)]
+        floats = config.work_floats * (instances if config.far else 1)
+        self._buffers = [wp.zeros(floats, dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.

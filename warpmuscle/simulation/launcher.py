@@ -39,21 +39,24 @@ class Launcher:
         config: of the kernel that the batch usually launches.
     """
 
-    def __init__(self, config: KernelConfig, device: Any, threads: int, spreads: bool = False) -> None:
+    def __init__(
+        self, config: KernelConfig, device: Any, threads: int, spreads: bool = False, instances: int = 1
+    ) -> None:
         """Prepare.
 
         Args:
             threads: of a CPU. spreads: give more lanes to an instance when few of them are left.
+            instances: of the batch.
         """
         self.config = config
-        self._device, self._threads, self._spreads = device, threads, spreads
+        self._device, self._threads, self._spreads, self._instances = device, threads, spreads, instances
         self._kernels: dict[KernelConfig, FusedKernel] = {}
 
     def kernel(self, config: KernelConfig | None = None) -> FusedKernel:
         """The kernel of a configuration; by default the one that the batch usually launches."""
         config = self.config if config is None else config
         if config not in self._kernels:
-            self._kernels[config] = FusedKernel(config, self._device, self._threads)
+            self._kernels[config] = FusedKernel(config, self._device, self._threads, self._instances)
         return self._kernels[config]
 
     def kernel_for(self, running: int) -> FusedKernel:
@@ -216,7 +219,7 @@ def spread_config(config: KernelConfig, running: int, multiprocessors: int) -> K
 
     It is the one that replays use, since nothing is recorded where nothing is asked for.
     """
-    if config.several_warps:
+    if config.several_warps or config.far:
         return None
     lanes = usual_lanes(None, config.work_floats, running, multiprocessors)
     if lanes <= config.lanes or config.kind.recorded not in (NOTHING, RecordKind()):
