@@ -151,7 +151,10 @@ def step_kernel(
     one_step, extensions_struct = one_step_of(kind, lap), kind.extensions
     touching = any(force.touch for force in kind.forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
-    floats = work_floats(capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints)
+    floats = work_floats(
+        capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
+        skeleton.entries,
+    )  # fmt: skip
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across, far), instances_per_block * floats
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)

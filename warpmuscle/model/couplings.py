@@ -13,6 +13,7 @@ from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.joints import acting_unknowns
 from warpmuscle.scene import Constraint, Displacement, Scene
 from warpmuscle.scene.constraints.pose import ROWS, across, row_count
 from warpmuscle.scene.joints import joint_type
@@ -46,6 +47,9 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     row = [rows_of.get(driver, -1) for driver in names.driver]
     c.joint = records_to_device(structs.Coupling, device, driver=names.driver, first=first, row=row)
     c.followed = len(rows_of) + row_count(character)
+    unknowns = [*rows_of, *[0] * row_count(character)] or [0]
+    c.unknown_driver = to_device(unknowns, int, device)
+    _put_entries(c, acting_unknowns(character, names), device)
     columns = {
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
         "first_piece": np.array([piece_start[:-1]]),
@@ -64,6 +68,25 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     armature, damping = (rows([0.0, *(getattr(one, field) for one in own)]) for field in ("armature", "damping"))
     c.resistance = to_device(np.stack(np.broadcast_arrays(armature, damping), axis=-1), wp.vec2, device)
     return c
+
+
+def _put_entries(c: structs.Couplings, acting: list[list[int]], device: Any) -> None:
+    """Which unknowns act on which bodies, both ways round."""
+    unknowns = len(acting[0])
+    entry = np.full((len(acting), max(unknowns, 1)), -1)
+    pairs = [(body, k) for body, of_body in enumerate(acting) for k in of_body]
+    for number, (body, k) in enumerate(pairs):
+        entry[body, k] = number
+    acted = [[body for body, other in pairs if other == k and body > 0] for k in range(unknowns)]
+    lists = {
+        "entry_start": starts(map(len, acting)),
+        "entry_unknown": [k for _, k in pairs],
+        "entry": entry.ravel(),
+        "acted_start": starts(map(len, acted)),
+        "acted": [body for bodies in acted for body in bodies],
+    }
+    for name, values in lists.items():
+        setattr(c, name, to_device(values if len(values) else [0], int, device))
 
 
 def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:

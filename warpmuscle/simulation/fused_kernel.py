@@ -74,7 +74,11 @@ class KernelConfig(NamedTuple):
         muscles, skeleton = self.kind.muscles, self.kind.skeleton
         monomials = 0 if muscles is None else muscles.paths.monomials
         coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
-        return int(work_floats(self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes))
+        return int(
+            work_floats(
+                self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.entries
+            )
+        )
 
     @property
     def several_warps(self) -> bool:
