@@ -19,7 +19,7 @@ def lap_of(instances_per_block: int, floats: int, on_gpu: int = 0) -> Any:
     """A Warp function that adds the ticks since the stage before to those of a stage, see `step.no_lap`.
 
     Ticks of an instance are a row of the buffer, behind working sets of so many floats: on a CPU those of one instance,
-    and on a GPU those of all, `on_gpu`, if they do not lie in shared memory.
+    and on a GPU what all keep outside of shared memory, `on_gpu`.
     """
     snippet = f"""
 #if defined(__CUDA_ARCH__)
@@ -58,7 +58,9 @@ class StageTimes:
         self.rollout, self.noise = rollout, noise
         fused = rollout._launcher.kernel()
         self.config, self.plain = fused.config, fused.kernel
-        floats, on_gpu = self.config.work_floats // 2 * 2, self.config.work_floats * rollout.instances * self.config.far
+        floats = self.config.work_floats // 2 * 2
+        apart = self.config.far or self.config.kind.skeleton.apart
+        on_gpu = self.config.buffer_floats(rollout.instances) if apart else 0
         on_gpu += on_gpu % 2
         self.kernel = step_kernel(*self.config, lap=lap_of(self.config.instances_a_block, floats, on_gpu))
         self.floats = floats if rollout.device.is_cpu else on_gpu

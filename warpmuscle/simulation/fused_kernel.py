@@ -24,7 +24,7 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.memory.scratch import work_floats
+from warpmuscle.kernels.memory.scratch import FOLLOWED, work_floats
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -76,9 +76,15 @@ class KernelConfig(NamedTuple):
         coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
         return int(
             work_floats(
-                self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.entries
+                self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries
             )
         )
+
+    def buffer_floats(self, instances: int) -> int:
+        """Numbers that so many instances keep in main memory; on a CPU one thread needs those of one."""
+        if self.kind.skeleton.apart:
+            return FOLLOWED * self.kind.skeleton.entries * instances
+        return self.work_floats * (instances if self.far else 1)
 
     @property
     def several_warps(self) -> bool:
@@ -145,8 +151,7 @@ class FusedKernel:
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
-        floats = config.work_floats * (instances if config.far else 1)
-        self._buffers = [wp.zeros(floats, dtype=float, device=device) for _ in range(buffers)]
+        self._buffers = [wp.zeros(config.buffer_floats(instances), dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.

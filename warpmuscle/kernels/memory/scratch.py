@@ -309,6 +309,39 @@ def pushed_work_at_of(followed: int, entries: int, pushes: int) -> Any:
     return pushed_work_at
 
 
+@wp.func_native(
+    snippet="""
+wp::array_t<wp::vec3> part(reinterpret_cast<wp::vec3*>(buffer) + (size_t(first) * instances + instance), entries);
+part.strides[0] = 12 * instances;
+return part;
+"""
+)
+def vectors_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[wp.vec3]: ...
+
+
+@wp.func_native(
+    snippet="""
+wp::array_t<wp::float32> part(reinterpret_cast<wp::float32*>(buffer) + (size_t(first) * instances + instance), entries);
+part.strides[0] = 4 * instances;
+return part;
+"""
+)
+def floats_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[float]: ...
+
+
+@func
+def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, entries: int):
+    """Views of what so many entries of `followed.py` leave, side by side for neighbouring instances of a GPU's buffer.
+
+    Only a few lanes read it, one body after the other; other numbers make more of the shared memory.
+    """
+    w.followed_moment = vectors_apart(buffer, 0, entries, instance, instances)
+    w.followed_force = vectors_apart(buffer, entries, entries, instance, instances)
+    w.followed_along = vectors_apart(buffer, 2 * entries, entries, instance, instances)
+    w.followed_response = vectors_apart(buffer, 3 * entries, entries, instance, instances)
+    w.followed_bias = floats_apart(buffer, 12 * entries, entries, instance, instances)
+
+
 @func
 def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
     """Where the monomials of paths are, behind all else in some memory."""
