@@ -29,7 +29,7 @@ ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which 
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
 
-@func
+@func(inline=False)
 def nearest_multiplier(p: wp.vec3, r: wp.vec3, across: int) -> float:
     """The t with which r^2 p / (t + r^2) is the point of an ellipsoid with radii r that is nearest to p.
 
@@ -200,7 +200,7 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
 def ellipsoid_touch_of(smooth: bool) -> Any:
     """The Warp function `ellipsoid_touch`, of OpenSim's ellipsoid, or of one off which no path jumps."""
 
-    @func
+    @func(inline=False)
     def ellipsoid_touch(a: wp.vec3, b: wp.vec3, full: wp.vec3, axis: int, side: int, method: int) -> Touch:
         """How a segment from a to b, m, goes round an ellipsoid, which it only does where it would run through it.
 
