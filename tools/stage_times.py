@@ -59,8 +59,7 @@ class StageTimes:
         fused = rollout._launcher.kernel()
         self.config, self.plain = fused.config, fused.kernel
         floats = self.config.work_floats // 2 * 2
-        apart = self.config.far or self.config.kind.skeleton.apart
-        on_gpu = self.config.buffer_floats(rollout.instances) if apart else 0
+        on_gpu = self.config.buffer_floats(rollout.instances) if self.config.kind.skeleton.apart else 0
         on_gpu += on_gpu % 2
         self.kernel = step_kernel(*self.config, lap=lap_of(self.config.instances_a_block, floats, on_gpu))
         self.floats = floats if rollout.device.is_cpu else on_gpu

@@ -98,10 +98,8 @@ def module_options(block_dim: int) -> dict[str, Any]:
     return {**loops, "block_dim": block_dim, "fast_math": True, "cpu_compiler_flags": flags}
 
 
-def registers_of(muscles: MuscleKind | None, far: bool = False) -> int:
-    """Registers that a lane may have at most, where muscles are of a kind; `far` as of `step_kernel`."""
-    if far:
-        return FEWER_REGISTERS
+def registers_of(muscles: MuscleKind | None) -> int:
+    """Registers that a lane may have at most, where muscles are of a kind."""
     if muscles is None or muscles.paths.routes is None or muscles.paths.wraps:
         return MAX_REGISTERS
     return FEWER_REGISTERS
@@ -131,7 +129,6 @@ def step_kernel(
     block_dim: int,
     kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
-    far: bool = False,
     lap: Any = no_lap,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
@@ -143,7 +140,6 @@ def step_kernel(
             instances lie side by side, see `core.arrays.instance_zeros`.
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
-        far: whether working sets are in the buffer on a GPU, too, which then has one for every instance.
         lap: see `one_step_of`.
     """
     across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
@@ -157,14 +153,14 @@ def step_kernel(
         skeleton.near_entries,
     )  # fmt: skip
     roomy, slots = slots is not None, slots_of(capacity) if slots is None else slots
-    memory, block_floats = work_memory(floats, instances_per_block, across, far), instances_per_block * floats
+    memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
     crowded = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        cuda_max_registers=block_registers(block_dim, block_floats, muscles) if across else registers_of(muscles, far),
+        cuda_max_registers=block_registers(block_dim, block_floats, muscles) if across else registers_of(muscles),
         module_options=module_options(block_dim),
         grid_stride=False if across else None,
     )
@@ -189,7 +185,7 @@ def step_kernel(
         know_state(changing)
         lane = whole(number)
         instance = whole(running[i])
-        room = memory(i % instances_per_block, instance, buffer)
+        room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
         if wp.static(monomials > 0 and roomy):
             work.monomial = monomials_before_contacts(room, capacity, slots, monomials)

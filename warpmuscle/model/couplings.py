@@ -47,6 +47,9 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     row = [rows_of.get(driver, -1) for driver in names.driver]
     c.joint = records_to_device(structs.Coupling, device, driver=names.driver, first=first, row=row)
     c.followed = len(rows_of) + row_count(character)
+    following = [[k for k, of in enumerate(names.driver) if of == body != k] for body in range(len(names.bodies))]
+    c.follower_start = to_device(starts(map(len, following)), int, device)
+    c.follower = to_device([k for of_body in following for k in of_body] or [0], int, device)
     unknowns = [*rows_of, *[0] * row_count(character)] or [0]
     c.unknown_driver = to_device(unknowns, int, device)
     _put_entries(c, acting_unknowns(character, names), device)

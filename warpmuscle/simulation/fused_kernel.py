@@ -62,7 +62,6 @@ class KernelConfig(NamedTuple):
     block_dim: int
     kind: StepKind
     slots: int | None = None  # of feet; None for those of the size class
-    far: bool = False  # whether working sets are in a GPU's main memory
 
     def compiling(self, **parts: Any) -> KernelConfig:
         """The same with other parts of the step, see `StepKind`."""
@@ -81,10 +80,10 @@ class KernelConfig(NamedTuple):
         )
 
     def buffer_floats(self, instances: int) -> int:
-        """Numbers that so many instances keep in main memory; on a CPU one thread needs those of one."""
+        """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
         if self.kind.skeleton.apart:
             return FOLLOWED * self.kind.skeleton.entries * instances
-        return self.work_floats * (instances if self.far else 1)
+        return self.work_floats
 
     @property
     def several_warps(self) -> bool:
@@ -110,8 +109,7 @@ class KernelConfig(NamedTuple):
         """Instances that so many multiprocessors have room for at once."""
         if self.several_warps:
             return multiprocessors * self.large_blocks * self.instances_a_block
-        floats = 0 if self.far else self.instances_a_block * self.work_floats
-        blocks = resident_blocks(floats, registers_of(self.kind.muscles, self.far))
+        blocks = resident_blocks(self.instances_a_block * self.work_floats, registers_of(self.kind.muscles))
         return int(multiprocessors * blocks * self.instances_a_block)
 
 

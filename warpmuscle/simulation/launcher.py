@@ -224,7 +224,7 @@ def spread_config(config: KernelConfig, running: int, multiprocessors: int) -> K
 
     It is the one that replays use, since nothing is recorded where nothing is asked for.
     """
-    if config.several_warps or config.far:
+    if config.several_warps:
         return None
     lanes = usual_lanes(None, config.work_floats, running, multiprocessors)
     if lanes <= config.lanes or config.kind.recorded not in (NOTHING, RecordKind()):

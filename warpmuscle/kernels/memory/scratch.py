@@ -355,30 +355,26 @@ def monomials_before_contacts(memory: wp.array[float], n: int, slots: int, count
 
 
 @cache
-def work_memory(floats: int, instances_per_block: int, asked: bool = False, far: bool = False) -> Any:
-    """A Warp function (place in the block, instance, buffer) -> memory of an instance's working set of so many floats.
+def work_memory(floats: int, instances_per_block: int, asked: bool = False) -> Any:
+    """A Warp function (place in the block, CPU buffer) -> memory of an instance's working set of so many floats.
 
     Args:
         asked: whether a GPU's block has been given the memory as it was launched, and need not declare it.
-        far: whether it is in the buffer on a GPU, too, instance by instance.
     """
     declared = f"__shared__ float warpmuscle_work[{instances_per_block * floats}];"
     if asked:
         declared = "extern __shared__ char dynamic_smem_base[]; auto warpmuscle_work = (float*)dynamic_smem_base;"
 
-    near = f"{declared}\nreturn wp::array_t<float>(warpmuscle_work + place * {floats}, {floats});"
-    if far:
-        near = f"return wp::array_t<float>(reinterpret_cast<float*>(buffer) + size_t(instance) * {floats}, {floats});"
-
     snippet = f"""
 #if defined(__CUDA_ARCH__)
-{near}
+{declared}
+return wp::array_t<float>(warpmuscle_work + place * {floats}, {floats});
 #else
 return wp::array_t<float>(reinterpret_cast<float*>(buffer), {floats});
 #endif
 """
 
     @wp.func_native(snippet=snippet)
-    def memory(place: int, instance: int, buffer: wp.uint64) -> wp.array[float]: ...
+    def memory(place: int, buffer: wp.uint64) -> wp.array[float]: ...
 
     return memory
