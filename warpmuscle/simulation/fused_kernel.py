@@ -74,9 +74,7 @@ class KernelConfig(NamedTuple):
         monomials = 0 if muscles is None else muscles.paths.monomials
         coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
         return int(
-            work_floats(
-                self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries
-            )
+            work_floats(self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries)
         )
 
     def buffer_floats(self, instances: int) -> int:

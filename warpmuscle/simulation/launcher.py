@@ -128,7 +128,7 @@ def large_blocks(
     A warp is then the same lane of up to 32 instances, which follows one muscle's path, reads what is known of the
     muscle once for all of them, and finds what changes of them side by side. Fewer instances share a block, with more
     lanes each, where all of them fit at once so. Pulls of muscles are kept in the working set if as many instances fit
-    with them, whatever lanes are asked for: results do not depend on these. What followed coordinates leave on bodies is
+    with them, whatever lanes are asked for: results do not depend on these. What followed coordinates leave is
     kept in main memory if more instances fit so.
 
     Args:

@@ -132,7 +132,9 @@ def layout() -> dict[str, set[int]]:
             }
         elif isinstance(line.targets[0], ast.Name) and not isinstance(value, ast.Call):
             known[line.targets[0].id] = eval(ast.unparse(value), {}, known)
-    taken["monomial"] = {scratch.work_floats(BODIES, True, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES) + k for k in range(8)}
+    taken["monomial"] = {
+        scratch.work_floats(BODIES, True, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES) + k for k in range(8)
+    }
     return taken
 
 
@@ -172,7 +174,9 @@ def span(life: Life) -> tuple[int, int]:
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert set(LIVES) == set(layout()) == set(Scratch.vars)
-    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES)
+    assert max(map(max, layout().values())) < scratch.work_floats(
+        BODIES, True, 8, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES
+    )
     assert set(FUNCTIONS) == set(PHASES)
 
 

@@ -70,7 +70,7 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
                 r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
                 if wp.static(wrench):
                     pulls.arm = with_sum(pulls.arm, k - span.first_lever + wp.static(levers // 2), pull)
-                elif wp.static(coordinate_joints):
+                elif wp.static(coordinate_joints):  # noqa: SIM102, with `and` it would be compiled in all the same
                     if has_motion(model.skeleton.plan[joint].joint_type):
                         r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
                 pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
@@ -92,7 +92,7 @@ def lever_arm_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
         instance: int, joint: int, k: int, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef
     ) -> wp.vec3:
         r = row(pulls.arm, k)
-        if wp.static(coordinate_joints):
+        if wp.static(coordinate_joints):  # noqa: SIM102, as above
             if has_motion(model.skeleton.plan[joint].joint_type):
                 driver = int(joint)
                 if wp.static(followers):
