@@ -81,7 +81,7 @@ def _put_entries(c: structs.Couplings, acting: list[list[int]], device: Any) -> 
     for number, (body, k) in enumerate(pairs):
         entry[body, k] = number
     acted = [[body for body, other in pairs if other == k and body > 0] for k in range(unknowns)]
-    lists = {
+    lists: dict[str, Any] = {
         "entry_start": starts(map(len, acting)),
         "entry_unknown": [k for _, k in pairs],
         "entry": entry.ravel(),

@@ -80,7 +80,7 @@ class KernelConfig(NamedTuple):
     def buffer_floats(self, instances: int) -> int:
         """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
         if self.kind.skeleton.apart:
-            return FOLLOWED * self.kind.skeleton.entries * instances
+            return int(FOLLOWED * self.kind.skeleton.entries * instances)
         return self.work_floats
 
     @property
