@@ -219,6 +219,7 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
         coordinate = has_motion(kind)
         if wp.static(hybrid):
             kind = model.motion.remaining[body]
+        fixed = kind == FIXED
         x = Articulated()
         j = FreeJoint()
         r = wp.vec3(0.0)
@@ -244,12 +245,12 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
                 t = work.coordinate_moving[body]
                 if own >= 0:
                     j = subspace(first_column(s), first_column(t), x)
-                elif kind != FIXED:
+                elif not fixed:
                     axis_a = coordinate_axis(instance, body, model, work)
                     j = one_axis(s, t, wp.dot(axis_a, symmetric_times(k, axis_a)), wp.dot(axis_a, torque), x)
             elif kind == BALL:
                 j = three_axes(k, torque, x)
-            elif kind != FIXED:
+            elif not fixed:
                 axis_a = work.rotation[body] * at(skeleton.row, instance, body).axis_a
                 axis_b = second_axis(instance, body, model, work)
                 if kind == UNIVERSAL:
@@ -263,7 +264,7 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
         if helper < helpers:
             leave_followed(body, helper, helpers, own, r, drift, x, j, model, work)
         if helper == 0:
-            if own >= 0 or kind == FIXED:
+            if own >= 0 or fixed:
                 leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
             elif coordinate:
                 ua = wp.vec3(j.moment[0, 0], j.moment[1, 0], j.moment[2, 0])
