@@ -182,6 +182,17 @@ def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instance
     assert not usual.kind.skeleton.apart
 
 
+def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
+    """In one dimension Warp has fewer than 2^31 numbers: 413 000 instances of 400 entries would be too many."""
+    scene = load("gait2392_walk")
+    structure = structure_of(scene)
+    config = kernel_config(scene, structure, 1, wp.get_device("cpu"), None, NOTHING)
+    for apart in (True, False):
+        made = config.compiling(skeleton=config.kind.skeleton._replace(apart=apart, entries=6))
+        kernel = FusedKernel(made, wp.get_device("cpu"), 1, 7)
+        assert kernel._buffers[0].shape == ((13 * 6, 7) if apart else (made.work_floats, 1))
+
+
 @pytest.mark.parametrize(("threads", "floats"), [(128, 8 * 1100), (64, 8 * 2300), (256, 16 * 1000)])
 def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: int, floats: int):
     blocks, registers = blocks_of(threads, floats), block_registers(threads, floats)

@@ -147,7 +147,9 @@ class FusedKernel:
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
-        self._buffers = [wp.zeros(config.buffer_floats(instances), dtype=float, device=device) for _ in range(buffers)]
+        rows = instances if config.kind.skeleton.apart else 1  # an array has fewer than 2^31 numbers a dimension
+        shape = config.buffer_floats(instances) // rows, rows
+        self._buffers = [wp.zeros(shape, dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.
