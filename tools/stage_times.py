@@ -15,11 +15,11 @@ from warpmuscle.simulation.rollout import Rollout
 
 
 @cache
-def lap_of(instances_per_block: int, floats: int) -> Any:
+def lap_of(instances_per_block: int, floats: int, on_gpu: int = 0) -> Any:
     """A Warp function that adds the ticks since the stage before to those of a stage, see `step.no_mark`.
 
-    Ticks of an instance are a row of the buffer: at its start on a GPU, whose working sets do not lie there, and behind
-    the working set, of so many floats, on a CPU.
+    Ticks of an instance are a row of the buffer, behind working sets of so many floats: on a CPU those of one instance,
+    and on a GPU what all keep outside of shared memory, `on_gpu`.
     """
     snippet = f"""
 #if defined(__CUDA_ARCH__)
@@ -28,7 +28,7 @@ __shared__ long long before[{instances_per_block}];
 const int place = instance % {instances_per_block};
 if (lane == 0) {{
     if (stage < 0)
-        ticks = reinterpret_cast<unsigned long long*>(buffer);
+        ticks = reinterpret_cast<unsigned long long*>(buffer + {4 * on_gpu});
     else
         ticks[instance * {len(STAGES)} + stage] += clock64() - before[place];
     before[place] = clock64();
@@ -58,8 +58,11 @@ class StageTimes:
         self.rollout, self.noise = rollout, noise
         fused = rollout._launcher.kernel()
         self.config, self.plain = fused.config, fused.kernel
-        self.floats = self.config.work_floats // 2 * 2
-        self.kernel = step_kernel(*self.config, mark=lap_of(self.config.instances_a_block, self.floats))
+        floats = self.config.work_floats // 2 * 2
+        on_gpu = self.config.buffer_floats(rollout.instances) if self.config.kind.skeleton.apart else 0
+        on_gpu += on_gpu % 2
+        self.kernel = step_kernel(*self.config, mark=lap_of(self.config.instances_a_block, floats, on_gpu))
+        self.floats = floats if rollout.device.is_cpu else on_gpu
         self.running = wp.array(np.arange(rollout.instances), dtype=int, device=rollout.device)
         ticks = rollout.instances * len(STAGES)
         self.buffer = wp.zeros(self.floats // 2 + ticks, dtype=wp.uint64, device=rollout.device)
@@ -67,7 +70,7 @@ class StageTimes:
     @property
     def ticks(self) -> np.ndarray:
         """Those of each stage, of all instances together."""
-        first = self.floats // 2 if self.rollout.device.is_cpu else 0
+        first = self.floats // 2
         rows = self.buffer.numpy()[first : first + self.rollout.instances * len(STAGES)]
         return rows.reshape(-1, len(STAGES)).sum(axis=0).astype(float)
 

@@ -276,6 +276,18 @@ def following() -> Scene:
     return scene
 
 
+def followed_from_afar() -> Scene:
+    """The same with a lever on the root that follows the knee, so that its coordinate stays open to the root."""
+    scene = following()
+    character = scene.character
+    character.bodies["lever"] = Body(0.3, (1.0e-3, 2.0e-3, 1.5e-3))
+    turns = [Displacement((0.0, 1.0, 0.0), polynomial=[0.1, -0.5, 0.2])]
+    character.joints["lever"] = Joint(
+        "coupled", character.root, "lever", (0.1, 0.0, 0.0), (0.0, 0.05, 0.0), rotations=turns, follows="knee"
+    )
+    return scene
+
+
 KINDS: dict[str, Callable[[Path], Scene]] = {
     "torques": lambda _: walk(),
     "rigid": lambda _: walk("walk56"),
@@ -304,6 +316,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "slide": lambda _: sliding(),
     "coupled": lambda _: coupled(),
     "following": lambda _: following(),
+    "followed from afar": lambda _: followed_from_afar(),
     "held": lambda _: held(),
     "implicit PD": lambda _: implicit_pd(),
     "user functions": of_users,

@@ -168,6 +168,31 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
         kernel_config(scene, structure, 1, gpu, 12, NOTHING)
 
 
+@pytest.mark.parametrize(("entries", "apart"), [(100, True), (4, False)])
+def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instances_fit_so(entries: int, apart: bool):
+    scene, gpu = load("gait2392_walk"), SimpleNamespace(is_cpu=False, sm_count=132)
+    structure = structure_of(scene)
+    usual = kernel_config(scene, structure, 5120, gpu, None, NOTHING)
+    skeleton = usual.kind.skeleton._replace(followed=4, entries=entries)
+    config = large_blocks(usual.compiling(skeleton=skeleton), structure, None, 4, 65536, 132)
+    assert config.kind.skeleton.apart is apart
+    near = config.compiling(skeleton=skeleton)
+    assert config.buffer_floats(100) == (13 * entries * 100 if apart else config.work_floats)
+    assert (near.large_blocks * near.instances_a_block < config.large_blocks * config.instances_a_block) is apart
+    assert not usual.kind.skeleton.apart
+
+
+def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
+    """In one dimension Warp has fewer than 2^31 numbers: 413 000 instances of 400 entries would be too many."""
+    scene = load("gait2392_walk")
+    structure = structure_of(scene)
+    config = kernel_config(scene, structure, 1, wp.get_device("cpu"), None, NOTHING)
+    for apart in (True, False):
+        made = config.compiling(skeleton=config.kind.skeleton._replace(apart=apart, entries=6))
+        kernel = FusedKernel(made, wp.get_device("cpu"), 1, 7)
+        assert kernel._buffers[0].shape == ((13 * 6, 7) if apart else (made.work_floats, 1))
+
+
 @pytest.mark.parametrize(("threads", "floats"), [(128, 8 * 1100), (64, 8 * 2300), (256, 16 * 1000)])
 def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: int, floats: int):
     blocks, registers = blocks_of(threads, floats), block_registers(threads, floats)

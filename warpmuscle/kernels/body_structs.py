@@ -100,7 +100,16 @@ class Couplings:
     """How coupled joints turn and move their child: six functions of a coordinate each, three of them angles."""
 
     joint: wp.array[Coupling]  # (bodies,)
+    follower_start: wp.array[int]  # (bodies + 1,) of those that follow the joint of each ...
+    follower: wp.array[int]  # ... body by body
     followed: int  # coordinates that stay open to the root, and rows of constraints
+    unknown_driver: wp.array[int]  # (unknowns,) the body of the joint whose coordinate each is; 0: a constraint's row
+    # Entries are pairs of a body and one of these unknowns that acts on it, body by body; all act on the root:
+    entry_start: wp.array[int]  # (bodies + 1,) where those of a body start
+    entry_unknown: wp.array[int]  # (entries,) in ascending order in each body
+    entry: wp.array[int]  # (bodies * unknowns,) which one it is; -1: none
+    acted_start: wp.array[int]  # (unknowns + 1,) where the bodies start that an unknown acts on ...
+    acted: wp.array[int]  # ... (entries but the root's,) in ascending order
     function: wp.array2d[CouplingFunction]  # (rows, functions)
     inertia_axes: wp.array2d[
         wp.mat33

@@ -248,22 +248,24 @@ def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER)
 
 
 @cache
-def forward_dynamics_of(followed: int = 0, constraints: int = 0) -> Any:
+def forward_dynamics_of(followed: int = 0, constraints: int = 0, entries: int = 0) -> Any:
     """The kernel of accelerations under joint torques (world, N m, + on the parent), gravity, contacts and limits.
 
     Contacts and limits are linearly implicit in a step of the model's length; without them the result is exact.
 
     Args:
         followed, constraints: coordinates and rows that stay open to the root, see `joint_stages.SkeletonKind`.
+        entries: see there.
 
     The kernel returns
         speed_rate: (instances, speeds) time derivatives of the speeds.
         acceleration: (instances, bodies) of the centres of mass, world, m/s^2.
         angular_acceleration: (instances, bodies) world, rad/s^2.
     """
-    own = joint_stages_of(
-        SkeletonKind(KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints, of_two=True)
+    kind = SkeletonKind(
+        KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints, of_two=True, entries=entries
     )
+    own = joint_stages_of(kind)
     accelerate, views = own.acceleration, own.work_at
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False})

@@ -8,6 +8,7 @@ import warp as wp
 from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.scratch import (
+    apart_at,
     monomials_at,
     monomials_before_contacts,
     slots_of,
@@ -147,7 +148,10 @@ def step_kernel(
     one_step, extensions_struct = one_step_of(kind, mark), kind.extensions
     touching = any(force.touch for force in kind.forces)
     monomials = 0 if muscles is None else muscles.paths.monomials
-    floats = work_floats(capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints)
+    floats = work_floats(
+        capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
+        skeleton.near_entries,
+    )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
@@ -189,6 +193,8 @@ def step_kernel(
             work.monomial = monomials_at(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
+        if wp.static(skeleton.apart):
+            apart_at(work, buffer, instance, state.step.shape[0], wp.static(skeleton.entries))
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

@@ -14,6 +14,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
 from warpmuscle.kernels.body.two_coordinates import RATE_ONLY, ROD
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.joints import acting_unknowns
 from warpmuscle.scene import Constraint, Displacement, Joint, Scene
 from warpmuscle.scene.constraints.pose import ROWS, across, row_count
 from warpmuscle.scene.joints import joint_type
@@ -54,6 +55,12 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
         structs.Coupling, device, driver=names.driver, first=first, row=row, beside=names.beside, kind=kinds
     )
     c.followed = len(rows_of) + row_count(character)
+    following = [[k for k, of in enumerate(names.driver) if of == body != k] for body in range(len(names.bodies))]
+    c.follower_start = to_device(starts(map(len, following)), int, device)
+    c.follower = to_device([k for of_body in following for k in of_body] or [0], int, device)
+    unknowns = [*rows_of, *[0] * row_count(character)] or [0]
+    c.unknown_driver = to_device(unknowns, int, device)
+    _put_entries(c, acting_unknowns(character, names), device)
     columns = {
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
         "first_piece": np.array([piece_start[:-1]]),
@@ -91,6 +98,25 @@ def terms_of(displacement: Displacement) -> tuple[Floats, Floats]:
     )
     found += [[a, float(m), float(n), zero] for a, m, n in displacement.terms]
     return np.zeros(len(found)), rows(found)
+
+
+def _put_entries(c: structs.Couplings, acting: list[list[int]], device: Any) -> None:
+    """Which unknowns act on which bodies, both ways round."""
+    unknowns = len(acting[0])
+    entry = np.full((len(acting), max(unknowns, 1)), -1)
+    pairs = [(body, k) for body, of_body in enumerate(acting) for k in of_body]
+    for number, (body, k) in enumerate(pairs):
+        entry[body, k] = number
+    acted = [[body for body, other in pairs if other == k and body > 0] for k in range(unknowns)]
+    lists: dict[str, Any] = {
+        "entry_start": starts(map(len, acting)),
+        "entry_unknown": [k for _, k in pairs],
+        "entry": entry.ravel(),
+        "acted_start": starts(map(len, acted)),
+        "acted": [body for bodies in acted for body in bodies],
+    }
+    for name, values in lists.items():
+        setattr(c, name, to_device(values if len(values) else [0], int, device))
 
 
 def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:

@@ -10,10 +10,10 @@ from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES
 from warpmuscle.scene import Body, Character, Ground, Joint
-from warpmuscle.scene.constraints.pose import row_count
+from warpmuscle.scene.constraints.pose import ROWS, row_count
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
 from warpmuscle.scene.masses import is_zero
-from warpmuscle.scene.topology import followed_drivers, followers, topology
+from warpmuscle.scene.topology import Topology, followed_drivers, followers, topology
 
 
 def root_number(character: Character) -> int:
@@ -45,13 +45,34 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
             module, _, function = joint_type(joint).kernel.partition(":")
             motions[number] = getattr(import_module(module), function)
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
-    followed = len(followed_drivers(character, topology(character)))
+    names = topology(character)
+    followed = len(followed_drivers(character, names))
+    entries = sum(map(len, acting_unknowns(character, names)))
     turned = any(map(has_turned_axes, character.bodies.values()))
     return SkeletonKind(
         joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground),
         any(map(resists, character.joints.values())), ground.treadmill is not None,
         any(joint.beside for joint in character.joints.values()),
+        entries,
     )  # fmt: skip
+
+
+def acting_unknowns(character: Character, names: Topology) -> list[list[int]]:
+    """The unknowns that stay open to the root and act on each body, or on one that hangs on it; on the root all do.
+
+    Followed coordinates come first, then the rows of constraints (see `kernels.body.followed`).
+    """
+    drivers = followed_drivers(character, names)
+    moved = [{drivers.index(driver)} if driver in drivers else set[int]() for driver in names.driver]
+    first = len(drivers)
+    for one in character.constraints.values():
+        for end in (one.body, one.other_body):
+            moved[names.bodies.index(end)] |= set(range(first, first + ROWS[one.type]))
+        first += ROWS[one.type]
+    for body in range(len(moved) - 1, 0, -1):
+        moved[names.parents[body]] |= moved[body]
+    moved[0] = set(range(first))
+    return [sorted(of_body) for of_body in moved]
 
 
 def compiled_terrain(ground: Ground) -> int:

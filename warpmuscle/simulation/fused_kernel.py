@@ -24,7 +24,7 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.memory.scratch import work_floats
+from warpmuscle.kernels.memory.scratch import FOLLOWED, work_floats
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -73,7 +73,15 @@ class KernelConfig(NamedTuple):
         muscles, skeleton = self.kind.muscles, self.kind.skeleton
         monomials = 0 if muscles is None else muscles.paths.monomials
         coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
-        return int(work_floats(self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes))
+        return int(
+            work_floats(self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries)
+        )
+
+    def buffer_floats(self, instances: int) -> int:
+        """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
+        if self.kind.skeleton.apart:
+            return int(FOLLOWED * self.kind.skeleton.entries * instances)
+        return self.work_floats
 
     @property
     def several_warps(self) -> bool:
@@ -131,15 +139,17 @@ def _moved(said: str) -> str:
 class FusedKernel:
     """The fused kernel of a configuration on a device, with the memory that its threads work in."""
 
-    def __init__(self, config: KernelConfig, device: Any, threads: int) -> None:
-        """Prepare to launch; raises RolloutError for functions of users that are no Warp code."""
+    def __init__(self, config: KernelConfig, device: Any, threads: int, instances: int = 1) -> None:
+        """Prepare to launch so many instances; raises RolloutError for functions of users that are no Warp code."""
         with one_line_errors(), _making:
             self.kernel = step_kernel(*config)
         self.config, self.device, self._threads = config, device, threads
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
-        self._buffers = [wp.zeros(config.work_floats, dtype=float, device=device) for _ in range(buffers)]
+        rows = instances if config.kind.skeleton.apart else 1  # an array has fewer than 2^31 numbers a dimension
+        shape = config.buffer_floats(instances) // rows, rows
+        self._buffers = [wp.zeros(shape, dtype=float, device=device) for _ in range(buffers)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.

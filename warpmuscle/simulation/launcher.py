@@ -39,21 +39,24 @@ class Launcher:
         config: of the kernel that the batch usually launches.
     """
 
-    def __init__(self, config: KernelConfig, device: Any, threads: int, spreads: bool = False) -> None:
+    def __init__(
+        self, config: KernelConfig, device: Any, threads: int, spreads: bool = False, instances: int = 1
+    ) -> None:
         """Prepare.
 
         Args:
             threads: of a CPU. spreads: give more lanes to an instance when few of them are left.
+            instances: of the batch.
         """
         self.config = config
-        self._device, self._threads, self._spreads = device, threads, spreads
+        self._device, self._threads, self._spreads, self._instances = device, threads, spreads, instances
         self._kernels: dict[KernelConfig, FusedKernel] = {}
 
     def kernel(self, config: KernelConfig | None = None) -> FusedKernel:
         """The kernel of a configuration; by default the one that the batch usually launches."""
         config = self.config if config is None else config
         if config not in self._kernels:
-            self._kernels[config] = FusedKernel(config, self._device, self._threads)
+            self._kernels[config] = FusedKernel(config, self._device, self._threads, self._instances)
         return self._kernels[config]
 
     def kernel_for(self, running: int) -> FusedKernel:
@@ -126,7 +129,8 @@ def large_blocks(
     A warp is then the same lane of up to 32 instances, which follows one muscle's path, reads what is known of the
     muscle once for all of them, and finds what changes of them side by side. Fewer instances share a block, with more
     lanes each, where all of them fit at once so. Pulls of muscles are kept in the working set if as many instances fit
-    with them, whatever lanes are asked for: results do not depend on these.
+    with them, whatever lanes are asked for: results do not depend on these. What followed coordinates leave is
+    kept in main memory if more instances fit so.
 
     Args:
         slots: of the character's feet.
@@ -137,14 +141,18 @@ def large_blocks(
     if lanes is not None and lanes & (lanes - 1):
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
     assert config.kind.muscles is not None
-    may_be_near = config.kind.muscles.may_be_at_hand
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
-    usual = [in_blocks(config, structure, slots, None, at_hand) for at_hand in (False, may_be_near)]
-    if not usual[0]:
+    usual = []  # ways to share out memory, what takes least of it last
+    skeleton = config.kind.skeleton
+    for apart in (False, True) if skeleton.open > 0 else (False,):
+        one = config.compiling(skeleton=skeleton._replace(apart=apart))
+        for at_hand in (True, False) if config.kind.muscles.may_be_at_hand else (False,):
+            usual.append((one, at_hand, in_blocks(one, structure, slots, None, at_hand)))
+    config, at_hand, found = max(usual, key=lambda way: way[2][0].resident(1) if way[2] else 0)
+    if not found:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
-    most = [found[0].resident(1) if found else 0 for found in usual]
-    at_hand = may_be_near and most[1] >= most[0]
-    found = usual[at_hand] if lanes is None else in_blocks(config, structure, slots, lanes, at_hand)
+    if lanes is not None:
+        found = in_blocks(config, structure, slots, lanes, at_hand)
     if not found:
         raise RolloutError(f"lanes must be more than {lanes} for this character")
     fitting = [large for large in found if large.instances_a_block * multiprocessors >= instances]

@@ -144,7 +144,9 @@ class Rollout(RolloutResults):
         self._batch = BatchState(self.state, self._extensions, self.steps)
         every = frame_steps(scene, record_rate)
         self._recorder = Recorder(structure, self.instances, recorded, every, self.steps, self.device, kind)
-        self._launcher = Launcher(config, self.device, self.threads, spreads=lanes is None and not self.device.is_cpu)
+        self._launcher = Launcher(
+            config, self.device, self.threads, lanes is None and not self.device.is_cpu, self.instances
+        )
         self._inputs = Inputs(scene, structure, self.instances, self.device)
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
         reference = reference_of(scene, structure, self._record)

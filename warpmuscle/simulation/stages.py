@@ -81,8 +81,9 @@ class Stages(Rollout):
         monomials = monomial_room(self.scene.character.muscles.values())
         skeleton = self.structure.skeleton
         floats = work_floats(
-            capacity_of(len(self.names.bodies)), True, monomials, followed=skeleton.open, pushes=skeleton.constraints
-        )
+            capacity_of(len(self.names.bodies)), True, monomials, followed=skeleton.open, pushes=skeleton.constraints,
+            entries=skeleton.entries,
+        )  # fmt: skip
         self.workspace = wp.zeros((self.instances, floats), dtype=float, device=self.device)
 
     def set_state(
@@ -260,7 +261,7 @@ class Stages(Rollout):
         torques = wp.array(torque, dtype=wp.vec3, device=self.device)
         outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
         skeleton = self.structure.skeleton
-        kernel = stages.forward_dynamics_of(skeleton.followed, skeleton.constraints)
+        kernel = stages.forward_dynamics_of(skeleton.followed, skeleton.constraints, skeleton.entries)
         results = self._run(kernel, [torques], outputs)
         return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
 

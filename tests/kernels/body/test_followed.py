@@ -5,6 +5,8 @@ import pytest
 
 from reduced_tree import check_energy_stays, energy, expected, lengths, put, recorded
 from warpmuscle.core.pose import normalized
+from warpmuscle.model.couplings import couplings_struct
+from warpmuscle.model.joints import acting_unknowns, compiled_skeleton
 from warpmuscle.scene import (
     Actuation,
     Body,
@@ -23,7 +25,7 @@ from warpmuscle.scene import (
     ViaPoint,
     Wrap,
 )
-from warpmuscle.scene.topology import topology
+from warpmuscle.scene.topology import carried, followed_drivers, topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 from warpmuscle.studies.moment_arms import muscle_geometry
@@ -200,3 +202,28 @@ def test_energy_changes_by_the_work_of_muscles_on_what_follows():
     assert np.abs(work).max(axis=0).min() > 0.02
     assert np.ptp(total) > 2.0
     np.testing.assert_allclose(total[1:] - total[0], work.sum(axis=1), atol=5e-4 * np.ptp(total))
+
+
+def test_unknowns_act_on_the_bodies_between_what_they_move_and_the_root_alone():
+    scene = body()
+    names = topology(scene.character)
+    drivers = followed_drivers(scene.character, names)
+    acting = acting_unknowns(scene.character, names)
+    moved = [
+        {names.body_of_joint(j) for j in names.joints if names.driver[names.body_of_joint(j)] == k} for k in drivers
+    ]
+    for number, name in enumerate(names.bodies[1:], start=1):
+        joint = next(j for j in names.joints if names.body_of_joint(j) == number)
+        expected = [k for k, bodies in enumerate(moved) if bodies & carried(joint, names)]
+        assert acting[number] == expected, name
+    assert acting[0] == list(range(len(drivers)))
+    c, unknowns = couplings_struct(scene, names, "cpu"), len(drivers)
+    entries = [(body, k) for body, of_body in enumerate(acting) for k in of_body]
+    assert compiled_skeleton(scene.character).entries == len(entries) < unknowns * len(names.bodies)
+    table = c.entry.numpy().reshape(len(names.bodies), unknowns)
+    assert [tuple(np.argwhere(table == k)[0]) for k in range(len(entries))] == entries
+    assert (table >= 0).sum() == len(entries)
+    assert c.unknown_driver.numpy().tolist() == list(drivers)
+    starts, acted = c.acted_start.numpy(), c.acted.numpy()
+    for k in range(unknowns):
+        assert acted[starts[k] : starts[k + 1]].tolist() == [body for body, one in entries if one == k and body > 0]

@@ -43,7 +43,7 @@ from warpmuscle.kernels.recording import record
 from warpmuscle.kernels.structs import Scratch
 from warpmuscle.model.controllers.simbicon import SIMBICON
 
-BODIES, SLOTS, FOLLOWED, PUSHES = 15, 5, 5, 3
+BODIES, SLOTS, FOLLOWED, PUSHES, ENTRIES = 15, 5, 5, 3, 40
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
 TERMS = term_sums.ObjectiveKind(
     tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.WHOLE_TERMS)
@@ -83,8 +83,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "backward": (
         dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
         follower.backward_pass_of_clusters(follower.reduce_any_cluster),
-        dynamics.backward_pass_of(followed_reduction.reduce_followed_of(False)),
-        dynamics.backward_pass_of(followed_reduction.reduce_followed_of(False, True)),
+        followed_reduction.followed_pass_of(followed_reduction.reduce_followed_of(False)),
+        followed_reduction.followed_pass_of(followed_reduction.reduce_followed_of(False, True)),
         followed.equations_of(False, True),
         followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
     ),
@@ -111,12 +111,13 @@ def layout() -> dict[str, set[int]]:
         "slots": SLOTS,
         "followed": FOLLOWED,
         "pushes": PUSHES,
+        "entries": ENTRIES,
         **{k: v for k, v in vars(scratch).items() if isinstance(v, int)},
     }
     taken = {}
     views = (
-        scratch.work_at, scratch.coordinate_work_at, scratch.followed_work_at_of(FOLLOWED),
-        scratch.pushed_work_at_of(FOLLOWED, PUSHES),
+        scratch.work_at, scratch.coordinate_work_at, scratch.followed_work_at_of(FOLLOWED, ENTRIES),
+        scratch.pushed_work_at_of(FOLLOWED, ENTRIES, PUSHES),
     )  # fmt: skip
     code = [ast.parse(textwrap.dedent(inspect.getsource(one.func))).body[0] for one in views]
     for line in (line for function in code for line in function.body):  # type: ignore[attr-defined]
@@ -131,7 +132,9 @@ def layout() -> dict[str, set[int]]:
             }
         elif isinstance(line.targets[0], ast.Name) and not isinstance(value, ast.Call):
             known[line.targets[0].id] = eval(ast.unparse(value), {}, known)
-    taken["monomial"] = {scratch.work_floats(BODIES, True, followed=FOLLOWED, pushes=PUSHES) + k for k in range(8)}
+    taken["monomial"] = {
+        scratch.work_floats(BODIES, True, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES) + k for k in range(8)
+    }
     return taken
 
 
@@ -171,7 +174,9 @@ def span(life: Life) -> tuple[int, int]:
 
 def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert set(LIVES) == set(layout()) == set(Scratch.vars)
-    assert max(map(max, layout().values())) < scratch.work_floats(BODIES, True, 8, followed=FOLLOWED, pushes=PUSHES)
+    assert max(map(max, layout().values())) < scratch.work_floats(
+        BODIES, True, 8, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES
+    )
     assert set(FUNCTIONS) == set(PHASES)
 
 

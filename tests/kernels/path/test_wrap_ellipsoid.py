@@ -90,6 +90,43 @@ def test_the_nearest_place_is_on_the_ellipsoid_and_its_normal_leads_there():
     assert np.all(np.linalg.norm(away[:40], axis=1) < others + 1e-5)
 
 
+def mean_direction(start: np.ndarray, chord: np.ndarray, radii: np.ndarray, places: int = 2000) -> np.ndarray:
+    """From places on chords to the nearest points of an ellipsoid, by Newton's method on the sum of squares."""
+    square = radii**2
+    p = start[:, None] + chord[:, None] * ((np.arange(places) + 0.5) / places)[:, None]
+    t = np.max(radii * np.abs(p) - square, axis=-1, keepdims=True)
+    for _ in range(60):
+        x = (radii * p / (t + square)) ** 2
+        t = t + (np.sum(x, axis=-1, keepdims=True) - 1.0) / np.sum(2.0 * x / (t + square), axis=-1, keepdims=True)
+    away = p / (t + square)
+    mean = np.mean(away / np.linalg.norm(away, axis=-1, keepdims=True), axis=1)
+    return mean / np.linalg.norm(mean, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("radii", [(0.9, 0.6, 1.5), (0.98, 1.39, 0.63), (0.6, 1.8, 0.6), (0.83, 0.83, 1.34)])
+def test_the_fan_points_in_the_mean_direction_of_many_places(radii: tuple[float, ...]):
+    """Flat, long and round ellipsoids; near an axis or plane where the direction jumps, a few are farther off."""
+    count, r = 200, np.array(radii)
+    first, second = r * units(count, 20), r * units(count, 21)
+    start, chord = first, second - first
+    toward = mean_direction(start, chord, r)
+    point = evaluate(wrap_ellipsoid.nearest_on_ellipsoid, start + 0.5 * chord + toward, r, -1)
+    got = evaluate(wrap_ellipsoid.fan_point, start, chord, r)
+    off = np.linalg.norm(got - point, axis=1)
+    assert np.all(np.quantile(off, [0.5, 0.9, 0.98]) < [3e-4, 5e-3, 2e-2])
+
+
+def test_a_chord_is_cut_where_it_crosses_the_plane_of_two_longer_axes_or_passes_the_longest_one():
+    start, chord = np.array([[-0.3, 0.1, -0.2], [0.2, -0.1, -0.4]]), np.array([[0.6, 0.1, 0.8], [0.1, 0.3, 0.5]])
+    flat, long = np.array([1.2, 1.2, 0.6]), np.array([0.7, 0.7, 1.6])
+    got = evaluate(wrap_ellipsoid.turning_place, start, chord, flat)
+    np.testing.assert_allclose(got, [0.25, 0.8], atol=1e-6)
+    got = evaluate(wrap_ellipsoid.turning_place, start, chord, long)
+    across = -np.sum(start[:, :2] * chord[:, :2], axis=1) / np.sum(chord[:, :2] ** 2, axis=1)
+    np.testing.assert_allclose(got, np.clip(across, 0.0, 1.0), atol=1e-6)
+    assert evaluate(wrap_ellipsoid.turning_place, start, chord, np.ones(3)) == pytest.approx(0.0)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_the_mean_direction_counts_where_a_chord_is_along_no_axis(method: str):
     """All where its greatest direction cosine is below 0.7073, not at all above 0.9, in proportion between."""

@@ -207,36 +207,40 @@ def pushed(body: int, row: int, model: ModelRef, work: ScratchRef) -> wp.spatial
 
 
 @func
-def solve_constrained(count: int, first: int, work: ScratchRef):
+def solve_constrained(lane: int, lanes: int, count: int, first: int, work: ScratchRef):
     """`followed.solve_followed` where rows from the first on are of pushes: D is negative there."""
     largest = wp.float32(0.0)
     for k in range(count):
         if k == first:  # coordinates have been eliminated
             for row in range(first, count):
-                mobility = wp.abs(work.followed_matrix[row * count + row])
-                work.push_mobility[row - first] = mobility
-                largest = wp.max(largest, mobility)
+                largest = wp.max(largest, wp.abs(work.followed_matrix[row * count + row]))
+                if lane == 0:
+                    work.push_mobility[row - first] = wp.abs(work.followed_matrix[row * count + row])
+            synchronize()
+        pivot = work.followed_matrix[k * count + k]
         moves = k < first
         if k >= first:
             mobility = work.push_mobility[k - first]
             moves = mobility > IMMOBILE * largest
-            work.followed_matrix[k * count + k] = work.followed_matrix[k * count + k] - YIELDING * mobility
-        pivot = work.followed_matrix[k * count + k]
+            pivot = pivot - YIELDING * mobility
+        synchronize()
+        if lane == 0:
+            work.followed_matrix[k * count + k] = wp.where(moves, pivot, 0.0)
         if moves:
-            for i in range(k + 1, count):
+            for i in range(k + 1 + lane, count, lanes):
                 factor = work.followed_matrix[i * count + k] / pivot
                 for l in range(k + 1, count):  # noqa: E741
                     taken = factor * work.followed_matrix[k * count + l]
                     work.followed_matrix[i * count + l] = work.followed_matrix[i * count + l] - taken
                 work.followed_acceleration[i] = work.followed_acceleration[i] - factor * work.followed_acceleration[k]
-        else:
-            work.followed_matrix[k * count + k] = 0.0
-    for step in range(count):
-        k = count - 1 - step
-        pivot = work.followed_matrix[k * count + k]
-        right = work.followed_acceleration[k]
-        for l in range(k + 1, count):  # noqa: E741
-            right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
-        work.followed_acceleration[k] = 0.0
-        if pivot != 0.0:
-            work.followed_acceleration[k] = right / pivot
+        synchronize()
+    if lane == 0:
+        for step in range(count):
+            k = count - 1 - step
+            pivot = work.followed_matrix[k * count + k]
+            right = work.followed_acceleration[k]
+            for l in range(k + 1, count):  # noqa: E741
+                right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
+            work.followed_acceleration[k] = 0.0
+            if pivot != 0.0:
+                work.followed_acceleration[k] = right / pivot

@@ -50,12 +50,17 @@ def coordinate_velocities(instance: int, lane: int, lanes: int, model: ModelRef,
 
 
 @func
+def effort_on(body: int, torque: wp.vec3, force: wp.vec3, work: ScratchRef) -> float:
+    """The generalised force that a force at a joint's point and a torque are, S . (torque, force)."""
+    return wp.dot(work.coordinate_turning[body], torque) + wp.dot(work.coordinate_moving[body], force)
+
+
+@func
 def along_coordinate(
     instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: ScratchRef
 ) -> wp.vec3:
     """What a force at a joint's point and a torque do to its coordinate, n S . (torque, force)."""
-    force_on = wp.dot(work.coordinate_turning[body], torque) + wp.dot(work.coordinate_moving[body], force)
-    return coordinate_axis(instance, body, model, work) * force_on
+    return coordinate_axis(instance, body, model, work) * effort_on(body, torque, force, work)
 
 
 @func

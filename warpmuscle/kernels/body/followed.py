@@ -29,7 +29,7 @@ from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_invers
 from warpmuscle.kernels.body.constraints import solve_constrained
 from warpmuscle.kernels.body.coordinate_joint import accelerate_any, accelerate_any_remaining, coordinate_axis
 from warpmuscle.kernels.body.dynamics import Articulated, move_body, with_children
-from warpmuscle.kernels.body.followed_reduction import followed_of, gather, gather_with_pushes, slot
+from warpmuscle.kernels.body.followed_reduction import entry_of, followed_of, gather, gather_with_pushes
 from warpmuscle.kernels.body.motion import prescribed_root
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
@@ -97,18 +97,9 @@ def close_root_of(constrained: bool) -> Any:
 close_root = close_root_of(False)
 
 
-@func
-def driver_of_row(k: int, model: ModelRef) -> int:
-    """The body of the joint whose coordinate is number k of those that are followed."""
-    for body in range(1, model.body_count):
-        if model.couplings.joint[body].row == k:
-            return whole(model.couplings.joint[body].driver)
-    return 0
-
-
 @cache
 def equations_of(hybrid: bool, constrained: bool = False) -> Any:
-    """The Warp function that sums up D and forces - v, a row a lane, in the order of bodies.
+    """The Warp function that sums up D and forces - v, an element a lane, in the order of bodies.
 
     Args:
         constrained: whether there are constraints, whose rows come last and have what is wanted in place of forces.
@@ -116,68 +107,88 @@ def equations_of(hybrid: bool, constrained: bool = False) -> Any:
     followed = followed_of(hybrid)
 
     @func
+    def free_unknown(k: int, driver: int, model: ModelRef) -> bool:
+        free = followed(driver, model) >= 0
+        if wp.static(constrained):
+            free = free or k >= model.constraints.first
+        return free
+
+    @func
+    def right_side(instance: int, k: int, driver: int, model: ModelRef, work: ScratchRef) -> float:
+        right = -work.followed_bias[k]
+        couplings = model.couplings
+        for place in range(couplings.acted_start[k], couplings.acted_start[k + 1]):
+            right -= work.followed_bias[entry_of(couplings.acted[place], k, model)]
+        if wp.static(constrained):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if k >= model.constraints.first:
+                return right - work.push_wanted[k - model.constraints.first]
+        return right - wp.dot(coordinate_axis(instance, driver, model, work), work.torque[driver])
+
+    @func
+    def element(k: int, l: int, model: ModelRef, work: ScratchRef) -> float:  # noqa: E741
+        couplings = model.couplings
+        d = wp.dot(work.followed_moment[k], work.followed_along[l])
+        d += wp.dot(work.followed_force[k], work.followed_response[l])
+        for place in range(couplings.acted_start[k], couplings.acted_start[k + 1]):
+            body = whole(couplings.acted[place])
+            other = entry_of(body, l, model)
+            if other >= 0:
+                mine = entry_of(body, k, model)
+                own = followed(body, model)
+                if own < 0:
+                    d -= wp.dot(work.followed_along[mine], work.followed_response[other])
+                elif own == k:
+                    d += work.followed_along[other][0]
+                elif own == l:
+                    d += work.followed_along[mine][0]
+        return d
+
+    @func
     def equations(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        count = model.couplings.followed
-        for k in range(lane, count, lanes):
-            driver = driver_of_row(k, model)
-            right = -work.followed_bias[k]
-            for body in range(1, model.body_count):
-                right -= work.followed_bias[slot(body, k, model)]
-            axis = coordinate_axis(instance, driver, model, work)
-            free = followed(driver, model) >= 0
-            if wp.static(constrained):
-                push = k - model.constraints.first
-                free = free or push >= 0
-            for l in range(count):  # noqa: E741
-                d = wp.dot(work.followed_moment[k], work.followed_along[l])
-                d += wp.dot(work.followed_force[k], work.followed_response[l])
-                for body in range(1, model.body_count):
-                    own = followed(body, model)
-                    if own < 0:
-                        mine = work.followed_along[slot(body, k, model)]
-                        d -= wp.dot(mine, work.followed_response[slot(body, l, model)])
-                    elif own == k:
-                        d += work.followed_along[slot(body, l, model)][0]
-                    elif own == l:
-                        d += work.followed_along[slot(body, k, model)][0]
-                if not free:
-                    d = wp.where(k == l, 1.0, 0.0)
-                elif k == l:
-                    if wp.static(constrained):
-                        if push < 0:
-                            d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
-                    else:
-                        d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
-                work.followed_matrix[k * count + l] = d
-            if wp.static(constrained):
-                if push >= 0:
-                    right -= work.push_wanted[push]
-                else:
-                    right -= wp.dot(axis, work.torque[driver])
-            else:
-                right -= wp.dot(axis, work.torque[driver])
-            work.followed_acceleration[k] = wp.where(free, right, 0.0)
+        count = whole(model.couplings.followed)
+        for place in range(lane, count * count, lanes):
+            k = place // count
+            l = place % count  # noqa: E741
+            driver = whole(model.couplings.unknown_driver[k])
+            free = free_unknown(k, driver, model)
+            d = wp.where(k == l, 1.0, 0.0)
+            if free:
+                d = element(k, l, model, work)
+                if k == l and driver > 0:
+                    axis = coordinate_axis(instance, driver, model, work)
+                    d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
+            work.followed_matrix[place] = d
+            if k == l:
+                right = wp.float32(0.0)
+                if free:
+                    right = right_side(instance, k, driver, model, work)
+                work.followed_acceleration[k] = right
 
     return equations
 
 
 @func
-def solve_followed(count: int, work: ScratchRef):
-    """x of D x = right-hand side, in the place of that, by elimination; D is symmetric and positive definite."""
+def solve_followed(lane: int, lanes: int, count: int, work: ScratchRef):
+    """x of D x = right-hand side, in the place of that, by elimination; D is symmetric and positive definite.
+
+    Each lane takes other rows below the pivot. The first one ends with x, and there is no barrier behind that.
+    """
     for k in range(count):
         pivot = 1.0 / work.followed_matrix[k * count + k]
-        for i in range(k + 1, count):
+        for i in range(k + 1 + lane, count, lanes):
             factor = work.followed_matrix[i * count + k] * pivot
             for l in range(k + 1, count):  # noqa: E741
                 taken = factor * work.followed_matrix[k * count + l]
                 work.followed_matrix[i * count + l] = work.followed_matrix[i * count + l] - taken
             work.followed_acceleration[i] = work.followed_acceleration[i] - factor * work.followed_acceleration[k]
-    for step in range(count):
-        k = count - 1 - step
-        right = work.followed_acceleration[k]
-        for l in range(k + 1, count):  # noqa: E741
-            right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
-        work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
+        synchronize()
+    if lane == 0:
+        for step in range(count):
+            k = count - 1 - step
+            right = work.followed_acceleration[k]
+            for l in range(k + 1, count):  # noqa: E741
+                right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
+            work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
 
 
 @func
@@ -201,8 +212,9 @@ def correct_joint_of(hybrid: bool) -> Any:
             kind = model.motion.remaining[body]
         if followed(body, model) < 0 and kind != FIXED:
             less = wp.vec3(0.0)
-            for k in range(model.couplings.followed):
-                less += work.followed_response[slot(body, k, model)] * work.followed_acceleration[k]
+            for entry in range(model.couplings.entry_start[body], model.couplings.entry_start[body + 1]):
+                x = work.followed_acceleration[model.couplings.entry_unknown[entry]]
+                less += work.followed_response[entry] * x
             if kind == BALL:
                 work.factor_c[body] = work.factor_c[body] - less
             elif kind == UNIVERSAL:
@@ -253,11 +265,11 @@ def solution_of(hybrid: bool, constrained: bool = False) -> Any:
         synchronize()
         equations(instance, lane, lanes, model, work)
         synchronize()
+        if wp.static(constrained):
+            solve_constrained(lane, lanes, model.couplings.followed, model.constraints.first, work)
+        else:
+            solve_followed(lane, lanes, model.couplings.followed, work)
         if lane == 0:
-            if wp.static(constrained):
-                solve_constrained(model.couplings.followed, model.constraints.first, work)
-            else:
-                solve_followed(model.couplings.followed, work)
             move_root(model, work)
         synchronize()
         for body in range(1 + lane, model.body_count, lanes):

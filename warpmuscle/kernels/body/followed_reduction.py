@@ -20,6 +20,7 @@ from warpmuscle.kernels.body.dynamics import (
 from warpmuscle.kernels.body.hybrid import second_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
     FIXED,
@@ -45,9 +46,9 @@ class FreeJoint:
 
 
 @func
-def slot(body: int, k: int, model: ModelRef) -> int:
-    """Where what a body leaves of a followed coordinate is."""
-    return whole(body) * model.couplings.followed + k
+def entry_of(body: int, k: int, model: ModelRef) -> int:
+    """Where what a body leaves of a followed coordinate is; -1: nothing that hangs on the body has to do with it."""
+    return model.couplings.entry[whole(body) * model.couplings.followed + k]
 
 
 @func
@@ -111,8 +112,10 @@ def gather(body: int, k: int, model: ModelRef, work: ScratchRef) -> wp.spatial_v
     force = wp.vec3(0.0)
     first = model.skeleton.plan[body].first_child
     for child in range(first, first + model.skeleton.plan[body].child_count):
-        moment += work.followed_moment[slot(child, k, model)]
-        force += work.followed_force[slot(child, k, model)]
+        entry = entry_of(child, k, model)
+        if entry >= 0:
+            moment += work.followed_moment[entry]
+            force += work.followed_force[entry]
     return wp.spatial_vector(moment, force)
 
 
@@ -129,15 +132,19 @@ def leave_followed_of(constrained: bool) -> Any:
 
     @func
     def leave_followed(
-        body: int, own: int, r: wp.vec3, drift: wp.vec3, x: Articulated, j: FreeJoint, model: ModelRef, work: ScratchRef
+        body: int, helper: int, helpers: int, own: int, r: wp.vec3, drift: wp.vec3, x: Articulated, j: FreeJoint,
+        model: ModelRef, work: ScratchRef,
     ):  # fmt: skip
         """Leave U_k for the parent, and what the joint adds to D and v, see the head of this file.
 
         Args:
+            helper, helpers: every so many of the unknowns, from the first on.
             own: which followed coordinate moves the joint, whose S is then the first axis of j; -1: none.
         """
         bias = work.bias[body]
-        for k in range(model.couplings.followed):
+        first = whole(model.couplings.entry_start[body])
+        for entry in range(first + helper, model.couplings.entry_start[body + 1], helpers):
+            k = whole(model.couplings.entry_unknown[entry])
             u = collect(body, k, model, work)
             moment = wp.spatial_top(u)
             force = wp.spatial_bottom(u)
@@ -159,12 +166,11 @@ def leave_followed_of(constrained: bool) -> Any:
                 v += wp.dot(along, j.q)
                 moment -= j.moment * response
                 force -= j.force * response
-            at_slot = slot(body, k, model)
-            work.followed_moment[at_slot] = moment + wp.cross(r, force)
-            work.followed_force[at_slot] = force
-            work.followed_along[at_slot] = along
-            work.followed_response[at_slot] = response
-            work.followed_bias[at_slot] = v
+            work.followed_moment[entry] = moment + wp.cross(r, force)
+            work.followed_force[entry] = force
+            work.followed_along[entry] = along
+            work.followed_response[entry] = response
+            work.followed_bias[entry] = v
 
     return leave_followed
 
@@ -196,68 +202,106 @@ def followed_of(hybrid: bool) -> Any:
 def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
     """The Warp function that eliminates the joint of one body, unless a followed coordinate moves it.
 
+    Several lanes do so together: each finds the joint, and then takes some of the unknowns; the first leaves all else.
+    What they read is left as it is up to the barrier in its middle, where lanes without a body wait, too.
+
     Args:
         constrained: whether there are constraints.
     """
     followed, leave_followed = followed_of(hybrid), leave_followed_of(constrained)
 
     @func
-    def reduce_followed(instance: int, body: int, model: ModelRef, work: ScratchRef):
+    def reduce_followed(
+        instance: int, body: int, helper: int, helpers: int, model: ModelRef, work: ScratchRef
+    ):  # fmt: skip
         skeleton = model.skeleton
         kind = skeleton.plan[body].joint_type
         coordinate = has_motion(kind)
         if wp.static(hybrid):
             kind = model.motion.remaining[body]
-        x = with_children(body, skeleton, work)
-        parent = whole(skeleton.plan[body].parent)
-        r = work.position[body] - work.position[parent]
-        w = work.angular_velocity[parent]
-        bias = work.bias[body]
-        drift = wp.cross(w, wp.cross(w, r))
-        if coordinate:
-            drift = joint_drift(body, skeleton, work)
-        x.n += symmetric_times(x.a, bias) + x.b * drift
-        x.f += wp.transpose(x.b) * bias + symmetric_times(x.c, drift)
-        own = followed(body, model)
+        fixed = kind == FIXED
+        x = Articulated()
         j = FreeJoint()
+        r = wp.vec3(0.0)
+        drift = wp.vec3(0.0)
+        axis_a = wp.vec3(0.0)
+        axis_b = wp.vec3(0.0)
+        own = followed(body, model)
         torque = -work.torque[body]
-        k = work.stiffness[body]
-        if coordinate and (own >= 0 or kind != FIXED):
-            axis = coordinate_axis(instance, body, model, work)
-            s = work.coordinate_turning[body]
-            t = work.coordinate_moving[body]
-            if own >= 0:
-                j = subspace(first_column(s), first_column(t), x)
-            else:
-                j = one_axis(s, t, wp.dot(axis, symmetric_times(k, axis)), wp.dot(axis, torque), x)
-            leave_followed(body, own, r, drift, x, j, model, work)
-            if own >= 0:
+        if helper < helpers:
+            x = with_children(body, skeleton, work)
+            parent = whole(skeleton.plan[body].parent)
+            r = work.position[body] - work.position[parent]
+            w = work.angular_velocity[parent]
+            bias = work.bias[body]
+            drift = wp.cross(w, wp.cross(w, r))
+            if coordinate:
+                drift = joint_drift(body, skeleton, work)
+            x.n += symmetric_times(x.a, bias) + x.b * drift
+            x.f += wp.transpose(x.b) * bias + symmetric_times(x.c, drift)
+            k = work.stiffness[body]
+            if coordinate:
+                s = work.coordinate_turning[body]
+                t = work.coordinate_moving[body]
+                if own >= 0:
+                    j = subspace(first_column(s), first_column(t), x)
+                elif not fixed:
+                    axis_a = coordinate_axis(instance, body, model, work)
+                    j = one_axis(s, t, wp.dot(axis_a, symmetric_times(k, axis_a)), wp.dot(axis_a, torque), x)
+            elif kind == BALL:
+                j = three_axes(k, torque, x)
+            elif not fixed:
+                axis_a = work.rotation[body] * at(skeleton.row, instance, body).axis_a
+                axis_b = second_axis(instance, body, model, work)
+                if kind == UNIVERSAL:
+                    j = two_axes(axis_a, axis_b, k, torque, x)
+                else:
+                    if kind == SECOND_HINGE:
+                        axis_a = axis_b
+                    stiffness = wp.dot(axis_a, symmetric_times(k, axis_a))
+                    j = one_axis(axis_a, wp.vec3(0.0), stiffness, wp.dot(axis_a, torque), x)
+        synchronize()
+        if helper < helpers:
+            leave_followed(body, helper, helpers, own, r, drift, x, j, model, work)
+        if helper == 0:
+            if own >= 0 or fixed:
                 leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
-            else:
+            elif coordinate:
                 ua = wp.vec3(j.moment[0, 0], j.moment[1, 0], j.moment[2, 0])
                 ub = wp.vec3(j.force[0, 0], j.force[1, 0], j.force[2, 0])
                 leave_downdated(body, r, x, ua, ub, j.d[0, 0], j.q[0], work)
-        elif kind == FIXED or coordinate:
-            leave_followed(body, -1, r, drift, x, j, model, work)
-            leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
-        elif kind == BALL:
-            j = three_axes(k, torque, x)
-            leave_followed(body, -1, r, drift, x, j, model, work)
-            reduce_ball(body, r, torque, x, work)
-        else:
-            axis_a = work.rotation[body] * at(skeleton.row, instance, body).axis_a
-            axis_b = second_axis(instance, body, model, work)
-            if kind == UNIVERSAL:
-                j = two_axes(axis_a, axis_b, k, torque, x)
-                leave_followed(body, -1, r, drift, x, j, model, work)
+            elif kind == BALL:
+                reduce_ball(body, r, torque, x, work)
+            elif kind == UNIVERSAL:
                 reduce_universal(body, r, torque, x, axis_a, axis_b, work)
             else:
-                axis = axis_a
-                if kind == SECOND_HINGE:
-                    axis = axis_b
-                stiffness = wp.dot(axis, symmetric_times(k, axis))
-                j = one_axis(axis, wp.vec3(0.0), stiffness, wp.dot(axis, torque), x)
-                leave_followed(body, -1, r, drift, x, j, model, work)
-                reduce_hinge(body, r, torque, x, axis, work)
+                reduce_hinge(body, r, torque, x, axis_a, work)
 
     return reduce_followed
+
+
+@cache
+def followed_pass_of(reduce: Any) -> Any:
+    """`dynamics.backward_pass_of` where lanes that find no body of a level share those that others have.
+
+    Args:
+        reduce: `reduce_followed_of` some kind.
+    """
+
+    @func
+    def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+        for step in range(1, model.level_count):
+            level = model.level_count - step
+            first = whole(model.level_start[level])
+            end = whole(model.level_start[level + 1])
+            width = wp.min(end - first, lanes)
+            helpers = wp.min(lanes // width, model.couplings.followed)
+            start = int(first)
+            while start < end:
+                body = start + lane % width
+                helper = wp.where(body < end, lane // width, helpers)
+                reduce(instance, wp.min(body, end - 1), helper, helpers, model, work)
+                start += width
+            synchronize()
+
+    return backward_pass

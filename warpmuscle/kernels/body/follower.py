@@ -17,7 +17,12 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric_times
-from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, joint_drift, reduce_any_remaining
+from warpmuscle.kernels.body.coordinate_joint import (
+    coordinate_axis,
+    effort_on,
+    joint_drift,
+    reduce_any_remaining,
+)
 from warpmuscle.kernels.body.dynamics import (
     Articulated,
     leave_downdated,
@@ -62,8 +67,7 @@ def along_driver(
     instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: ScratchRef
 ) -> wp.vec3:
     """What a force at a joint's point and a torque do to the coordinate that moves it, along the axis n of that."""
-    effort = wp.dot(work.coordinate_turning[body], torque) + wp.dot(work.coordinate_moving[body], force)
-    return coordinate_axis(instance, driver_of(body, model), model, work) * effort
+    return coordinate_axis(instance, driver_of(body, model), model, work) * effort_on(body, torque, force, work)
 
 
 @func

@@ -23,7 +23,7 @@ from warpmuscle.kernels.body.followed import (
     followed_acceleration_stage_of,
     followed_hybrid_stage_of,
 )
-from warpmuscle.kernels.body.followed_reduction import reduce_followed_of
+from warpmuscle.kernels.body.followed_reduction import followed_pass_of, reduce_followed_of
 from warpmuscle.kernels.body.follower import (
     backward_pass_of_clusters,
     forward_pass_of_clusters,
@@ -55,6 +55,8 @@ class SkeletonKind(NamedTuple):
     resistance: bool = False  # whether some joints have armature or damping, see `resistance.py`
     moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
     of_two: bool = False  # whether some joints depend on two coordinates, see `two_coordinates.py`
+    entries: int = 0  # pairs of a body and an unknown that stays open to the root and acts on it, see `followed.py`
+    apart: bool = False  # whether what these leave is in a GPU's main memory, see `scratch.apart_at`
 
     @property
     def follows(self) -> bool:
@@ -65,6 +67,11 @@ class SkeletonKind(NamedTuple):
     def open(self) -> int:
         """Unknowns that stay open to the root, see `followed.py`."""
         return self.followed + self.constraints
+
+    @property
+    def near_entries(self) -> int:
+        """Entries that the working set has room for."""
+        return 0 if self.apart else self.entries
 
     @property
     def with_coordinates(self) -> bool:
@@ -102,13 +109,13 @@ def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
     views = coordinate_work_at
     if kind.open:
-        views = followed_work_at_of(kind.open)
+        views = followed_work_at_of(kind.open, kind.near_entries)
         if kind.constraints:
-            views = pushed_work_at_of(kind.open, kind.constraints)
+            views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints)
         constrained = kind.constraints > 0
         acceleration, hybrid = (
             stage_of(
-                backward_pass_of(reduce_followed_of(rest, constrained)), forward_pass_of(accelerate_followed_of(rest)),
+                followed_pass_of(reduce_followed_of(rest, constrained)), forward_pass_of(accelerate_followed_of(rest)),
                 constrained,
             )
             for stage_of, rest in ((followed_acceleration_stage_of, False), (followed_hybrid_stage_of, True))

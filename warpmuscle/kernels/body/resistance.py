@@ -19,9 +19,10 @@ FUNCTIONS = 6  # of a coupled joint
 def reflected(instance: int, body: int, q: float, model: ModelRef) -> wp.vec3:
     """Armature and damping that followers of a joint put on its coordinate q, and the first's force over q'^2."""
     total = wp.vec3(0.0)
-    for other in range(1, model.body_count):
+    for place in range(model.couplings.follower_start[body], model.couplings.follower_start[body + 1]):
+        other = whole(model.couplings.follower[place])
         own = at(model.couplings.resistance, instance, other)
-        if other != body and model.couplings.joint[other].driver == body and (own[0] != 0.0 or own[1] != 0.0):
+        if own[0] != 0.0 or own[1] != 0.0:
             first = model.couplings.joint[other].first
             for k in range(FUNCTIONS):
                 rates = displacement_rates(model.couplings, instance, first + k, q)

@@ -19,7 +19,7 @@ CAPACITY_STEP = 5  # bodies; the 15 bodies of the SIMBICON biped fill a class ex
 FIRST, SECOND, CONTROL = 44, 24, 12  # floats a body in the two blocks of `work_at`; of the controller in the second
 SLOT_FLOATS = 18
 COORDINATE = 9  # floats a body, of joints of one coordinate where there are some
-FOLLOWED = 13  # floats a body and followed coordinate, see `followed.py`
+FOLLOWED = 13  # floats of a body and a followed coordinate that acts on it, see `followed.py`
 PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
 SHAPES_A_BODY = 4  # that may collide, on average
@@ -93,14 +93,18 @@ def slots_for(capacity: int, floats: int, least: int) -> int:
     return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
-def followed_floats(capacity: int, followed: int, pushes: int = 0) -> int:
-    """Numbers of so many followed coordinates: of each body, and their equations; so many of them are pushes."""
-    return followed * (FOLLOWED * capacity + followed + 1) + PUSH * pushes
+def followed_floats(followed: int, entries: int, pushes: int = 0) -> int:
+    """Numbers of so many followed coordinates: of bodies that they act on, and their equations; some are pushes.
+
+    Args:
+        entries: pairs of a body and one of them. pushes: those of them that are rows of constraints.
+    """
+    return FOLLOWED * entries + followed * (followed + 1) + PUSH * pushes
 
 
 def work_floats(
     capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None, followed: int = 0,
-    pushes: int = 0,
+    pushes: int = 0, entries: int | None = None,
 ) -> int:  # fmt: skip
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
@@ -112,11 +116,13 @@ def work_floats(
         monomials: of paths that are polynomials. slots: of feet, see `slots_for`; None for those of the size class, in
             which there need not be room for monomials, so that they come last.
         followed: coordinates that stay open to the root. pushes: those of them that are rows of constraints.
+        entries: pairs of a body and one of them that acts on it; None for all pairs.
     """
+    entries = followed * capacity if entries is None else entries
     floats = (FIRST + SECOND) * capacity + OTHER_FLOATS
     floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots
     if coordinate_joints:
-        floats += COORDINATE * capacity + followed_floats(capacity, followed, pushes)
+        floats += COORDINATE * capacity + followed_floats(followed, entries, pushes)
         return floats + (4 - floats) % 8
     return floats + (8 - floats) % 16
 
@@ -259,19 +265,23 @@ def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
 
 
 @cache
-def followed_work_at_of(followed: int) -> Any:
-    """`coordinate_work_at` where so many coordinates stay open to the root, in a block behind that."""
+def followed_work_at_of(followed: int, entries: int) -> Any:
+    """`coordinate_work_at` where so many coordinates stay open to the root, in a block behind that.
+
+    Args:
+        entries: pairs of a body and one of them that acts on it.
+    """
 
     @wp.func
     def followed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
         w = coordinate_work_at(memory, n, slots)
         block = (FIRST + SECOND + COORDINATE) * n + SLOT_FLOATS * slots + OTHER_FLOATS
-        w.followed_moment = vectors_at(memory, block, FOLLOWED, followed * n)
-        w.followed_force = vectors_at(memory, block + 3, FOLLOWED, followed * n)
-        w.followed_along = vectors_at(memory, block + 6, FOLLOWED, followed * n)
-        w.followed_response = vectors_at(memory, block + 9, FOLLOWED, followed * n)
-        w.followed_bias = floats_at(memory, block + 12, FOLLOWED, followed * n)
-        end = block + FOLLOWED * followed * n
+        w.followed_moment = vectors_at(memory, block, FOLLOWED, entries)
+        w.followed_force = vectors_at(memory, block + 3, FOLLOWED, entries)
+        w.followed_along = vectors_at(memory, block + 6, FOLLOWED, entries)
+        w.followed_response = vectors_at(memory, block + 9, FOLLOWED, entries)
+        w.followed_bias = floats_at(memory, block + 12, FOLLOWED, entries)
+        end = block + FOLLOWED * entries
         w.followed_matrix = floats_at(memory, end, 1, followed * followed)
         w.followed_acceleration = floats_at(memory, end + followed * followed, 1, followed)
         return w
@@ -280,15 +290,15 @@ def followed_work_at_of(followed: int) -> Any:
 
 
 @cache
-def pushed_work_at_of(followed: int, pushes: int) -> Any:
+def pushed_work_at_of(followed: int, entries: int, pushes: int) -> Any:
     """The same where so many of these are rows of constraints, which have a block behind that."""
-    followed_work_at = followed_work_at_of(followed)
+    followed_work_at = followed_work_at_of(followed, entries)
 
     @wp.func
     def pushed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
         w = followed_work_at(memory, n, slots)
         before = (FIRST + SECOND + COORDINATE) * n + SLOT_FLOATS * slots + OTHER_FLOATS
-        last = before + followed * (FOLLOWED * n + followed + 1)
+        last = before + FOLLOWED * entries + followed * (followed + 1)
         w.push_force = vectors_at(memory, last, PUSH, pushes)
         w.push_moment = vectors_at(memory, last + 3, PUSH, pushes)
         w.push_other_moment = vectors_at(memory, last + 6, PUSH, pushes)
@@ -297,6 +307,39 @@ def pushed_work_at_of(followed: int, pushes: int) -> Any:
         return w
 
     return pushed_work_at
+
+
+@wp.func_native(
+    snippet="""
+wp::array_t<wp::vec3> part(reinterpret_cast<wp::vec3*>(buffer) + (size_t(first) * instances + instance), entries);
+part.strides[0] = 12 * instances;
+return part;
+"""
+)
+def vectors_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[wp.vec3]: ...
+
+
+@wp.func_native(
+    snippet="""
+wp::array_t<wp::float32> part(reinterpret_cast<wp::float32*>(buffer) + (size_t(first) * instances + instance), entries);
+part.strides[0] = 4 * instances;
+return part;
+"""
+)
+def floats_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[float]: ...
+
+
+@func
+def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, entries: int):
+    """Views of what so many entries of `followed.py` leave, side by side for neighbouring instances of a GPU's buffer.
+
+    Only a few lanes read it, one body after the other; other numbers make more of the shared memory.
+    """
+    w.followed_moment = vectors_apart(buffer, 0, entries, instance, instances)
+    w.followed_force = vectors_apart(buffer, entries, entries, instance, instances)
+    w.followed_along = vectors_apart(buffer, 2 * entries, entries, instance, instances)
+    w.followed_response = vectors_apart(buffer, 3 * entries, entries, instance, instances)
+    w.followed_bias = floats_apart(buffer, 12 * entries, entries, instance, instances)
 
 
 @func

@@ -18,7 +18,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
-from warpmuscle.kernels.path.route_walk import pulls_of, room_of, walk_of
+from warpmuscle.kernels.path.route_walk import lever_arm_of, pulls_of, room_of, walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
 
@@ -129,6 +129,7 @@ def route_stretch_of(
     apart = kind.mujoco and several
     settle = settle_of(kind, wrench) if several and not apart else bend
     with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
+    whole_arm = lever_arm_of(levers, coordinate_joints or followers, followers)
 
     @wp.func(inline=True)
     def route_stretch(
@@ -163,7 +164,9 @@ def route_stretch_of(
                 arm[place] = arm[place] + lever_arm(pulls.arm, k - span.first_lever + wp.static(levers // 2))
             else:
                 crossing_of = whole(model.routes.lever[whole(k)].crossing)
-                arm[crossing_of] = arm[crossing_of] + lever_arm(pulls.arm, k - span.first_lever)
+                joint = whole(model.routes.lever[whole(k)].joint)
+                r = whole_arm(instance, joint, k - span.first_lever, pulls, model, work)
+                arm[crossing_of] = arm[crossing_of] + r
         if wp.static(not wrench):
             add_crossings(total, muscle, model, work, arm)
         return total

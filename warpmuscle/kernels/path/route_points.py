@@ -20,6 +20,12 @@ def always(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     return True
 
 
+@func(inline=False)
+def angles_of_ball(rotation: wp.quat, swing: wp.vec3, twist: wp.vec3) -> wp.vec3:
+    """`limits.ball_angles`, called and not copied into each place: else the code of paths outgrows a GPU's cache."""
+    return ball_angles(rotation, swing, twist)
+
+
 @func(inline=True)
 def sometimes(instance: int, point: int, model: ModelRef, state: StateRef) -> bool:
     """Whether a point of a route counts now."""
@@ -33,7 +39,7 @@ def sometimes(instance: int, point: int, model: ModelRef, state: StateRef) -> bo
     axis = paths.condition_axis[condition]
     if model.skeleton.plan[joint].joint_type == BALL:
         row = at(model.skeleton.row, instance, joint)
-        angle = ball_angles(coordinate_quat(state, instance, start), row.axis_a, row.axis_b)[axis]
+        angle = angles_of_ball(coordinate_quat(state, instance, start), row.axis_a, row.axis_b)[axis]
         return angle >= interval[0] and angle <= interval[1]
     q = state.coordinates[instance, start + axis]
     return q >= interval[0] and q <= interval[1]

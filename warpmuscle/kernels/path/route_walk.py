@@ -10,8 +10,8 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.coordinate_joint import along_coordinate
-from warpmuscle.kernels.body.follower import along_driver
+from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, effort_on
+from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
@@ -43,10 +43,11 @@ def room_of(kind: RouteKind, wrench: bool) -> int:
 
 
 @cache
-def act_of(kind: RouteKind, coordinate_joints: bool, followers: bool, wrench: bool) -> Any:
+def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
     """The Warp function that adds the moment arms of the segment from a stop, at `a`, to the next one.
 
-    It pulls at `left` and `reached`. What is compiled in is that of `walk_of`.
+    It pulls at `left` and `reached`. Of a joint of one coordinate it adds up what acts on that, see `lever_arm_of`.
+    What is compiled in is that of `walk_of`.
     """
     levers = room_of(kind, wrench)
     with_sum, pulls_struct = rows_of(levers).with_sum, pulls_of(levers)
@@ -69,14 +70,37 @@ def act_of(kind: RouteKind, coordinate_joints: bool, followers: bool, wrench: bo
                 r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
                 if wp.static(wrench):
                     pulls.arm = with_sum(pulls.arm, k - span.first_lever + wp.static(levers // 2), pull)
-                elif wp.static(followers):
+                elif wp.static(coordinate_joints):  # noqa: SIM102, with `and` it would be compiled in all the same
                     if has_motion(model.skeleton.plan[joint].joint_type):
-                        r = along_driver(instance, joint, r, pull, model, work)
-                elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
-                    r = along_coordinate(instance, joint, r, pull, model, work)
+                        r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
                 pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
 
     return act
+
+
+@cache
+def lever_arm_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
+    """The Warp function of the moment arm that a lever has gathered: of a coordinate, along its axis.
+
+    Args:
+        levers: rows that there are. coordinate_joints, followers: as of `walk_of`.
+    """
+    row, pulls_struct = rows_of(levers).row, pulls_of(levers)
+
+    @wp.func(inline=True)
+    def lever_arm(
+        instance: int, joint: int, k: int, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef
+    ) -> wp.vec3:
+        r = row(pulls.arm, k)
+        if wp.static(coordinate_joints):  # noqa: SIM102, as above
+            if has_motion(model.skeleton.plan[joint].joint_type):
+                driver = int(joint)
+                if wp.static(followers):
+                    driver = driver_of(joint, model)
+                r = coordinate_axis(instance, driver, model, work) * r[0]
+        return r
+
+    return lever_arm
 
 
 @cache
@@ -152,7 +176,7 @@ def walk_of(
     bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
-    act, act_on_ends = act_of(kind, coordinate_joints, followers, wrench), act_on_ends_of(kind.motions)
+    act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
     row, number, arc_of, share_of = rows.row, rows.number, rows.length, in_branches if kind.branches else as_it_is
 

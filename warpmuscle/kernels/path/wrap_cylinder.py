@@ -75,7 +75,7 @@ def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, ar
 def cylinder_touch_of(smooth: bool) -> Any:
     """The Warp function `cylinder_touch`, of OpenSim's cylinder, or of one off which no path jumps."""
 
-    @func
+    @func(inline=False)
     def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
         """How a segment from a to b, m, goes round a cylinder.
 

@@ -3,7 +3,7 @@
 Contact, side and c are as OpenSim 4.6 has them (WrapEllipsoid). By MIDPOINT c is the point nearest to the middle of the
 chord within the ellipsoid; by AXIAL the one nearest to where the chord crosses the plane across the axis that is most
 along it, within that plane; by HYBRID, between the two, with the mean of the directions from the chord to the
-ellipsoid in place of the middle's. OpenSim takes that mean over 298 places, we over FAN_SAMPLES; it iterates for the
+ellipsoid in place of the middle's. OpenSim takes that mean over 298 places, we by Gauss's rule; it iterates for the
 tangents and adds up the arc in pieces, we have both in closed form where the ellipsoid is a unit sphere and the section
 a circle, the arc but for an integral by Gauss's rule.
 """
@@ -19,7 +19,7 @@ from warpmuscle.kernels.path.wrap_touch import INSIDE, THROUGH, Touch, kept_size
 HYBRID, MIDPOINT, AXIAL = 0, 1, 2
 FAN_COSINE, AXIAL_COSINE = 0.7073, 0.9  # of the greatest angle to an axis, between which the methods blend
 FADED = 0.3  # share of the chord near its ends where the axial method counts less
-FAN_SAMPLES = 24
+FAN_PLACES = 5  # of Gauss's rule on each part of the chord
 NEWTON_STEPS = 10
 SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place may miss it
 TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
@@ -29,11 +29,15 @@ ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which 
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
 
-@func
-def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
-    """The point of an ellipsoid with radii r that is nearest to p, or if `across` is an axis of its section there.
+@func(inline=False)
+def nearest_multiplier(p: wp.vec3, r: wp.vec3, across: int) -> float:
+    """The t with which r^2 p / (t + r^2) is the point of an ellipsoid with radii r that is nearest to p.
 
-    Newton's method on sum (r x / (t + r^2))^2 = 1, which is convex in t, from the left (Eberly 2013).
+    Newton's method, from the left, on 1 over the root of sum (r p / (t + r^2))^2, which is nearly linear in t and
+    concave (Conn, Gould and Toint 2000, Trust-Region Methods, section 7.3; for the ellipsoid Eberly 2013).
+
+    Args:
+        across: an axis that is left out; -1: none.
     """
     size = r
     place = p
@@ -41,28 +45,47 @@ def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
         place[across] = 0.0
         size[across] = 0.0
     square = wp.cw_mul(size, size)
-    inner = wp.cw_mul(size, wp.vec3(wp.abs(place[0]), wp.abs(place[1]), wp.abs(place[2]))) - square
+    lever = wp.cw_mul(size, wp.vec3(wp.abs(place[0]), wp.abs(place[1]), wp.abs(place[2])))
     t = wp.float32(-1.0e30)
     for k in range(3):
         if k != across:
-            t = wp.max(t, inner[k])
+            t = wp.max(t, lever[k] - square[k])
     for _ in range(NEWTON_STEPS):
-        value = wp.float32(-1.0)
+        total = wp.float32(0.0)
         slope = wp.float32(0.0)
         for k in range(3):
             if k != across:
                 away = 1.0 / wp.max(t + square[k], SMALLEST)
-                x = size[k] * place[k] * away
-                value += x * x
-                slope += 2.0 * x * x * away
-        if value <= SETTLED:
+                x = lever[k] * away
+                total += x * x
+                slope += x * x * away
+        if total - 1.0 <= SETTLED:
             break
-        t += value / wp.max(slope, SMALLEST)
+        t += (wp.sqrt(total) - 1.0) * total / wp.max(slope, SMALLEST)
+    return t
+
+
+@func
+def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
+    """The point of an ellipsoid with radii r that is nearest to p, or if `across` is an axis of its section there."""
+    t = nearest_multiplier(p, r, across)
     found = wp.vec3(0.0)
     for k in range(3):
         if k != across:
-            found[k] = square[k] * place[k] / wp.max(t + square[k], SMALLEST)
+            square = r[k] * r[k]
+            found[k] = square * p[k] / wp.max(t + square, SMALLEST)
     return found
+
+
+@func
+def outward_at_nearest(p: wp.vec3, r: wp.vec3) -> wp.vec3:
+    """The unit normal of an ellipsoid at its point nearest to p, to which it leads from a p inside."""
+    t = nearest_multiplier(p, r, -1)
+    square = wp.cw_mul(r, r)
+    away = wp.vec3(
+        wp.max(t + square[0], SMALLEST), wp.max(t + square[1], SMALLEST), wp.max(t + square[2], SMALLEST)
+    )  # fmt: skip
+    return wp.normalize(wp.cw_div(p, away))
 
 
 @func
@@ -75,12 +98,43 @@ def most_along(d: wp.vec3) -> int:
 
 
 @func
+def turning_place(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> float:
+    """Where along a chord the direction to the ellipsoid turns most, a share of it: nearest to its long axes.
+
+    A flat ellipsoid's nearest point changes sides where the chord crosses the plane of its two longer axes, a long and
+    thin one's goes round where the chord passes the longest axis. Which of these it is, weights of axes say.
+    """
+    longest = wp.max(r[0], wp.max(r[1], r[2]))
+    crossed = wp.float32(0.0)
+    length = wp.float32(0.0)
+    for k in range(3):
+        flat = 1.0 / (r[k] * r[k]) - 1.0 / (longest * longest)
+        weight = flat * flat * flat * flat
+        crossed -= weight * start[k] * chord[k]
+        length += weight * chord[k] * chord[k]
+    return wp.clamp(crossed / wp.max(length, SMALLEST), 0.0, 1.0)
+
+
+@func
+def gauss_place(k: int) -> wp.vec2:
+    """Place k of Gauss's rule of 5 points on -1..1, and its weight."""
+    near = wp.where(k == 1 or k == 3, 0.5384693101, 0.9061798459)
+    x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))
+    weight = wp.where(k == 2, 0.5688888889, wp.where(k == 1 or k == 3, 0.4786286705, 0.2369268851))
+    return wp.vec2(x, weight)
+
+
+@func
 def fan_point(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
     """The point of the ellipsoid in the mean direction from a chord within it."""
+    turns = turning_place(start, chord, r)
     total = wp.vec3(0.0)
-    for k in range(FAN_SAMPLES):
-        sample = start + chord * ((float(k) + 0.5) / float(FAN_SAMPLES))
-        total += wp.normalize(nearest_on_ellipsoid(sample, r, -1) - sample)
+    for k in range(2 * FAN_PLACES):
+        before = k < FAN_PLACES
+        own = gauss_place(wp.where(before, k, k - FAN_PLACES))
+        share = wp.where(before, turns, 1.0 - turns)
+        place = wp.where(before, 0.0, turns) + share * 0.5 * (1.0 + own[0])
+        total += outward_at_nearest(start + chord * place, r) * (share * own[1])
     return nearest_on_ellipsoid(start + 0.5 * chord + wp.normalize(total), r, -1)
 
 
@@ -136,11 +190,9 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
     """Length of the arc u cos t + v sin t, t from 0 to an angle, stretched by radii; by Gauss's rule of 5 points."""
     total = wp.float32(0.0)
     for k in range(5):
-        near = wp.where(k == 1 or k == 3, 0.5384693101, 0.9061798459)
-        x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))
-        weight = wp.where(k == 2, 0.5688888889, wp.where(k == 1 or k == 3, 0.4786286705, 0.2369268851))
-        t = 0.5 * angle * (1.0 + x)
-        total += weight * wp.length(wp.cw_mul(r, v * wp.cos(t) - u * wp.sin(t)))
+        own = gauss_place(k)
+        t = 0.5 * angle * (1.0 + own[0])
+        total += own[1] * wp.length(wp.cw_mul(r, v * wp.cos(t) - u * wp.sin(t)))
     return 0.5 * angle * total
 
 
@@ -148,7 +200,7 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
 def ellipsoid_touch_of(smooth: bool) -> Any:
     """The Warp function `ellipsoid_touch`, of OpenSim's ellipsoid, or of one off which no path jumps."""
 
-    @func
+    @func(inline=False)
     def ellipsoid_touch(a: wp.vec3, b: wp.vec3, full: wp.vec3, axis: int, side: int, method: int) -> Touch:
         """How a segment from a to b, m, goes round an ellipsoid, which it only does where it would run through it.
 

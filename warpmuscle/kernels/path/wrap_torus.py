@@ -39,7 +39,7 @@ def narrowed(reach: float, size: float, gain: float, expected: float, after: flo
     return share * wp.min(reach, 10.0 * size)
 
 
-@func
+@func(inline=False)
 def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
     """The place on the line from a to b that OpenSim's search for the one nearest to the circle finds, from a on.
 
@@ -98,7 +98,7 @@ def from_circle(p: wp.vec3, ring: float) -> float:
     return inward * inward + p[2] * p[2]
 
 
-@func
+@func(inline=False)
 def torus_touch(a: wp.vec3, b: wp.vec3, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
     """How a segment from a to b, m, goes through a torus.
 
