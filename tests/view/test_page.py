@@ -39,7 +39,8 @@ def page_of_two(browser, walk, tmp_path_factory):
     path.write_text(
         page_of_sights([walk, Sight("other", walk.recording.window(0.0, 0.3), walk.scene)], "two <walks>").text
     )
-    context = browser.new_context(viewport={"width": 640, "height": 480}, offline=True)
+    # What waits for a condition evaluates text in the page, which its policy forbids; that is tested below.
+    context = browser.new_context(viewport={"width": 640, "height": 480}, offline=True, bypass_csp=True)
     page = context.new_page()
     page.set_default_timeout(60_000)
     problems: list[str] = []
@@ -173,6 +174,19 @@ def test_keys_play_step_look_and_are_listed(opened):
     opened.keyboard.press("?")
     assert opened.locator("#help").is_visible()
     assert "see all" in opened.locator("#help").text_content()
+
+
+def test_a_page_that_is_a_file_does_nothing_that_its_own_policy_forbids(browser, walk, tmp_path):
+    path = tmp_path / "walk.html"
+    path.write_text(page_of_sights([walk], "walk").text)
+    assert "default-src 'none'" in path.read_text()
+    page, refused = browser.new_page(offline=True), []
+    page.on("console", lambda message: refused.append(message.text) if message.type == "error" else None)
+    page.goto(path.as_uri())
+    page.evaluate("warpmuscle.ready")
+    drawn(page)
+    page.close()
+    assert refused == []
 
 
 def test_all_bipeds_are_in_the_picture_at_any_size(browser, walk, tmp_path):

@@ -54,7 +54,7 @@ def test_replay_is_the_page_that_can_be_exported(browser):
     sight = of_scene(msgspec.structs.replace(load("fwalk"), duration=0.3), "cpu")[0]
     text = replay_html([sight.recording] * 2, sight.scene, ["a", "b"])
     for viewer, page in opened(browser, replay_viewer(text, port=0)):
-        assert page.evaluate("fetch('/').then((response) => response.text())") == text
+        assert page.context.request.get(viewer.url).text() == text  # its policy lets the page itself ask for nothing
         assert state(page)["bipeds"] == 2
         page.goto(f"{viewer.url}&frame=3")
         page.evaluate("warpmuscle.ready")

@@ -185,10 +185,10 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     """The scene with values in place of its own, each given as KEY=VALUE, the value in TOML or as plain text."""
     from warpmuscle.formats.overrides import Override, overridden
 
-    return overridden(scene, [Override(key, value) for key, value in told_settings(settings)])
+    return overridden(scene, [Override(key, value) for key, value in settings_in(settings)])
 
 
-def told_settings(settings: list[str]) -> list[tuple[str, Any]]:
+def settings_in(settings: list[str]) -> list[tuple[str, Any]]:
     """Keys and values of settings that are given as KEY=VALUE, the value in TOML or as plain text."""
     import tomllib
 

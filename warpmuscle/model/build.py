@@ -260,7 +260,9 @@ def parts_of(paths: Iterable[str]) -> tuple[str, ...] | None:
     found: dict[str, None] = {}
     for path in paths:
         table, *names = path.split(".")
-        if table == "controller":
+        if table == "controller" and names[0] == "reflexes":  # their numbers are those of muscles
+            found |= {"controller": None, "muscles": None, "excitations": None}
+        elif table == "controller":
             found["controller"] = None
         elif table == "character" and names[0] == "muscles" and len(names) == 3 and names[2] in _LAWS:
             found |= {"muscle laws": None, "excitations": None}

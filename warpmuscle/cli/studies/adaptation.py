@@ -18,8 +18,8 @@ from warpmuscle.cli.common import (
     Trust,
     doubts_printed,
     seconds,
+    settings_in,
     start_warp,
-    told_settings,
     with_settings,
 )
 from warpmuscle.cli.console import log, out
@@ -75,7 +75,7 @@ def adaptation(
     named = str(Path(scene).absolute()) if Path(scene).suffix else scene
     with doubts_printed():
         walker = with_settings(load(scene, trust=trust), settings or [])
-        values = dict(told_settings(settings or []))
+        values = dict(settings_in(settings or []))
         replace_file(sweep_file, sweep_text(records, walker, named, seeds, search, duration, values))
         plan = read(sweep_file, trusted=trust)
     start_warp()

@@ -40,7 +40,8 @@ def attachments(
     found: list[Piece] = []
     for name in muscles:
         path = character.muscles[name].path
-        for end, beside in ((path[0], path[1]), (path[-1], path[-2])):
+        ends = ((path[0], path[1]), (path[-1], path[-2])) if len(path) > 1 else ()  # none, where arms are given
+        for end, beside in ends:
             if end.motion or not len(edges[end.body]):
                 continue
             place = np.asarray(end.place(), dtype=np.float64)
