@@ -86,15 +86,15 @@ def test_what_is_expected_stays_open_with_two_seeds(found: StudyResult):
 
 def test_a_measure_that_no_run_gives_is_named(folder: Path, tmp_path: Path):
     file = tmp_path / "loads.toml"
-    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    file.write_text(TEXT.replace('"step*"', '"muscle mass"'))
     plan = read(file)
-    with pytest.raises(Error, match="the study asks for 'step lenght'; did you mean 'step length'"):
+    with pytest.raises(Error, match="the study asks for 'muscle mass'.*; its runs give: cost, speed"):
         measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
 
 
 def test_a_study_whose_runs_all_fell_shows_their_costs(folder: Path, tmp_path: Path):
     file = tmp_path / "loads.toml"
-    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    file.write_text(TEXT.replace('"step*"', '"muscle mass"'))
     runs = [MeasuredRun(run, 1.0, "", False, {"cost": 2e6}, "fell") for run in read(file).runs]
     study = read(file).study
     assert study is not None
