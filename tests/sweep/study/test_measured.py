@@ -88,7 +88,7 @@ def test_a_measure_that_no_run_gives_is_named(folder: Path, tmp_path: Path):
     file = tmp_path / "loads.toml"
     file.write_text(TEXT.replace('"step*"', '"muscle mass"'))
     plan = read(file)
-    with pytest.raises(Error, match="the study asks for 'muscle mass'.*; its runs give: cost, speed"):
+    with pytest.raises(Error, match=r"the study asks for 'muscle mass'.*; its runs give: cost, speed"):
         measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
 
 

@@ -22,10 +22,9 @@ from warpmuscle.sweep.study.table import COST
 NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
-    "expected, or, where only a value was expected, has it; in sign, not in size: but it does not have the value that was "
-    "expected. Contradicts: it lies on the other side, or does not have "
-    "it. Open: so few seeds cannot tell; it takes six or more. What is to stay within a change agrees where all of the "
-    "interval does."
+    "expected, or, where only a value was expected, has it; in sign, not in size: it does not have the value that was "
+    "expected. Contradicts: it lies on the other side, or does not have it. Open: so few seeds cannot tell; it takes "
+    "six or more. What is to stay within a change agrees where all of the interval does."
 )
 
 
@@ -168,7 +167,8 @@ def _expected(held: Held, found: StudyResult) -> str:
     if held.expected.within:
         words.append(f"within {number(_unit(held, found), held.expected.within)} {_unit(held, found)}".rstrip())
     if held.expected.value is not None:
-        words.append(f"by {number(_unit(held, found), held.expected.value)} {_unit(held, found)}".rstrip())
+        value = abs(held.expected.value) if held.expected.change == "falls" else held.expected.value
+        words.append(f"by {number(_unit(held, found), value)} {_unit(held, found)}".rstrip())
     return " ".join(words)
 
 
