@@ -13,10 +13,11 @@ from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.studies.conditions import Cell, Expected, Spread, verdict_of
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.study import page as study_page
-from warpmuscle.sweep.study.measured import MeasuredRun, StudyResult, _rows, in_all, measured
+from warpmuscle.sweep.study.measured import Held, MeasuredRun, StudyResult, _rows, in_all, measured
 
 TEXT = """
 scene = "fwalk"
@@ -128,3 +129,18 @@ def test_the_command_writes_page_and_table_and_refuses_what_is_no_study(folder: 
     refused = command_line.run("study", "plain.toml", folder=tmp_path)
     assert refused.returncode == 2
     assert "plain.toml: no [study]" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("interval", "words"),
+    [
+        ((0.2, 0.8), "agrees in sign, not in size"),
+        ((0.2, 3.0), "agrees"),
+        ((-0.2, 0.8), "open"),
+        ((-2.0, -1.0), "contradicts"),
+    ],
+)
+def test_a_page_says_whether_a_change_agrees_in_size(interval: tuple[float, float], words: str):
+    spread = Spread(20, float(np.mean(interval)), *interval)
+    cell, expected = Cell("up 8 %", 20, 20, spread, spread, interval), Expected("speed", "rises", "up 8 %", 2.8)
+    assert study_page._words(Held(expected, "", cell, verdict_of(expected, cell))) == words
