@@ -11,6 +11,7 @@ from warpmuscle.gait import quality
 from warpmuscle.gait.cycles import PERCENT, body_weight
 from warpmuscle.gait.foot_contact import Support
 from warpmuscle.gait.foot_sliding import FootSliding
+from warpmuscle.gait.measure_names import can_be_measured, measure_names
 from warpmuscle.gait.quality import TIMING, aimed_speed, gait_measures, runs
 from warpmuscle.gait.table import gait_table, human, unit_of
 from warpmuscle.results.recording import Recording
@@ -81,7 +82,7 @@ WINDOWS = {  # % of the cycle within which each key point is looked for
 
 @pytest.mark.parametrize("key", WINDOWS)
 def test_key_points_are_looked_for_in_their_part_of_the_cycle(key: str):
-    (_, find, *window), sign = quality._KEY_POINTS[key], -1.0 if "minimum" in key else 1.0
+    (_, find, *window), sign = quality.KEY_POINTS[key], -1.0 if "minimum" in key else 1.0
     low, high = WINDOWS[key]
     for percent in (low + 3, high - 3, low - 3, high + 3):
         if 0 < percent < 100:
@@ -265,6 +266,15 @@ def test_every_measure_has_a_unit_and_a_torque_driven_walk_has_none_of_muscles(s
     for name in ("cost of transport", "share of passive force", "mean activation"):
         assert rows[name].values[0] is None
         assert rows[name].values[1] is not None
+
+
+def test_every_measure_of_a_walk_is_known_by_name_and_every_name_is_of_a_walk(scene: Scene):
+    torques = substitute(walk_scene("fwalk"), start_values(walk_scene("fwalk")))
+    found = gait_measures(normal_walk(scene), scene) | gait_measures(walk_result("fwalk").replays[0], torques)
+    given = {name for name in found if not name.endswith((" at", "norm band", "target speed"))}
+    assert not [name for name in given if not can_be_measured(name)]
+    others = {name for name in measure_names() if not name.startswith("timing of ")} - given
+    assert others == {"angles from Fukuchi 2017"}  # of a run
 
 
 def test_what_humans_have_is_read_off_the_norms():

@@ -47,7 +47,7 @@ AT = " at"  # at the end of the name of a percent of the cycle, behind the name 
 LEAST_NORMAL_SPEED = 0.3  # m/s forwards, below which norms do not apply
 LEAST_FLIGHT = 1.0  # % of the cycle without a foot on the ground, from which on a gait is a run
 # Key points by name: the curve, and the function and part of the cycle (%) that find it.
-_KEY_POINTS = {
+KEY_POINTS = {
     "hip, minimum": ("Hip flexion", least, 20.0, 80.0),
     "hip, maximum": ("Hip flexion", greatest, 50.0, 100.0),
     "knee, maximum in stance": ("Knee flexion", peak, 2.0, 45.0),
@@ -169,7 +169,7 @@ def _of_angles(
         found[f"deviation of the {_short(name)}"] = _deviation(name, curves[name], normal)
     three = [found[f"deviation of the {_short(name)}"] for name in LEG_ANGLES]
     found["deviation of the three angles"] = _mean(three)
-    for key, (name, find, low, high) in _KEY_POINTS.items():
+    for key, (name, find, low, high) in KEY_POINTS.items():
         _put_point(found, key, [find(curve, low, high) for curve in curves[name]])
     begin = min(cycle[0][0] for cycle in cycles.values())
     found["knee, minimum"] = min(float(side[time >= begin].min()) for side in angles["Knee flexion"].values())

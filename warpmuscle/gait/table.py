@@ -20,7 +20,7 @@ from warpmuscle.scene.people.pinzone import SOURCE as PEOPLE
 _CYCLE = "% of the cycle"
 _BODY_WEIGHTS = "body weights"
 _MOMENT = "N m/kg"
-_UNITS = {
+UNITS = {
     "speed": "m/s",
     "target speed": "m/s",
     "error of the speed": "m/s",
@@ -159,7 +159,7 @@ def unit_of(name: str) -> str:
         return WORK_UNIT
     if name.startswith("timing of"):
         return "% beyond chance"
-    return _CYCLE if name.endswith(("norm band", AT)) else _UNITS.get(name, "deg")
+    return _CYCLE if name.endswith(("norm band", AT)) else UNITS.get(name, "deg")
 
 
 def human(name: str, running: bool = False) -> tuple[str, str]:

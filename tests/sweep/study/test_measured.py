@@ -13,10 +13,11 @@ from warpmuscle.gait.quality import gait_measures
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.studies.conditions import Cell, Expected, Spread, verdict_of
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.study import page as study_page
-from warpmuscle.sweep.study.measured import MeasuredRun, StudyResult, _rows, in_all, measured
+from warpmuscle.sweep.study.measured import Held, MeasuredRun, StudyResult, _rows, in_all, measured
 
 TEXT = """
 scene = "fwalk"
@@ -86,15 +87,15 @@ def test_what_is_expected_stays_open_with_two_seeds(found: StudyResult):
 
 def test_a_measure_that_no_run_gives_is_named(folder: Path, tmp_path: Path):
     file = tmp_path / "loads.toml"
-    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    file.write_text(TEXT.replace('"step*"', '"muscle mass"'))
     plan = read(file)
-    with pytest.raises(Error, match="the study asks for 'step lenght'; did you mean 'step length'"):
+    with pytest.raises(Error, match=r"the study asks for 'muscle mass'.*; its runs give: cost, speed"):
         measured(plan, sweep(plan, folder / "loads.h5", device="cpu"))
 
 
 def test_a_study_whose_runs_all_fell_shows_their_costs(folder: Path, tmp_path: Path):
     file = tmp_path / "loads.toml"
-    file.write_text(TEXT.replace('"step*"', '"step lenght"'))
+    file.write_text(TEXT.replace('"step*"', '"muscle mass"'))
     runs = [MeasuredRun(run, 1.0, "", False, {"cost": 2e6}, "fell") for run in read(file).runs]
     study = read(file).study
     assert study is not None
@@ -128,3 +129,18 @@ def test_the_command_writes_page_and_table_and_refuses_what_is_no_study(folder: 
     refused = command_line.run("study", "plain.toml", folder=tmp_path)
     assert refused.returncode == 2
     assert "plain.toml: no [study]" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("interval", "words"),
+    [
+        ((0.2, 0.8), "agrees in sign, not in size"),
+        ((0.2, 3.0), "agrees"),
+        ((-0.2, 0.8), "open"),
+        ((-2.0, -1.0), "contradicts"),
+    ],
+)
+def test_a_page_says_whether_a_change_agrees_in_size(interval: tuple[float, float], words: str):
+    spread = Spread(20, float(np.mean(interval)), *interval)
+    cell, expected = Cell("up 8 %", 20, 20, spread, spread, interval), Expected("speed", "rises", "up 8 %", 2.8)
+    assert study_page._words(Held(expected, "", cell, verdict_of(expected, cell))) == words

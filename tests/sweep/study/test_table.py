@@ -75,6 +75,9 @@ def test_seeds_and_options_may_be_others_than_those_of_the_file(tmp_path: Path):
         ),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nat = 3\n', "no run has the condition 3"),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nwithin = 3\n', 'what "stays"'),
+        ('[study]\nmeasures = ["cost", "step lenght"]\n', "'step lenght'; did you mean 'step length'"),
+        ('[study]\nmeasures = ["elbow*"]\n', "no walk has a measure 'elbow[*]'; `warpmuscle gait`"),
+        ('[study]\n[[study.expected]]\nmeasure = "sped"\nchange = "falls"\n', "'sped'; did you mean 'speed'"),
         ("[study]\nmeasure = []\n", "measure"),
         ("study = 3\n", "study"),
     ],
@@ -91,3 +94,15 @@ def test_trainings_are_no_study(tmp_path: Path):
     assert planned(tmp_path, text).trains
     with pytest.raises(SceneError, match="trainings have none"):
         planned(tmp_path, text + "[study]\n")
+
+
+def test_measures_that_some_walk_has_are_asked_for(tmp_path: Path):
+    names = ["cost", "metabolic power in all", "hip*", "timing of soleus", "work of brace", "*", "objective.speed"]
+    study = planned(tmp_path, HEAD + f"[study]\nmeasures = {names}\n").study
+    assert study is not None
+    assert list(study.measures) == names
+
+
+def test_a_wrong_measure_is_named_with_its_line(tmp_path: Path):
+    with pytest.raises(SceneError, match=r"study\.toml:9: .*sped"):
+        planned(tmp_path, HEAD + '[[study.expected]]\nmeasure = "sped"\nchange = "falls"\nat = 0.5\n')

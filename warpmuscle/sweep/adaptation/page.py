@@ -91,14 +91,15 @@ def page(found: Comparison, sweep: str, command: str) -> str:
     )
 
 
-def _best(found: Comparison) -> list[tuple[str, str, str]]:
-    """For each kind of condition the formula of metabolic power with the least error."""
+def _best(found: Comparison) -> list[tuple[str, str, str, str]]:
+    """For each kind of condition the formula of metabolic power with the least error, and what it comes to."""
     best = []
     for kind in KINDS:
         mine = [one for one in found.scores if one.kind == kind and one.quantity != FREQUENCY]
         if mine:
             least = min(mine, key=lambda one: one.error)
-            best.append((kind, least.quantity, _percent(least.error)))
+            part = _percent(100.0 * least.part) + (", the wrong sign" if least.part < 0.0 else "")
+            best.append((kind, least.quantity, part, _percent(least.error)))
     return best
 
 

@@ -34,10 +34,8 @@ from warpmuscle.studies.conditions import (
 from warpmuscle.sweep.in_processes import in_processes
 from warpmuscle.sweep.plan import Plan, SweepRun
 from warpmuscle.sweep.run import SweepResult
-from warpmuscle.sweep.study.table import Study
+from warpmuscle.sweep.study.table import COST, POWER, Study
 
-COST = "cost"  # a measure of any search
-POWER = "metabolic power in all"  # W, of the body with its loads
 UNSEEN = ("target speed", "norm band", " at")  # ends of names of what is no measure by itself
 
 

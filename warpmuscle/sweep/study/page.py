@@ -16,14 +16,15 @@ from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
 from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
 from warpmuscle.sweep.plan import Plan
-from warpmuscle.sweep.study.measured import COST, Held, Row, StudyResult, values_of
+from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
+from warpmuscle.sweep.study.table import COST
 
 NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
-    "expected, or, where only a value was expected, has it. Contradicts: it lies on the other side, or does not have "
-    "it. Open: so few seeds cannot tell; it takes six or more. What is to stay within a change agrees where all of the "
-    "interval does."
+    "expected, or, where only a value was expected, has it; in sign, not in size: it does not have the value that was "
+    "expected. Contradicts: it lies on the other side, or does not have it. Open: so few seeds cannot tell; it takes "
+    "six or more. What is to stay within a change agrees where all of the interval does."
 )
 
 
@@ -92,6 +93,8 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
             reference=text_of(found.study.reference),
             verdicts=VERDICTS,
             figure=figure,
+            words=any(isinstance(condition, str) for condition in _conditions(found)),
+            people=any(row.unit == "SD" for row in found.rows),
             diamonds=any(held.expected.value is not None for held in found.held),
             tables=tables,
             left_out=[(run.run.name, run.why or "fell") for run in found.runs if run.why or not run.walked],
@@ -164,7 +167,8 @@ def _expected(held: Held, found: StudyResult) -> str:
     if held.expected.within:
         words.append(f"within {number(_unit(held, found), held.expected.within)} {_unit(held, found)}".rstrip())
     if held.expected.value is not None:
-        words.append(f"by {number(_unit(held, found), held.expected.value)} {_unit(held, found)}".rstrip())
+        value = abs(held.expected.value) if held.expected.change == "falls" else held.expected.value
+        words.append(f"by {number(_unit(held, found), value)} {_unit(held, found)}".rstrip())
     return " ".join(words)
 
 
@@ -199,8 +203,15 @@ def _held(held: Held, found: StudyResult) -> dict[str, str]:
         "found": _found(held, found),
         "note": _note(held),
         "verdict": held.verdict,
+        "words": _words(held),
         "source": held.expected.source,
     }
+
+
+def _words(held: Held) -> str:
+    """The verdict, and whether it is of the sign alone: a change by a tenth of what is published is no agreement."""
+    sign_alone = held.expected.change and has_value(held.expected, held.cell) is False
+    return "agrees in sign, not in size" if held.verdict == "agrees" and sign_alone else held.verdict
 
 
 def _figure(found: StudyResult) -> Any:

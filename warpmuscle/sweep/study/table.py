@@ -24,9 +24,12 @@ import msgspec
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import shown
+from warpmuscle.gait.measure_names import can_be_measured, measure_names
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.studies.conditions import Condition, Expected
 
+COST = "cost"  # a measure of any search
+POWER = "metabolic power in all"  # W, of the body with its loads
 USUAL = (
     *("cost", "speed", "step length", "step width", "cadence", "stance", "double support", "cost of transport"),
     *("hip, maximum", "knee, maximum in stance", "knee, maximum in swing", "ankle, maximum in stance"),
@@ -98,7 +101,8 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
         name: of the sweep. runs: by name of the axis, what sets each apart.
 
     Raises:
-        SceneError: it names a condition, or a value of it, that no run has; or says nothing of what it expects.
+        SceneError: it names a condition, or a value of it, that no run has; or says nothing of what it expects;
+            or it asks for a measure that no walk has.
     """
     axes = list(dict.fromkeys(axis for run in runs for axis in run if axis != "seed"))
     condition = table.condition or (axes[0] if len(axes) == 1 else "")
@@ -107,9 +111,12 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
         raise SceneError(f"no axis {condition!r}{near(condition, axes)}; there are: {known}", key="study.condition")
     study = Study(table.title or name, table.text, condition, "", tuple(table.measures) or USUAL, ())
     values = list(dict.fromkeys(study.condition_of(run) for run in runs))
+    for index, pattern in enumerate(table.measures):
+        _check_measure(pattern, f"study.measures.{index}")
     expected = []
     for index, one in enumerate(table.expected):
         place = f"study.expected.{index}"
+        _check_measure(one.measure, f"{place}.measure")
         if not one.change and one.value is None:
             raise SceneError("says neither a change (rises, falls, stays) nor the value of one", key=place)
         if one.within is not None and (one.change != "stays" or one.within <= 0.0):
@@ -118,6 +125,14 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
         expected.append(Expected(one.measure, one.change, at, one.value, one.source, one.within or 0.0))
     reference = values[0] if table.reference is None else _among(table.reference, values, "study.reference")
     return Study(study.title, table.text, condition, reference, study.measures, tuple(expected))
+
+
+def _check_measure(pattern: str, key: str) -> None:
+    """Refuse, before anything is searched for, what fits no measure; free parameters, which have a dot, do later."""
+    if "." not in pattern and not can_be_measured(pattern, (COST, POWER)):
+        known = (COST, *measure_names(), POWER)
+        words = near(pattern, known) or "; `warpmuscle gait` prints those of a walk"
+        raise SceneError(f"no walk has a measure {pattern!r}{words}", key=key)
 
 
 def _among(value: Condition, values: Sequence[Condition], key: str) -> Condition:
