@@ -11,7 +11,9 @@ from leg_model import chain_of, leg, markers_of, walk
 from recorded_markers import trc_text
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.formats.external_loads import TO_OPENSIM
+from warpmuscle.inverse import kinematics
 from warpmuscle.inverse.files import angle_names, read_coordinates
+from warpmuscle.inverse.marker_checks import Doubts, doubts
 from warpmuscle.inverse.trial import Markers, TrialWarning
 
 
@@ -80,6 +82,34 @@ def test_a_marker_that_jumps_in_some_frames_is_named(scene, chain):
     with pytest.warns(TrialWarning, match="tibia0 misses by .* cm in 2 frames, the first is number 32"):
         found = wm.inverse_kinematics(scene, markers)
     assert len(found.notes) == 1
+
+
+def test_a_closer_look_finds_no_more_than_where_sums_leave_doubt(scene, chain, monkeypatch):
+    random, trials = np.random.default_rng(3), []
+    for k in range(40):
+        markers = markers_of(chain, walk(chain, 30 + k % 2, seed=k), noise=0.01)
+        rows = random.choice(30, random.integers(1, 30), replace=False)
+        one = random.integers(len(markers.names))
+        markers.positions[rows, one] += random.normal(size=3) * random.uniform(0.1, 0.6)
+        markers.positions[random.choice(30, 3), random.integers(len(markers.names))] = np.nan
+        trials.append(markers)
+    trials[7] = replace(trials[7], positions=trials[7].positions * [1.0, -1.0, -1.0])
+    trials[9].positions[4:6] = np.nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TrialWarning)
+        found = wm.inverse_kinematics(scene, trials, device="cpu")
+        looked = []
+
+        def every(*given):
+            found = doubts(*given)
+            looked.append(found.any)
+            return Doubts(*(np.ones_like(each) for each in found))
+
+        monkeypatch.setattr(kinematics, "doubts", every)
+        closer = wm.inverse_kinematics(scene, trials, device="cpu")
+    assert [one.notes for one in found] == [one.notes for one in closer]
+    noted = [bool(one.notes) for one in closer]
+    assert 5 < sum(noted) <= looked[0].sum() < 38
 
 
 def test_swapped_labels_are_named(scene, chain):

@@ -24,7 +24,7 @@ from warpmuscle.formats.opensim_setups import Tasks, read_tasks
 from warpmuscle.inverse.chain import Chain, chain_of
 from warpmuscle.inverse.files import read_coordinates, read_markers, write_columns, write_coordinates
 from warpmuscle.inverse.fit_plan import Problem, Recorded
-from warpmuscle.inverse.marker_checks import check_size, chosen_markers, misfits, noted, notes_on
+from warpmuscle.inverse.marker_checks import check_size, chosen_markers, doubts, misfits, notes_on
 from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.scene import Scene
@@ -279,16 +279,15 @@ def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) ->
     """Trials of the same markers and weights, fitted together."""
     problem, fit = _fit(chain, trials, device)
     names, starts = tuple(trials[0].weights), problem.starts
-    badly_fitted = noted(chain, names, fit, starts)
+    doubt = doubts(chain, names, fit, starts)
     listed, values = chain.all_values(fit.values)
     found = []
-    for trial, first, may in zip(trials, starts.tolist(), badly_fitted.tolist(), strict=True):
+    for k, (trial, first, doubtful) in enumerate(zip(trials, starts.tolist(), doubt.any.tolist(), strict=True)):
         part = slice(first, first + len(trial.markers.times))
         coordinates = Coordinates(listed, trial.markers.times, values[part])
         one = Kinematics(coordinates, names, trial.recorded, fit.errors[part], fit.iterations[part], (), scene, chain)
-        if may:
-            measured, errors = (_turned(vectors, TO_OPENSIM) for vectors in (one.measured, one.errors))
-            notes = notes_on(names, chain, measured, errors, one.iterations, fit.loose[part])
+        if doubtful:
+            notes = notes_on(names, chain, doubt, k, one.recorded, one.missed, one.iterations, fit.loose[part])
             one = replace(one, notes=tuple(notes))
         found.append(one)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.chain import Chain
 from warpmuscle.inverse.fit_plan import Recorded, seen_in, squared_lengths
 from warpmuscle.inverse.marker_fit import Fit
-from warpmuscle.inverse.recorded_markers import BEYOND
+from warpmuscle.inverse.recorded_markers import BEYOND, NEAR, SUDDEN
 from warpmuscle.inverse.trial import Markers
 from warpmuscle.markers.files import UNITS
 
@@ -21,10 +22,8 @@ FEWEST = 3  # markers, from which a pose follows
 ALIKE = 2.5  # times that a recorded body may be larger or smaller than the model
 FAR = 0.1  # m, that a marker misses: more than skin moves
 OUTLYING = 4.0  # times the median of all markers
-SUDDEN = 3.0  # times what a marker misses by in the median frame
 SWAPPED = 0.5  # of the error, that is left once two labels are exchanged
 LISTED = 6
-NEAR = 1e-6  # part by which sums in another order may be off
 UPRIGHT = -0.3  # correlation of heights in the model with recorded ones, below which a body is upside down
 
 
@@ -107,59 +106,87 @@ def misfits(
     return np.flatnonzero(~usual | np.logical_or.reduceat(far, starts))
 
 
-def noted(chain: Chain, names: Sequence[str], fit: Fit, starts: Integers) -> NDArray[np.bool_]:
-    """Whether there may be something to note of each recording (T,); `notes_on` says what.
+class Doubts(NamedTuple):
+    """Where there may be something to note, by recording (T,): sums over its frames tell that cheaply."""
+
+    loose: NDArray[np.bool_]  # of coordinates that markers do not tell
+    turned: NDArray[np.bool_]  # of a body that is upside down
+    slow: NDArray[np.bool_]  # of frames that did not converge
+    missed: NDArray[np.bool_]  # of markers that miss by far
+
+    @property
+    def any(self) -> NDArray[np.bool_]:
+        """Whether anything is in doubt."""
+        return self.loose | self.turned | self.slow | self.missed
+
+
+def doubts(chain: Chain, names: Sequence[str], fit: Fit, starts: Integers) -> Doubts:
+    """What may be to be noted of each recording; `notes_on` looks closer.
 
     Args:
         fit: of all frames of all recordings. starts: (T,) first frames.
     """
-    frames, sums = np.logical_or.reduceat(fit.loose.any(axis=1) | (fit.iterations < 0), starts), fit.sums
+    sums = fit.sums
+    loose = np.logical_or.reduceat(fit.loose.any(axis=1), starts)
+    slow = np.logical_or.reduceat(fit.iterations < 0, starts)
     with np.errstate(all="ignore"):
         rms = np.sqrt(sums.squares / sums.seen)
         usual = np.nanmedian(rms, axis=1)
-        off = (np.sqrt(sums.most) > np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)).any(axis=1)
+        limit = np.maximum(FAR, OUTLYING * usual)[:, None] * (1.0 - NEAR)
+        # the worst frame is far beyond the median one only if half of all are near beside it
+        jumps = (np.sqrt(sums.most) > limit) & (2 * sums.near >= sums.seen)
+        missed = (jumps | (rms > limit)).any(axis=1) | ~(usual <= FAR * (1.0 - NEAR))
     recorded, model = sums.height / np.maximum(sums.seen, 1), chain.resting(names)[:, 1]
     recorded, model = recorded - recorded.mean(axis=1, keepdims=True), model - model.mean()
     along, sizes = recorded @ model, np.sqrt(np.square(recorded).sum(axis=1) * np.square(model).sum())
-    return np.asarray(frames | off | ~(usual <= FAR * (1.0 - NEAR)) | ~(along > (UPRIGHT + NEAR) * sizes))
+    return Doubts(loose, ~(along > (UPRIGHT + NEAR) * sizes), slow, missed)
 
 
 def notes_on(
-    names: Sequence[str], chain: Chain, positions: Floats, errors: Floats, iterations: Integers,
-    loose: NDArray[np.bool_],
+    names: Sequence[str], chain: Chain, doubt: Doubts, number: int, recorded: Recorded, errors: Floats,
+    iterations: Integers, loose: NDArray[np.bool_],
 ) -> list[str]:  # fmt: skip
     """What is to be known of a fit: coordinates that no marker tells, markers that miss, labels that seem swapped.
 
     Args:
-        positions, errors: (F, K, 3) m, axes of scenes. iterations: (F,). loose: (F, C).
+        doubt: of all recordings, and this one's number. errors: (F, K, 3) m, in the axes recorded. iterations: (F,).
+        loose: (F, C).
     """
-    notes = _loose(chain, loose)
-    notes += _upside_down(names, chain, positions)
+    notes = _loose(chain, loose) if doubt.loose[number] else []
+    if doubt.turned[number]:
+        notes += _upside_down(names, chain, recorded.chosen())
     slow = np.flatnonzero(iterations < 0)
     if len(slow):
         notes.append(
             f"{number_of(len(slow), 'frame')} did not converge, the first is number {slow[0] + 1}; "
             "their markers fit badly"
         )
+    if doubt.missed[number]:
+        notes += _missed(names, recorded.chosen(), errors.astype(np.float64))
+    return notes
+
+
+def _missed(names: Sequence[str], positions: Floats, errors: Floats) -> list[str]:
+    """Markers that miss by far: everywhere, under another's label, or in some frames."""
+    squares = squared_lengths(errors)
     with np.errstate(all="ignore"):
-        rms = np.sqrt(np.nanmean(squared_lengths(errors), axis=0))
+        rms = np.sqrt(np.nanmean(squares, axis=0))
     usual = float(np.nanmedian(rms))
     if usual > FAR:
-        notes.append(
+        return [
             f"half of all markers miss by {100 * usual:.0f} cm or more: are the axes and labels right, is the model of "
             "this subject?"
-        )
-        return notes
-    limit = max(FAR, OUTLYING * usual)
+        ]
+    notes, limit = [], max(FAR, OUTLYING * usual)
     bad = [k for k in np.argsort(-rms) if rms[k] > limit]
     swaps = _swaps(names, positions, errors, bad)
     if bad and not swaps:
         notes.append(f"markers miss by far, {_worst(names, rms, bad)}: is a label wrong?")
-    return notes + swaps + _sudden(names, errors, rms, limit)
+    return notes + swaps + _sudden(names, np.sqrt(squares), rms, limit)
 
 
 def _upside_down(names: Sequence[str], chain: Chain, positions: Floats) -> list[str]:
-    """A note where markers that are high up in the model are low in the recording."""
+    """A note where markers that are high up in the model are low in the recording; y is up in the axes of both."""
     model = chain.resting(names)[:, 1]
     seen = seen_in(positions)
     recorded = np.where(seen, positions[..., 1], 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
@@ -172,12 +199,12 @@ def _worst(names: Sequence[str], rms: Floats, bad: list[int]) -> str:
     return ", ".join(f"{names[k]} by {100 * rms[k]:.0f} cm" for k in bad[:LISTED])
 
 
-def _sudden(names: Sequence[str], errors: Floats, rms: Floats, limit: float) -> list[str]:
-    """Markers that are in their places but for some frames, where they miss by more than a limit, m."""
-    notes, far = [], np.sqrt(squared_lengths(errors))
-    for k in np.flatnonzero((np.nan_to_num(far).max(axis=0) > limit) & (rms <= limit)).tolist():
+def _sudden(names: Sequence[str], far: Floats, rms: Floats, limit: float) -> list[str]:
+    """Markers that are in their places but for some frames, where they miss (F, K) by more than a limit, m."""
+    notes = []
+    for k in np.flatnonzero((np.fmax.reduce(far, axis=0) > limit) & (rms <= limit)).tolist():
         beyond = max(limit, SUDDEN * float(np.nanmedian(far[:, k])))
-        frames = np.flatnonzero(np.nan_to_num(far[:, k]) > beyond)
+        frames = np.flatnonzero(far[:, k] > beyond)
         if len(frames):
             notes.append(
                 f"{names[k]} misses by {100.0 * far[frames, k].max():.0f} cm in {number_of(len(frames), 'frame')}, the "

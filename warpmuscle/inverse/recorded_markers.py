@@ -15,6 +15,8 @@ from warpmuscle.kernels.inverse import marker_frames
 
 BUFFER = 8_000_000  # bytes
 ROOM = 1.5  # times the columns that count, which rows may have to be taken whole
+SUDDEN = 3.0  # times what a marker misses by in the median frame: it jumps
+NEAR = 1e-6  # part by which sums in another order may be off
 BEYOND = 1e5  # m, that no marker of any unit is away
 
 
@@ -25,6 +27,7 @@ class MarkerSums(NamedTuple):
     height: Floats  # (T, K) m
     seen: Integers  # (T, K) how many frames
     most: Floats  # (T, K) m^2, the greatest square
+    near: Integers  # (T, K) frames that miss by less than the worst one does, even if by `SUDDEN` times as much
 
 
 class RecordedMarkers:
@@ -119,8 +122,9 @@ class FittedFrames:
         """Sums by recording, which start at these frames."""
         ends = to_device([*starts, self._markers.count], int, self._device)
         shape = (len(starts), self._markers.markers)
-        found = [wp.empty(shape, dtype=kind, device=self._device) for kind in (wp.float64, wp.float64, int, wp.float64)]
-        inputs = [self._markers.positions, self._markers.columns, self._errors, ends]
+        kinds = (wp.float64, wp.float64, int, wp.float64, int)
+        found = [wp.empty(shape, dtype=kind, device=self._device) for kind in kinds]
+        inputs = [self._markers.positions, self._markers.columns, self._errors, ends, SUDDEN * (1.0 - NEAR)]
         wp.launch(marker_frames.sum_markers, shape, inputs, found, device=self._device)
         return MarkerSums(*(array.numpy() for array in found))
 

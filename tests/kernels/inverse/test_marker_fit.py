@@ -11,7 +11,7 @@ from warpmuscle.core.warp_start import start_warp
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Problem, Recorded, _outlying
 from warpmuscle.inverse.marker_fit import MarkerFitter
-from warpmuscle.inverse.recorded_markers import FittedFrames
+from warpmuscle.inverse.recorded_markers import SUDDEN, FittedFrames
 from warpmuscle.kernels.marker_fit_structs import FitFrames
 
 AGREED = 2e-5  # rad or m, of float32
@@ -178,8 +178,10 @@ def test_sums_of_recordings_are_those_of_numpy(chain):
         assert sums.squares[k] == pytest.approx(
             np.nansum(fit.errors[part].astype(np.float64) ** 2, axis=(0, 2)), rel=1e-12
         )
-        most = np.nan_to_num(np.sum(fit.errors[part].astype(np.float64) ** 2, axis=2)).max(axis=0)
+        squares = np.sum(fit.errors[part].astype(np.float64) ** 2, axis=2)
+        most = np.nan_to_num(squares).max(axis=0)
         assert sums.most[k] == pytest.approx(most, rel=1e-12)
+        assert np.array_equal(sums.near[k], (SUDDEN**2 * squares < most).sum(axis=0))
         assert sums.height[k] == pytest.approx(np.nansum(positions[part, :, 1], axis=0), rel=1e-12)
 
 

@@ -206,17 +206,19 @@ def put_errors(
 @wp.kernel
 def sum_markers(
     positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
-    squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
-    most: wp.array2d[wp.float64],
+    times: wp.float64, squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
+    most: wp.array2d[wp.float64], near: wp.array2d[int],
 ):  # fmt: skip
     """Sums over the frames of each recording, (recordings, markers), in which a marker is seen.
 
     Args:
-        column: (markers,) of `positions`. starts: (recordings + 1,) first frames, and the number of all.
+        column: (markers,) of `positions`. starts: (recordings + 1,) first frames, and the number of all. times: how
+            far a frame misses beside one that is near.
 
     Returns:
         squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames. most: the greatest
-            square.
+            square. near: how many frames miss by less than the worst one does, even if they missed by so many times
+            as much.
     """
     recording, k = wp.tid()
     total, up, count = wp.float64(0.0), wp.float64(0.0), wp.int32(0)
@@ -231,5 +233,12 @@ def sum_markers(
             count += 1
     squares[recording, k] = total
     height[recording, k] = up
+    close = wp.int32(0)
+    for frame in range(starts[recording], starts[recording + 1]):
+        if is_seen(positions[frame, column[k]]):
+            off = wp.vec3d(errors[frame, k])
+            if not times * times * wp.dot(off, off) >= greatest:
+                close += 1
     seen[recording, k] = count
     most[recording, k] = greatest
+    near[recording, k] = close
