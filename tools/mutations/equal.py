@@ -40,6 +40,8 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "stands there where there are no segments, by whose numbers alone the array is read",
     ("warpmuscle/kernels/memory/scratch.py", "w.frame = integers_at(memory, second + 5, CONTROL, n)",
      "(second + 5 + 5)"): "a place that is free while a controller needs it",
+    ("warpmuscle/kernels/control/simbicon.py", "work.frame[i] = 0", "pass"):
+        "kinematics has left floats there in this step, and only the integer 1, which would be one of 1e-45, counts",
     ("warpmuscle/gait/joint_moments.py",
      "return float(np.mean([np.abs(curve - mean).mean() for curve in curves]) / deviation)", "(mean - curve)"):
         "only its absolute value is used",

@@ -147,19 +147,6 @@ def test_random_states_give_the_torques_of_the_description(change):
         np.testing.assert_allclose(torque[i], expected, atol=1e-4 * max(np.abs(torque).max(), 1.0))
 
 
-def test_torques_do_not_depend_on_what_was_in_memory_before():
-    """Such as ones, which say of every joint that it is held against the heading; a state may hold none so."""
-    states = upright_states(4, seed=9)
-    stages = Stages(everything_on(), 4, "cpu")
-    stages.set_state(*(getattr(states, name) for name in States.__dataclass_fields__), machine_state=np.full(4, 1))
-    results = []
-    for number in (0, 1):
-        stages.workspace.assign(np.full(stages.workspace.shape, number, np.int32).view(np.float32))
-        results.append(stages.controller_torques()[1])
-    np.testing.assert_array_equal(*results)
-    assert np.abs(results[0]).max() > 1.0
-
-
 def test_joint_without_gains_gets_no_torque():
     _, torque = torques(everything_on(), upright_states(20, seed=5))
     assert np.all(torque[:, -1] == 0.0)  # the last joint, a toe, has none
