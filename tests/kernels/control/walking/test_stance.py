@@ -12,6 +12,23 @@ from warpmuscle.simulation.stages import Stages
 SUPPORT = (0.6, 1.4)
 
 
+def torques(rollout: Rollout) -> np.ndarray:
+    """Of joints on the bodies that they carry, world, N m, (instances, bodies, 3)."""
+    memory = rollout._extensions.struct.first.memory.numpy()[:, 0, places.STATE :].astype(float)
+    count = len(rollout.names.bodies)
+    return memory[:, : places.OF_BODY * count].reshape(len(memory), count, places.OF_BODY)[:, :, :3]
+
+
+def test_both_ankles_of_who_stands_do_the_same():
+    """Of a symmetric body: the same about x, the opposite about y and z."""
+    rollout = Rollout(load("steer"), 1, "cpu")
+    rollout.set_commands({"speed": 0.0})
+    rollout.run(0.1)
+    left, right = (torques(rollout)[0, rollout.names.bodies.index(foot)] for foot in rollout.numeric.character.feet)
+    assert np.abs(left).max() > 2.0
+    np.testing.assert_allclose(left, right * [1.0, -1.0, -1.0], atol=0.2)
+
+
 def test_knees_bear_what_more_of_the_weight_they_are_to_support():
     """-(hip - knee) x F on each shank, F along its leg; both legs of one that stands share the weight."""
     scene = load("steer")
@@ -22,9 +39,7 @@ def test_knees_bear_what_more_of_the_weight_they_are_to_support():
     rollout.reset()
     rollout.run(scene.time_step)
     names = rollout.names
-    memory = rollout._extensions.struct.first.memory.numpy()[:, 0].astype(float)
-    torque = memory[:, places.STATE :].reshape(2, -1)[:, : places.OF_BODY * len(names.bodies)]
-    torque = torque.reshape(2, len(names.bodies), places.OF_BODY)[:, :, :3]
+    torque = torques(rollout)
     poses = Stages(load("steer"), 1, "cpu").forward_kinematics()
     middles, turns = (poses[name][0].astype(float) for name in ("position", "orientation"))
     place = middles - rotate(turns, rollout.model.skeleton.row.numpy()["com"][0].astype(float))  # of joints
