@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from small_result import march, walk_scene
-from warpmuscle.gait.curves import FORWARDS, PRESSURE, as_numbers, gait_curves, mean_of
+from warpmuscle.gait.curves import FORWARDS, PRESSURE, Curves, as_numbers, gait_curves, mean_of
 from warpmuscle.gait.cycles import over_strides, steady_strides
 from warpmuscle.gait.joint_moments import leg_moments
 from warpmuscle.scene.parameters import start_values, substitute
@@ -55,3 +55,9 @@ def test_files_hold_mean_curves_with_nothing_where_there_is_nothing(walk):
 def test_a_mean_is_of_those_cycles_that_have_a_value():
     rows = np.array([[1.0, np.nan, np.nan], [3.0, 4.0, np.nan], [5.0, 6.0, 7.0]])
     np.testing.assert_array_equal(mean_of(rows), [3.0, 5.0, np.nan])
+
+
+def test_numbers_of_files_have_five_decimals():
+    row = np.array([[1.23456789, -0.00000449, np.nan]])
+    numbers = as_numbers({"angle": Curves("deg", {"left": row, "right": -row}, None)})
+    assert numbers["angle"] == {"unit": "deg", "left": [1.23457, 0.0, None], "right": [-1.23457, 0.0, None]}

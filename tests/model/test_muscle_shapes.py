@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from muscle_arm import leg
-from warpmuscle.kernels.curve.curve_sets import DE_GROOTE, LIGAMENT, MILLARD, PATH_ACTUATOR, THELEN
+from warpmuscle.kernels.curve.curve_sets import DE_GROOTE, LIGAMENT, MILLARD, PATH_ACTUATOR, SPLINE, THELEN
 from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER, RIGID, SWITCH
 from warpmuscle.model import muscle_shapes as model
-from warpmuscle.scene import Ligament, Muscle, MuscleModel, PathActuator
-from warpmuscle.scene.muscles.curves import DeGrooteCurves, MillardCurves, ThelenCurves
+from warpmuscle.scene import Ligament, Muscle, MuscleModel, PathActuator, Spline
+from warpmuscle.scene.muscles.curves import DeGrooteCurves, MillardCurves, SplineCurves, ThelenCurves
 from warpmuscle.scene.number import Free
 
 
@@ -115,6 +115,18 @@ def test_millard_muscles_without_damping_on_compliant_tendons_are_never_quite_at
     assert column(shapes, "minimum_activation")[1] == pytest.approx(0.01)
     given[1].damping = 0.1
     assert column(model.muscle_shapes(given, MuscleModel(curves="millard")), "minimum_activation")[1] == 0.002
+
+
+def test_curves_through_knots_have_schutte_s_speed_where_they_have_none_of_their_own():
+    """Schutte 1993: kv = 0.15. A shape of 0 says that the speed is in the table."""
+    curve = Spline([0.0, 0.5, 1.0, 1.5], [0.0, 0.7, 1.0, 1.4], "natural")
+    given = muscles(curve_shape=SplineCurves(curve, curve, curve))
+    given[2].curve_shape = SplineCurves(curve, curve, curve, velocity=curve)
+    shapes = model.muscle_shapes(given, MuscleModel(curves="de_groote"))
+    assert column(shapes, "curves")[1:] == [SPLINE] * 2
+    np.testing.assert_allclose(column(shapes, "velocity_shape")[1:], [0.15, 0.0])
+    np.testing.assert_allclose(column(shapes, "shortest")[1:], [1e-4] * 2)
+    assert len(set(column(shapes, "table")[1:])) == 2
 
 
 def test_ligaments_have_their_pieces_and_actuators_none():

@@ -185,6 +185,16 @@ def test_a_step_has_compiled_in_what_its_muscles_need():
     assert compiled(True) is None
 
 
+def test_time_constants_are_smoothed_where_a_width_is_given_or_free():
+    scene = scene_of()
+    muscles = scene.character.muscles
+    assert not model.is_smoothed(muscles.values(), MuscleModel())
+    assert model.is_smoothed(muscles.values(), MuscleModel(activation_smoothing=0.5))
+    for width, smoothed in ((0.0, False), (1.5, True), (Free(0.0, 0.0, 1.0), True)):
+        muscles["hip"].activation_smoothing = width
+        assert model.is_smoothed(muscles.values(), MuscleModel()) == smoothed
+
+
 def test_the_state_has_room_for_every_muscle_crossing_and_delay():
     def zeros(*shape: int, dtype: type = float) -> wp.array:
         return wp.zeros(shape, dtype=dtype, device="cpu")

@@ -22,6 +22,8 @@ EQUAL: dict[tuple[str, str], str] = {
         "whatever uses Warp next would start it, with its banner",
     ("warpmuscle/kernels/path/route.py", "SETTLED = 5.0e-4  # m, by which the length then changes no more"):
         "a tolerance",
+    ("warpmuscle/model/routes.py", "ANY_AXIS = 0  # of surfaces round both sides of which a path may go: none is read"):
+        "its comment says it",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
@@ -38,4 +40,18 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "stands there where there are no segments, by whose numbers alone the array is read",
     ("warpmuscle/kernels/memory/scratch.py", "w.frame = integers_at(memory, second + 5, CONTROL, n)",
      "(second + 5 + 5)"): "a place that is free while a controller needs it",
+    ("warpmuscle/kernels/control/simbicon.py", "work.frame[i] = 0", "pass"):
+        "kinematics has left floats there in this step, and only the integer 1, which would be one of 1e-45, counts",
+    ("warpmuscle/gait/joint_moments.py",
+     "return float(np.mean([np.abs(curve - mean).mean() for curve in curves]) / deviation)", "(mean - curve)"):
+        "only its absolute value is used",
+    ("warpmuscle/kernels/stages.py",
+     "body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work", "1.0"):
+        "bias forces, of which the kernel of the mass matrix reads none",
+    ("warpmuscle/kernels/inverse/emg_driven.py", "row = at(model.muscles.row, 0, m)", "1"):
+        "the model is one person's, with one row for all instances: the last row is the first one",
+    ("warpmuscle/kernels/inverse/emg_driven.py", "if is_cable(0, m, model):", "1"): "the same",
+    ("warpmuscle/kernels/inverse/emg_driven.py",
+     "force[c, f, m] = ligament_force(0, m, known.length[f, m], known.speed[f, m], row, model)", "1"): "the same",
+    ("warpmuscle/kernels/inverse/emg_driven.py", "of_muscle = curves_of(0, m, model)", "1"): "the same",
 }  # fmt: skip

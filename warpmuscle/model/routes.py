@@ -33,7 +33,10 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route, shares
 
 ZERO = (0.0, 0.0, 0.0)
-SIDES = {"": (0, 0)} | {f"{sign}{name}": (axis, int(f"{sign}1")) for axis, name in enumerate("xyz") for sign in "+-"}
+ANY_AXIS = 0  # of surfaces round both sides of which a path may go: none is read
+SIDES = {"": (ANY_AXIS, 0)} | {
+    f"{sign}{name}": (axis, int(f"{sign}1")) for axis, name in enumerate("xyz") for sign in "+-"
+}
 KINDS: dict[type[Surface], int] = {
     CylinderSurface: CYLINDER, SphereSurface: SPHERE, EllipsoidSurface: ELLIPSOID, TorusSurface: TORUS
 }  # fmt: skip

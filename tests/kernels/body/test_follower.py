@@ -4,11 +4,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import warp as wp
 
 from reduced_tree import check_energy_stays, expected, lengths, put, recorded
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about, normalized, rotate
 from warpmuscle.formats import load, mjcf, save
+from warpmuscle.kernels.body.follower import backward_pass_of_clusters, reduce_any_cluster
+from warpmuscle.kernels.stages import work_of
+from warpmuscle.kernels.structs import Model
 from warpmuscle.scene import (
     Actuation,
     Body,
@@ -32,6 +36,7 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 
+clusters = backward_pass_of_clusters(reduce_any_cluster)
 X, Y, Z, ORIGIN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 TURNS = [
     Displacement((0.2, 0.9, -0.3), x=[-2.0, -1.0, 0.0, 1.0, 2.0], y=[-0.3, 0.1, 0.2, -0.1, 0.4]),
@@ -68,13 +73,14 @@ def walker(root_joint: str = "free") -> Scene:
     return Scene("walker", Character("pelvis", bodies, joints, root_joint), ground=Ground(stiffness=0.0))
 
 
-def states(scene: Scene, count: int = 6) -> tuple[np.ndarray, np.ndarray]:
+def states(scene: Scene, count: int = 6, hip: bool = True) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(5)
     names = topology(scene.character)
     q = rng.uniform(-1.0, 1.0, (count, names.coordinates))
     q[:, 3:7] = normalized(q[:, 3:7])
-    hip = names.coordinates_of(names.body_of_joint("hip"))
-    q[:, hip] = normalized(q[:, hip] + [0.0, 0.0, 0.0, 2.0])
+    if hip:
+        ball = names.coordinates_of(names.body_of_joint("hip"))
+        q[:, ball] = normalized(q[:, ball] + [0.0, 0.0, 0.0, 2.0])
     return q, rng.normal(size=(count, names.speeds)) * 2.0
 
 
@@ -88,6 +94,30 @@ def test_mass_matrix_and_accelerations_are_those_of_the_reduced_tree():
     accelerations = np.linalg.solve(mass, -bias[..., None])[..., 0]
     np.testing.assert_allclose(rates, accelerations, atol=2e-4 * np.abs(accelerations).max())
     np.testing.assert_allclose(np.einsum("nij,nj->ni", mass, rates), -bias, atol=2e-4 * np.abs(bias).max())
+
+
+@wp.kernel(enable_backward=False)
+def of_one_lane(lane: int, lanes: int, model: Model, workspace: wp.array2d[float]):
+    work = work_of(0, model, workspace)
+    clusters(0, lane, lanes, model, work)
+
+
+def test_a_lane_for_which_a_level_has_no_body_reduces_none():
+    """Three bodies in a row, of which each lane but the first has none: two followers would be near."""
+    bodies = {name: Body(1.0, (0.02, 0.03, 0.01)) for name in ("base", "arm", "hand", "charm")}
+    place = (0.03, -0.2, 0.01), (-0.02, 0.2, 0.03)
+    joints = {
+        "elbow": Joint("hinge", "base", "arm", *place, [X]), "wrist": follower("arm", "hand", "elbow"),
+        "link": follower("hand", "charm", "elbow"),
+    }  # fmt: skip
+    scene = Scene("chain", Character("base", bodies, joints), ground=Ground(stiffness=0.0))
+    stages = put(scene, *states(scene, 1, False))
+    stages.forward_dynamics()
+    before = stages.workspace.numpy().copy()
+    wp.launch(of_one_lane, 1, [1, 2, stages.model, stages.workspace], device="cpu")
+    np.testing.assert_array_equal(stages.workspace.numpy(), before)
+    wp.launch(of_one_lane, 1, [0, 2, stages.model, stages.workspace], device="cpu")
+    assert np.any(stages.workspace.numpy() != before)
 
 
 def test_inverse_dynamics_knows_them():

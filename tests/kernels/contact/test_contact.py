@@ -8,7 +8,8 @@ from probes import cross_matrix, evaluate, filled, units, vectors
 from warpmuscle.core.pose import about, rotate
 from warpmuscle.kernels.contact import contact
 from warpmuscle.kernels.structs import Model, ModelRef, Scratch, ScratchRef, Skeleton
-from warpmuscle.scene import Body, Box, Capsule, Character, Failure, Ground, InitialState, Scene, Shape, Sphere
+from warpmuscle.scene import Body, Box, Capsule, Character, Failure, Ground, InitialState, Scene, Shape, Sphere, Terrain
+from warpmuscle.scene.terrain.tiles import Flat, Patch
 from warpmuscle.simulation.stages import Stages
 
 X, ZERO = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -174,6 +175,20 @@ def test_accelerations_on_the_ground_solve_the_implicit_equations_of_all_corners
     for i in range(count):
         expected = implicit_acceleration(q[i], height[i], v[i], w[i], stages.scene.time_step)
         np.testing.assert_allclose(got[i], expected, atol=2e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 3.0])
+def test_a_patch_makes_the_ground_so_many_times_as_stiff(stiffness: float):
+    """At rest the force is the spring's alone, but for what it is eased within a step, the same in both."""
+    terrain = Terrain([Flat(patches=[Patch((-1.0, 1.0), (-1.0, 1.0), stiffness=stiffness)])])
+    depth = 1e-3
+    stages = block(BOX, HALF - depth, Ground(stiffness=STIFFNESS, damping=DAMPING, terrain=terrain))
+    zero = np.zeros((1, 3))
+    stages.set_state(
+        [[0.0, HALF - depth, 0.0]], about(X, 0.0)[None], zero, zero, np.zeros((1, 0, 4)), np.zeros((1, 0, 3))
+    )
+    force, _ = stages.contact_forces()
+    np.testing.assert_allclose(force[0, 0], [0.0, 4.0 * stiffness * STIFFNESS * depth, 0.0], rtol=1e-3, atol=1e-3)
 
 
 def test_body_without_contact_falls_freely():

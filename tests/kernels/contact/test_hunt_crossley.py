@@ -23,8 +23,10 @@ from warpmuscle.scene import (
     InitialState,
     Scene,
     Sphere,
+    Terrain,
 )
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.terrain.tiles import Flat, Patch
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
@@ -122,6 +124,20 @@ def test_forces_of_random_states_are_those_of_the_law(law: str) -> None:
     assert np.abs(wanted).max() > 1000.0
     np.testing.assert_allclose(force, wanted, atol=2e-5 * np.abs(wanted).max())
     np.testing.assert_allclose(moment, np.cross(arm, wanted), atol=2e-5 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_patch_that_is_slippery_bounds_friction_at_rest_and_in_motion(law: str) -> None:
+    """By its own number alone at 5 m/s, 33 times the transition velocity, without viscous friction."""
+    material = ContactMaterial(1e6, dissipation=0.0, static_friction=0.9, dynamic_friction=0.6, viscous_friction=0.0)
+    scene = ball(law, material, (0.0, 0.0, 0.0))
+    scene.ground.terrain = Terrain([Flat(patches=[Patch((-1.0, 1.0), (-1.0, 1.0), friction=0.05)])])
+    stages = Stages(scene, 1, "cpu")
+    stages.state.coordinates.assign(np.float32([[0.0, RADIUS - 0.005, 0.0, 0.0, 0.0, 0.0, 1.0]]))
+    stages.state.speeds.assign(np.float32([[3.0, 0.0, 4.0, 0.0, 0.0, 0.0]]))
+    force = stages.contact_forces()[0][0, 0].astype(float)
+    assert force[1] > 10.0
+    np.testing.assert_allclose(force[[0, 2]], -0.05 * force[1] * np.array([0.6, 0.8]), rtol=0.01)
 
 
 @pytest.mark.parametrize("law", LAWS)

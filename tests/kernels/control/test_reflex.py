@@ -100,6 +100,27 @@ def test_a_leg_lands_that_did_not_stand_and_leaves_the_ground_with_the_lean_of_t
     assert lifted.sum() == 4
 
 
+@wp.kernel(enable_backward=False)
+def excite(model: Model, state: State, result: wp.array[float]):
+    i = wp.tid()
+    result[i] = reflex.reflex_excitation(i, 0, wp.vec2(0.0), model, state)
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_a_muscle_whose_reflexes_say_nothing_has_the_least_excitation_of_its_own_instance(rows: int):
+    """Or that of all, where these have one row; what lies behind it in memory is another's."""
+    least = np.array([0.02, 0.07, 0.3])
+    bounds = wp.array(np.float32([[[0.1, one]] for one in least]), dtype=wp.vec2, device="cpu")[:rows]
+    reflexes = filled(Reflexes, bounds=bounds, span={"first": [0], "end": [0], "side": [1]})
+    skeleton = filled(Skeleton, total_mass=np.array([[50.0]], np.float32))
+    model = filled(Model, reflexes=reflexes, skeleton=skeleton, gravity=np.array([[10.0]], np.float32))
+    muscles = filled(MuscleState, stands=np.zeros((3, 2), np.int32), landed=np.zeros(3, np.int32))
+    state = filled(State, foot_force=np.zeros((3, 2, 3), np.float32), muscles=muscles)
+    result = wp.zeros(3, dtype=float, device="cpu")
+    wp.launch(excite, 3, [model, state, result], device="cpu")
+    np.testing.assert_allclose(result.numpy(), least if rows == 3 else least[0], rtol=1e-6)
+
+
 def test_lean_is_positive_forward_whatever_the_heading():
     lean, rate, yaw = np.linspace(-1.0, 1.0, 50), vectors(50)[:, 0], np.linspace(-3.0, 3.0, 50)
     heading = turn_about(np.array([0.0, 1.0, 0.0]), yaw)

@@ -57,24 +57,24 @@ SLACK, WIDTH, DAMPING = 0.2, 0.02, 0.1
 @wp.kernel(enable_backward=True, module="unique")
 def balance(
     activation: wp.array[float], mt_length: wp.array[float], start: wp.array[float], l_opt: wp.array[float],
-    reach: float, speed: wp.array[float], length: wp.array[float],
+    reach: float, width: float, speed: wp.array[float], length: wp.array[float],
 ):  # fmt: skip
     i = wp.tid()
     speed[i] = muscle.equilibrium_speed(
         LEE, activation[i], mt_length[i], start[i], reach, 0.0, l_opt[i], wp.static(SLACK),
-        wp.static(WIDTH), wp.static(DAMPING),
+        width, wp.static(DAMPING),
     )  # fmt: skip
-    length[i] = muscle.fibre_equilibrium(
-        LEE, activation[i], mt_length[i], l_opt[i], wp.static(SLACK), wp.static(WIDTH)
-    )  # fmt: skip
+    length[i] = muscle.fibre_equilibrium(LEE, activation[i], mt_length[i], l_opt[i], wp.static(SLACK), width)
 
 
-def balanced(*values: np.ndarray, which: int = 0, reach: float = REACH) -> tuple[np.ndarray, np.ndarray]:
+def balanced(
+    *values: np.ndarray, which: int = 0, reach: float = REACH, width: float = WIDTH
+) -> tuple[np.ndarray, np.ndarray]:
     """Speeds (n,), or lengths at rest, at which fibre and tendon balance; derivatives (4, n) by what is given."""
     given = [wp.array(np.float32(v), dtype=float, device="cpu", requires_grad=True) for v in values]
     results = [wp.zeros(len(values[0]), dtype=float, device="cpu", requires_grad=True) for _ in range(2)]
     with wp.Tape() as tape:
-        wp.launch(balance, len(values[0]), [*given, reach, *results], device="cpu")
+        wp.launch(balance, len(values[0]), [*given, reach, width, *results], device="cpu")
     tape.backward(grads={results[which]: wp.ones_like(results[which])})
     return results[which].numpy().astype(float), np.stack([v.grad.numpy() for v in given]).astype(float)
 
@@ -114,6 +114,19 @@ def test_a_fibre_as_short_as_it_may_be_does_not_depend_on_where_it_would_be():
     np.testing.assert_allclose(slopes[2], 0.0, atol=1e-6)
     assert slopes[0, well].max() < 0.0
     assert slopes[1, well].min() > 0.1
+
+
+def test_a_fibre_as_short_as_a_part_of_its_optimum_is_longer_where_that_is():
+    """Without pennation: 5 % of l_opt. Differences of speeds, some of which a kink lies between."""
+    a, strain = (v.ravel() for v in np.meshgrid(np.linspace(0.2, 0.9, 8), np.linspace(0.001, 0.012, 12)))
+    values = [a, SLACK * (1.0 + strain) + 0.05 * L_OPT, np.full(len(a), 0.03 * L_OPT), np.full(len(a), L_OPT)]
+    v, slopes = balanced(*values, width=0.0)
+    ends = [balanced(*values[:3], values[3] + step, width=0.0)[0] for step in (1e-4, -1e-4)]
+    well = np.abs(np.abs(v) - 0.45) < 0.4
+    assert well.sum() > 10
+    difference = (ends[0] - ends[1])[well] / 2e-4
+    assert difference.max() < -0.5  # 1/m: a longer fibre leaves its tendon less
+    assert np.quantile(np.abs(slopes[3, well] - difference), 0.9) <= 0.03 * np.abs(difference).max()
 
 
 @pytest.mark.parametrize("longer", [1.0, 10.0])

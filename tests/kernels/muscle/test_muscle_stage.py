@@ -10,6 +10,7 @@ from probes import evaluate
 
 from biped import rotate
 from muscle_arm import INERTIA, MASS, arm, constant, leg
+from warpmuscle.formats import load
 from warpmuscle.kernels import stages as single_stages
 from warpmuscle.kernels.curve.curves import LEE
 from warpmuscle.kernels.muscle import muscle, muscle_stage
@@ -33,6 +34,17 @@ def recorded(scene: Scene, duration: float = 0.0) -> Recording:
 
 
 # One step at a time.
+
+
+def test_reflexes_feel_the_ground_before_muscles_hear_of_it():
+    """A leg stands that bears the body's weight, of another instance neither."""
+    stages = Stages(load("reflex_walk"), 2, "cpu")
+    force = np.zeros((2, 2, 3), np.float32)
+    force[1, :, 1] = 700.0, 0.0
+    stages.state.foot_force.assign(force)
+    stages.state.muscles.stands.zero_()
+    stages.muscle_torques(np.zeros((2, len(stages.names.joints), 3)))
+    np.testing.assert_array_equal(stages.state.muscles.stands.numpy(), [[0, 0], [1, 0]])
 
 
 def test_the_neural_signal_and_the_activation_follow_the_excitation_one_after_the_other():

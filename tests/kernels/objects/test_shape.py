@@ -70,3 +70,4 @@ def test_corners_of_a_ball_a_capsule_and_a_box_are_counted_once():
         assert sum(seen) == count
         places = evaluate(shape.corner, numbers, np.array(half))[seen]
         assert len({tuple(place) for place in places}) == count
+        np.testing.assert_allclose(np.abs(places), np.broadcast_to(half, places.shape), rtol=1e-6)

@@ -61,6 +61,22 @@ def test_single_precision_gives_the_lengths_of_double(kind: str, side: str):
     np.testing.assert_allclose(got, expected, atol=2e-7)
 
 
+@wp.func
+def touches_sphere(a: wp.vec3, b: wp.vec3) -> wp.vec3:
+    return mujoco_sphere_touch(a, b, RADIUS, 0, wp.vec3(0.0)).first
+
+
+@pytest.mark.parametrize("angle", [0.4, 2.0, 4.1])
+@pytest.mark.parametrize("reach", [0.06, 0.3])
+def test_ends_almost_opposite_are_joined_in_their_plane_however_near_they_are(angle: float, reach: float):
+    """Only the sine of their angle, 4e-7 here, tells whether they have a plane."""
+    beside = np.array([0.0, np.cos(angle), np.sin(angle)])
+    a, b = np.array([0.1, 0.0, 0.0]), np.array([-reach, 0.0, 0.0]) + 4e-7 * reach * beside
+    first = evaluate(touches_sphere, a, b)[0]
+    np.testing.assert_allclose(first[1:], np.sqrt(RADIUS**2 - first[0] ** 2) * beside[1:], atol=1e-5)
+    assert first[0] == pytest.approx(RADIUS**2 / 0.1, rel=1e-4)
+
+
 @every_kind
 @every_side
 def test_lengths_are_those_of_mujoco(kind: str, side: str):

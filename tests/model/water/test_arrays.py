@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from biped import biped
+from warpmuscle.kernels.water.section import SECTIONS
 from warpmuscle.model.water.arrays import put_water
 from warpmuscle.scene import Scene, Water
 from warpmuscle.scene.topology import topology
@@ -37,3 +38,17 @@ def test_a_ball_is_dragged_along_every_axis_alike_and_a_rod_less_along_its_lengt
     broadside = end + 4.0 * of_rod["radius"] * (of_rod["reach"] - of_rod["radius"])
     assert of_rod["across"] == pytest.approx(DRAG * broadside, rel=1e-5)
     assert of_rod["across"] > 5.0 * of_rod["along"]
+
+
+def test_sections_of_a_ball_share_its_volume_by_their_squared_radii():
+    """Slice k of n has the squared radius r^2 (1 - x^2) at x = (2 k + 1)/n - 1; the sum of all shares is 1."""
+    ball, character = 0.1, biped()
+    character.bodies[BALL].mass = 4.0 / 3.0 * np.pi * ball**3 * DENSITY
+    character.bodies[BALL].inertia = (0.4 * character.bodies[BALL].mass * ball**2,) * 3
+    scene = Scene("pool", character, water=Water(body_density=DENSITY))
+    names, made = topology(character), SimpleNamespace()
+    put_water(made, scene, names, "cpu")
+    row = made.row.numpy()[0][names.bodies.index(BALL)]
+    places = (2.0 * np.arange(SECTIONS) + 1.0) / SECTIONS - 1.0
+    assert row["volume"] == pytest.approx(4.0 / 3.0 * np.pi * ball**3, rel=1e-5)
+    assert row["share"] * np.sum(ball**2 * (1.0 - places**2)) == pytest.approx(1.0, rel=1e-5)
