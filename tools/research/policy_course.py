@@ -3,7 +3,7 @@
 For docs/how-to/walk-on-uneven-ground.md.
 
 python tools/research/policy_course.py course56.h5 walk56_course.toml -o course.png    20 walks; minutes of two cores
-python tools/research/policy_course.py course56.h5 walk56_course.toml --tests pieces   stairs and bumps by themselves
+python tools/research/policy_course.py course56.h5 walk56_course.toml --tests pieces   stairs, gaps, bumps by themselves
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene, Terrain
 from warpmuscle.scene.learning import Task, Variation
-from warpmuscle.scene.terrain.tiles import Flat, Rough, Stairs
+from warpmuscle.scene.terrain.tiles import Flat, Gaps, Rough, Stairs
 
 NOISE = 0.1  # m/s, of each component of the root's velocity at the start
 Course = list[tuple[float, float]]  # times, s, and values, straight between them
@@ -139,12 +139,16 @@ def steady(value: float) -> Course:
 
 
 def pieces(by: Walker, scene: Scene, runs: int, seed: int) -> None:
-    """Stairs and bumps by themselves, each walk from another place."""
+    """Stairs, gaps and bumps by themselves; bumps are other ones in each walk."""
     generator = np.random.default_rng(seed)
     stairs = Terrain([Stairs(rise=0.17, tread=0.3, count=5, start=2.5, landing=1.2)])
     for speed in (0.6, 0.9):
         found = walked(by, on(scene, stairs, 12.0), runs, seed, steady(speed), steady(0.0))
         print(f"five stairs of 17 cm up and down at {speed} m/s: {found.through.sum()} of {runs}")
+    for width in (0.2, 0.25):
+        gaps = Terrain([Gaps(width=width, depth=0.3, spacing=1.1, count=5, start=2.5)])
+        found = walked(by, on(scene, gaps, 16.0), runs, seed, steady(0.7), steady(0.0))
+        print(f"five gaps of {100 * width:.0f} cm, one each 1.1 m, at 0.7 m/s: {found.through.sum()} of {runs}")
     for speed in (0.8, 1.2):
         upright = 0
         for run in range(runs):
