@@ -79,7 +79,7 @@ def test_a_marker_that_jumps_in_some_frames_is_named(scene, chain):
     markers = markers_of(chain, walk(chain, 60), noise=0.005)
     one = markers.names.index("tibia0")
     markers.positions[[31, 44], one, 1] += 0.4
-    with pytest.warns(TrialWarning, match="tibia0 misses by .* cm in 2 frames, the first is number 32"):
+    with pytest.warns(TrialWarning, match="tibia0: off by .* cm in 2 frames, the first is number 32"):
         found = wm.inverse_kinematics(scene, markers)
     assert len(found.notes) == 1
 

@@ -207,7 +207,7 @@ def _sudden(names: Sequence[str], far: Floats, rms: Floats, limit: float) -> lis
         frames = np.flatnonzero(far[:, k] > beyond)
         if len(frames):
             notes.append(
-                f"{names[k]} misses by {100.0 * far[frames, k].max():.0f} cm in {number_of(len(frames), 'frame')}, the "
+                f"{names[k]}: off by {100.0 * far[frames, k].max():.0f} cm in {number_of(len(frames), 'frame')}, the "
                 f"first is number {frames[0] + 1}: a wrong place turns bodies near it; cut it out there"
             )
     return notes[:LISTED]

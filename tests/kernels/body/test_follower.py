@@ -264,9 +264,7 @@ def test_a_scene_file_names_and_recordings_know_followers(tmp_path):
     assert again.character.joints["patella"] == scene.character.joints["patella"]
     coordinates, _ = coordinate_names(topology(scene.character), scene.character)
     assert coordinates[7:] == ("hip.qx", "hip.qy", "hip.qz", "hip.qw", "l5", "knee", "neck.0", "neck.1")
-    with pytest.raises(
-        SceneError, match="MuJoCo takes a coupled joint of which one turn or shift is"
-    ):
+    with pytest.raises(SceneError, match="MuJoCo takes a coupled joint of which one turn or shift is"):
         mjcf.dumps(scene)
 
 

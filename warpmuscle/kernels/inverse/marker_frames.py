@@ -132,8 +132,9 @@ def align_frames(
     u = wp.mat33d()
     sigma = wp.vec3d()
     v = wp.mat33d()
-    wp.svd3(spread, u, sigma, v)  # both are rotations: where the best is a mirror image, the least value is negative
-    rotation = wp.normalize(wp.quat_from_matrix(u * wp.transpose(v)))
+    # Both are rotations: where the best is a mirror image, the least value is negative. Warp's stubs are of floats.
+    wp.svd3(spread, u, sigma, v)  # type: ignore[call-overload]
+    rotation = wp.normalize(wp.quat_from_matrix(u * wp.transpose(v)))  # type: ignore[arg-type]
     turned[row] = rotation
     moved[row] = middle - wp.quat_rotate(rotation, own)
 
@@ -203,6 +204,12 @@ def put_errors(
     errors[frame[row], order[k]] = off
 
 
+@wp.func
+def squared(v: wp.vec3d) -> wp.float64:
+    """Sum of the squares of its components."""
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+
+
 @wp.kernel
 def sum_markers(
     positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
@@ -227,8 +234,9 @@ def sum_markers(
         place = positions[frame, column[k]]
         if is_seen(place):
             off = wp.vec3d(errors[frame, k])
-            total += wp.dot(off, off)
-            greatest = wp.max(greatest, wp.dot(off, off))
+            missed = squared(off)
+            total += missed
+            greatest = wp.max(greatest, missed)
             up += place[1]
             count += 1
     squares[recording, k] = total
@@ -237,7 +245,7 @@ def sum_markers(
     for frame in range(starts[recording], starts[recording + 1]):
         if is_seen(positions[frame, column[k]]):
             off = wp.vec3d(errors[frame, k])
-            if not times * times * wp.dot(off, off) >= greatest:
+            if not times * times * squared(off) >= greatest:
                 close += 1
     seen[recording, k] = count
     most[recording, k] = greatest
