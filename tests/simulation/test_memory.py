@@ -31,7 +31,8 @@ def test_bytes_of_an_instance_are_those_that_are_allocated(scene):
     assert struct_bytes(many.state) - struct_bytes(one.state) == 40 * many.instance_bytes.state
     shared = struct_bytes(many.model)
     assert shared == struct_bytes(one.model)
-    many.set_parameters(np.tile(start_values(scene), (41, 1)))
+    values = np.tile(start_values(scene), (41, 1)) * np.linspace(1.0, 1.001, 41)[:, None]  # rows alike would be one
+    many.set_parameters(values)
     assert struct_bytes(many.model) - shared == 40 * many.instance_bytes.model
     assert MultiDeviceRollout(scene, 3, ["cpu", "cpu"]).instance_bytes == many.instance_bytes
 

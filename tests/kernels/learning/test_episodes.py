@@ -13,6 +13,7 @@ from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
 N, PUSH, STEPS, TIME_STEP, DECISION = 4000, 12.0, 8, 0.0025, 0.02
 LOW, HIGH = (0.5, -0.3, 2.0), (1.5, 0.3, 2.5)
 SETTINGS = {
+    "turning_share": 1.0,
     "starts": 5, "variants": 3, "command_low": LOW, "command_high": HIGH, "cycle_rate": 0.9, "clock_speed": 1.2,
     "cadence_power": 0.6, "start_phase": (0.1, 0.3, 0.5, 0.7, 0.9), "velocity_noise": 0.2, "push": PUSH,
     "push_decisions": 20, "push_steps": STEPS, "time_step": TIME_STEP, "decision_time": DECISION,
