@@ -100,7 +100,7 @@ def update_model(
     """
     count, times = each
     for part in parts:
-        fields = (PARTS | _WITHIN)[part](scene, structure, device, inputs)
+        fields = _UPDATED[part](scene, structure, device, inputs)
         if count > 1 and times > 1:
             fields = {place: repeat_rows(value, count, times) for place, value in fields.items()}
         _put(model, fields)
@@ -247,7 +247,7 @@ PARTS: dict[str, Part] = {  # a later one may replace fields of one before
     "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "touching": _touching,
     "motion": _motion, "reference": _reference, "own parts": _own_parts,
 }  # fmt: skip
-_WITHIN: dict[str, Part] = {"muscle laws": _muscle_laws}  # a part of one of them, to be made again alone
+_UPDATED = PARTS | {"muscle laws": _muscle_laws}  # and a part of one of them, which can be made again alone
 _LAWS = {"f_max", "l_opt", "l_slack", "pennation"}  # of a muscle, which `muscles_struct` alone reads
 
 
