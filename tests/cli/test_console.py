@@ -49,6 +49,7 @@ def test_what_takes_long_is_told_without_a_terminal_too(monkeypatch):
     shown = PlainConsole(file=io.StringIO(), force_terminal=False)
     monkeypatch.setattr(console, "log", shown)
     monkeypatch.setattr(console, "SILENCE", 0.05)
+    monkeypatch.setattr(console, "LINES", 0.05)  # of a program that has run for minutes, as all tests' may have
     with shown.status("reading"):
         time.sleep(0.3)
     assert "reading, 0 s" in shown.file.getvalue()

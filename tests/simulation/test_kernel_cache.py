@@ -52,7 +52,7 @@ def test_who_wants_to_know_is_told_what_is_compiled_and_when_that_is_done(scene,
     monkeypatch.setattr(kernel_cache, "_listeners", [])
     kernel_cache.tell_of_compiling(listener)
     kernel_cache.tell_of_compiling(listener)
-    with kernel_cache.told_of_compiling("joints for cpu"):
+    with kernel_cache.compiling_reported("joints for cpu"):
         assert heard == ["joints for cpu"]
     assert heard == ["joints for cpu", "done"]
     Rollout(scene, 1, "cpu", threads=1).load()

@@ -12,23 +12,25 @@ from warpmuscle.kernels.structs import Model, Scratch, Skeleton
 
 INERTIA = np.array([0.02, 0.3, 0.05])  # kg m^2, about principal axes
 TURN = turn_about(np.array([0.6, 0.0, 0.8]), np.array([0.9]))  # of the body's frame against these axes
-plainly, turned = (object_touch_of(axes) for axes in (False, True))
 
 
-@wp.kernel(enable_backward=False)
-def touch_plainly(
-    capsule: ObjectCapsule, row: ObjectRow, motion: ObjectMotion, model: Model, work: Scratch, found: wp.array[wp.vec3],
-):  # fmt: skip
-    its = work
-    found[0] = plainly(1, 0, True, capsule, row, motion, model, its).force
+def touching(turned: bool) -> wp.Kernel:
+    """A kernel of what an object and a body do to each other."""
+    object_touch = object_touch_of(turned)
 
+    @wp.kernel(enable_backward=False, module="unique")
+    def touch(
+        capsule: ObjectCapsule,
+        row: ObjectRow,
+        motion: ObjectMotion,
+        model: Model,
+        work: Scratch,
+        found: wp.array[wp.vec3],
+    ):
+        its = work
+        found[0] = object_touch(1, 0, True, False, capsule, row, motion, model, its).force
 
-@wp.kernel(enable_backward=False)
-def touch_turned(
-    capsule: ObjectCapsule, row: ObjectRow, motion: ObjectMotion, model: Model, work: Scratch, found: wp.array[wp.vec3],
-):  # fmt: skip
-    its = work
-    found[0] = turned(1, 0, True, capsule, row, motion, model, its).force
+    return touch
 
 
 def force_on_body(frame: np.ndarray | None) -> np.ndarray:
@@ -57,9 +59,7 @@ def force_on_body(frame: np.ndarray | None) -> np.ndarray:
         angular_velocity=still.copy(), lag_velocity=still.copy(), lag_angular=still.copy(),
     )  # fmt: skip
     found = wp.zeros(1, dtype=wp.vec3, device="cpu")
-    wp.launch(
-        touch_plainly if frame is None else touch_turned, 1, [capsule, row, motion, model, work, found], device="cpu"
-    )
+    wp.launch(touching(frame is not None), 1, [capsule, row, motion, model, work, found], device="cpu")
     return found.numpy()[0].astype(float)
 
 
