@@ -95,6 +95,7 @@ bent = Declaration(function=_bent, stage="decision")
 reached = Declaration(function=_late, stage="decision", sign="earned")
 lost = Declaration(function=_late, stage="decision")
 harder = Declaration(function=_harder, stage="decision")
+stageless = Declaration(function=_closeness, parameters=Width, sign="earned")
 early = Declaration(function=_jolt, stage="accelerations")
 '''
 NOTHING = dict.fromkeys(REWARDS, 0.0)
@@ -263,6 +264,11 @@ def test_an_end_that_is_a_cost_is_a_failure():
         ({"goals": {"g": Goal([0.0, 1.0], [1.0, 2.0])}}, "low and high have three numbers each, of a point, or one"),
         ({"goals": {"g": Goal()}}, "give either low and high, or draw"),
         ({"observations": {f"{NAME}:early": Sense()}}, "is 'decision' here, not 'accelerations'"),
+        ({"custom": named(stageless=1.0)}, r"rewards.custom.*: .* takes a Decision: declare stage='decision'"),
+        (
+            {"variation": Variation(start=f"{NAME}:somewhere")},
+            "variation.start: .* must say that it returns nothing, and says wp.vec3",
+        ),
         ({"curriculum": "no colon"}, "is not the name of a function as in 'module:function'"),
     ],
     ids=str,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -9,6 +10,7 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -69,6 +71,14 @@ def of_former_module(room: str, name: str) -> Callable[[str], Any]:
         return getattr(import_module(f"{room}.{name}"), attribute)
 
     return found
+
+
+def modules_that_have(name: str) -> list[str]:
+    """Modules of the kernels that define a name, for whoever looks for it where it was."""
+    folder = Path(__file__).parent
+    defined = re.compile(rf"^(def|class) {re.escape(name)}\b|^{re.escape(name)}\b[^\n(]*=", re.MULTILINE)
+    files = [file for file in sorted(folder.rglob("*.py")) if defined.search(file.read_text(encoding="utf-8"))]
+    return [".".join((PACKAGE, *file.relative_to(folder).with_suffix("").parts)) for file in files]
 
 
 def of_former_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:

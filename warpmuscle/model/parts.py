@@ -44,6 +44,7 @@ from warpmuscle.model.user_functions import (
     name_of,
     placed,
     signature,
+    undeclared,
 )
 from warpmuscle.scene import Character, CustomPart, Scene
 from warpmuscle.scene.topology import topology
@@ -203,12 +204,16 @@ def _kind_of_term(part: Declaration, entry: str, key: str) -> Kind:
     arguments, own = arguments_of(part.function), own_arguments(part)
     for kind, base in TERM_ARGUMENTS.items():
         if takes(arguments, base, own):
+            if part.scope not in ("", kind):
+                said = f"the scope of {entry!r} is {part.scope!r}, but its function takes what one of {kind!r} does"
+                raise SceneError(said, key=key)
             return kind
-    if arguments[:-1] == WHOLE and isinstance(arguments[-1], Struct):
+    last = arguments[-1] if arguments[:-1] == WHOLE else None
+    if isinstance(last, Struct) and not all(field.type is wp.float32 for field in last.vars.values()):
         return "desired"
     wanted = " or ".join(map(signature, TERM_ARGUMENTS.values()))
     more = "".join(f" [, {name_of(kind)}]" for kind in own)
-    found = f"{placed(part.function, entry)} takes {signature(arguments)}"
+    found = f"{placed(part.function, entry)} takes {signature(arguments)}{undeclared(arguments, own)}"
     raise SceneError(f"a term takes {wanted}{more}, but {found}", key=key)
 
 

@@ -18,7 +18,7 @@ from warpmuscle.model.found_parts import (
     own_arguments,
     takes,
 )
-from warpmuscle.model.user_functions import arguments_of, check_result, name_of, placed, signature
+from warpmuscle.model.user_functions import arguments_of, check_result, name_of, placed, signature, undeclared
 from warpmuscle.scene import Scene
 from warpmuscle.scene.trusted_code import check_trusted
 
@@ -93,10 +93,8 @@ def _found(scene: Scene, key: str, entry: str, use: Use) -> Found:
     if not fitting:
         more = "".join(f" [, {name_of(kind)}]" for kind in own)
         wanted = signature(DRAW) if use.draws else f"{signature(WHOLE)} [, Decision]"
-        found = f"{placed(part.function, entry)} takes {signature(arguments)}"
+        found = f"{placed(part.function, entry)} takes {signature(arguments)}{undeclared(arguments, own)}"
         raise SceneError(f"{use.what} takes {wanted}{more}, but {found}", key=key)
     check_parameters(scene, entry, part, "decision")
-    if use.results == (None,):
-        return Found(entry, "decision", part, fitting[0], None)
     result = check_result(part.function, use.results, key, entry)
     return Found(entry, "decision", part, fitting[0], float if result is wp.float32 else result)
