@@ -216,3 +216,9 @@ def test_a_place_that_is_no_number_or_very_far_is_a_failure(drawn: dict[str, Any
     assert gains.terminated.numpy()[:2].all()
     np.testing.assert_allclose(gains.reward.numpy()[:2], drawn["weight"][-1], rtol=1e-6)
     assert np.isfinite(gains.sums.numpy()).all()
+
+
+def test_a_reward_without_a_value_is_named(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(rewards, "TERMS", (*TERMS, "grace"))
+    with pytest.raises(TypeError, match="the reward grace .* has no value in task_terms"):
+        rewards._check_rewards()

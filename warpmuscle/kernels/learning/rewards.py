@@ -1,5 +1,8 @@
 """What decisions of a policy are worth, and when an episode ends. One thread an instance."""
 
+import inspect
+import re
+
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading_angle
@@ -218,6 +221,20 @@ def task_terms(
     values[HEADING] = 1.0 - wp.cos(episodes.heading[instance] - heading_angle(q))
     values[SIDE] = wp.min(wp.abs(episodes.side[instance]), 1.0)
     return values
+
+
+def _check_rewards() -> None:
+    """TypeError if a reward is declared that nothing gives a value, which would count as 0."""
+    given = {globals()[name] for name in re.findall(r"values\[(\w+)\] =", inspect.getsource(task_terms.func))}
+    given |= {OBJECTIVE, FAILURE}  # which `judge` adds
+    if missing := [name for index, name in enumerate(TERMS) if index not in given]:
+        raise TypeError(
+            f"the reward {missing[0]} of objective/objective_terms.py in kernels has no value in task_terms "
+            "in learning/rewards.py"
+        )
+
+
+_check_rewards()
 
 
 @wp.func
