@@ -128,7 +128,8 @@ def test_what_a_type_forgets_is_named(kind: type[Coordinate], kernel: str, messa
     scene = nut()
     scene.character.joints["thread"].type = "odd"
     entry = kind(
-        name="odd", kernel=kernel, coordinates=("",), speeds=("",), axes=1, limits=1, angles=("",), angle_names=("turn",)
+        name="odd", kernel=kernel, coordinates=("",), speeds=("",), axes=1, limits=1, angles=("",),
+        angle_names=("turn",),
     )  # fmt: skip
 
     def used() -> None:
