@@ -220,5 +220,5 @@ def test_a_place_that_is_no_number_or_very_far_is_a_failure(drawn: dict[str, Any
 
 def test_a_reward_without_a_value_is_named(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(rewards, "TERMS", (*TERMS, "grace"))
-    with pytest.raises(TypeError, match="the reward grace .* has no value in task_terms"):
+    with pytest.raises(TypeError, match=r"the reward grace .* has no value in task_terms"):
         rewards._check_rewards()
