@@ -33,7 +33,7 @@ from warpmuscle.kernels.stable import FIELDS, STABLE
 from warpmuscle.model.found_parts import IN_STEP, TERM_ARGUMENTS
 from warpmuscle.model.task_parts import DRAW, USES
 from warpmuscle.model.user_functions import name_of, signature
-from warpmuscle.results.recording import QUANTITIES
+from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.session.public import PUBLIC
 
 # What the reference is about, by what one wants to do: names of Python, and commands.

@@ -8,15 +8,15 @@ import pytest
 from biped import random_recording
 from warpmuscle.kernels.recording.recorded import MUSCLE_PLACES
 from warpmuscle.results.quantity import RawFrames
-from warpmuscle.results.recording import (
+from warpmuscle.results.recorded_quantities import (
     INTEGER_QUANTITIES,
     MUSCLE_QUANTITIES,
     NAMED,
     QUANTITIES,
     UNITS,
-    Recording,
     label,
 )
+from warpmuscle.results.recording import Recording
 
 
 def test_every_field_but_the_names_is_a_described_quantity():

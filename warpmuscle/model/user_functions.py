@@ -188,8 +188,9 @@ def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
     except (OSError, SyntaxError):  # made by a program
         return
     for node in ast.walk(tree):
-        named = isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in arrays
-        place = node.slice.value if named and isinstance(node.slice, ast.Constant) else 0
+        if not (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in arrays):
+            continue
+        place = node.slice.value if isinstance(node.slice, ast.Constant) else None
         if isinstance(place, int) and place >= floats:
             line = function.func.__code__.co_firstlineno + node.lineno - 1
             where = f"{entry!r} ({function.func.__code__.co_filename}:{line})"

@@ -15,7 +15,8 @@ from warpmuscle.core.array_checks import HUGE, LARGEST_INDEX, check_numbers, che
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import check_learned
-from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import INTEGER_QUANTITIES, NAMED, QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import (
     ANY_NUMBER,
     COLUMNS,

@@ -17,7 +17,8 @@ from warpmuscle.results.layout import FORMAT_VERSION
 from warpmuscle.results.motion_layout import append, has_arrays, load_motions, load_names, load_recording, put_motions
 from warpmuscle.results.motions import Motions
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import opened
 
 ALL = slice(None)

@@ -19,16 +19,16 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_xarray
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.recording import (
+from warpmuscle.results.recorded_quantities import (
     INTEGER_QUANTITIES,
     NAMED,
     QUANTITIES,
     UNITS,
-    Recording,
     attributes_of,
     dimension,
     has_place,
 )
+from warpmuscle.results.recording import Recording
 
 if TYPE_CHECKING:
     import xarray

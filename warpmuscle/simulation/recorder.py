@@ -23,7 +23,8 @@ from warpmuscle.model.controllers.table import recorded_places
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.degrees_of_freedom import with_angles_of_all, with_joint_angles
 from warpmuscle.results.quantity import RawFrames
-from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.topology import coordinate_names, coordinate_units

@@ -25,7 +25,7 @@ from warpmuscle.model.path_table import path_table
 from warpmuscle.model.paths import paths_struct, route_struct
 from warpmuscle.model.polynomials import monomial_room
 from warpmuscle.model.routes import path_kind
-from warpmuscle.results.recording import MUSCLE_QUANTITIES
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.recorder import Recorder
 from warpmuscle.simulation.rollout import Rollout

@@ -14,7 +14,8 @@ from warpmuscle.formats import load
 from warpmuscle.kernels import stages as single_stages
 from warpmuscle.kernels.curve.curves import LEE
 from warpmuscle.kernels.muscle import muscle, muscle_stage
-from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation, Excitation, JointState, Muscle, MuscleModel, PolynomialPath, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
