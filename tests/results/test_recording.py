@@ -1,4 +1,4 @@
-"""Recordings: shapes that fit their names, windows of time, labels."""
+"""Recordings: shapes that fit their names, windows of time."""
 
 import dataclasses
 
@@ -14,7 +14,6 @@ from warpmuscle.results.recorded_quantities import (
     NAMED,
     QUANTITIES,
     UNITS,
-    label,
 )
 from warpmuscle.results.recording import Recording
 
@@ -53,8 +52,3 @@ def test_position_of_a_body_by_name():
     assert np.array_equal(recording.position_of("part2"), recording.body_position[:, 2])
     with pytest.raises(ValueError, match="tail"):
         recording.position_of("tail")
-
-
-def test_labels_carry_units():
-    assert label("com_velocity") == "com velocity (m/s)"
-    assert label("phase") == "phase"

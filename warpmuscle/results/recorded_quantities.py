@@ -197,9 +197,3 @@ def empty(name: str, texts: Mapping[str, Sequence[str]], frames: int) -> NDArray
 def dimension(axis: str) -> str:
     """Name of what stands along an axis, in files and tables: `time`, `muscle_names`, or `xyz`."""
     return NAMED.get(axis, "time" if axis == "frame" else axis.replace(" ", ""))
-
-
-def label(name: str) -> str:
-    """Axis label of a quantity, such as `root velocity (m/s)`."""
-    unit = QUANTITIES[name].units
-    return name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")

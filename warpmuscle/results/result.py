@@ -24,7 +24,7 @@ The layout is a contract with readers in other languages; `docs/reference/files.
 - `/curve/{iteration, wall_time, decisions, ...}`: (R,), how the policy was learnt, see `learned.CURVE`
 - `/training`: the options of the training as attributes, `ended`
 - `/training/ancestors/{file, seed, decisions, command}`: (A,), what the policy was learnt from, nearest first
-- `/replay/<k>/...`: motion, see `warpmuscle.results.recorded_quantities.QUANTITIES`; `name` is an attribute if there are several
+- `/replay/<k>/...`: motion, see `recorded_quantities.QUANTITIES`; `name` is an attribute if there are several
 - `/replay/...` of several motions of one body: arrays (instance, time, ...), see `warpmuscle.results.motion_layout`;
   its attribute `quantities` names those that were kept, if not all were
 
