@@ -211,7 +211,8 @@ def _table_of_legs(
     """Means (BINS, bodies) of both legs over their norms' mean spread, 1/spread with its sign, and legs (bodies,).
 
     Args:
-        norms: of hip, knee and ankle. own: (2, 3, BINS), in place of the norms' means. unit: of the norms in a unit of what is compared.
+        norms: of hip, knee and ankle. own: (2, 3, BINS), in place of the norms' means.
+        unit: of the norms in one of what is compared with them.
     """
     assert scene.feet is not None
     bodies = len(names.bodies)
