@@ -134,7 +134,7 @@ def objective() -> str:
     return text.replace("@TERMS@", table(("term", "unit", "what it adds up"), rows))
 
 
-def own_parts() -> str:
+def custom_parts() -> str:
     """What parts of one's own declare, where scenes name them, and what their functions take."""
     text = (Path(__file__).parents[1] / "docs" / "reference" / "parts.md.in").read_text()
     said = field_comments(Declaration)
@@ -151,9 +151,9 @@ def own_parts() -> str:
             "`float`",
             "`forces`" if given == "muscle" else step,
         )
-        for of, given in (("each muscle", "muscle"), ("each joint", "body"), ("the whole", "whole"))
+        for of, given in (("each muscle", "muscle"), ("each joint", "body"), ("the whole", "instance"))
     ]
-    whole = signature(TERM_ARGUMENTS["whole"])
+    whole = signature(TERM_ARGUMENTS["instance"])
     decision = [(f"`{name}`", comment) for name, comment in field_comments(Decision.cls).items()]
     uses.append(("a failing condition", "`failure.custom`", f"`{whole}`", "`bool`", "`forces`"))
     uses.append(("a recorded quantity", "`recorded`", f"`{whole}`", "`float` or `wp.vec3`", step))
@@ -273,7 +273,7 @@ PAGES = {
     "reference/modules.md": modules,
     "reference/scene.md": scene,
     "reference/objective.md": objective,
-    "reference/parts.md": own_parts,
+    "reference/parts.md": custom_parts,
     "reference/files.md": files,
     "reference/sizes.md": sizes,
     "reference/kernels.md": kernels,

@@ -27,13 +27,13 @@ from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known, near
 
-Kind = Literal["muscle", "body", "whole", "desired", "condition", "decision", "quantity"]
+Kind = Literal["muscle", "body", "instance", "desired", "condition", "decision", "quantity"]
 
-WHOLE = (wp.int32, Model, State, Scratch)
+INSTANCE = (wp.int32, Model, State, Scratch)
 TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "muscle": (wp.int32, wp.int32, MuscleWork, Model),
     "body": (wp.int32, wp.int32, Model, State, Scratch),
-    "whole": WHOLE,
+    "instance": INSTANCE,
 }
 IN_STEP: tuple[Stage, ...] = ("forces", "accelerations")
 
@@ -115,7 +115,7 @@ def _check_numbers(part: Declaration, entry: str, key: str) -> None:
                 raise SceneError(f"limits of {entry!r}: the lowest {name!r} is above its highest value", key=key)
 
 
-def own_arguments(part: Declaration) -> tuple[Any, ...]:
+def declared_arguments(part: Declaration) -> tuple[Any, ...]:
     """What a function of a part may take last: its parameters, then its memory."""
     return (*([] if part.parameters is None else [part.parameters]), *([FLOATS] if part.memory else []))
 

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.curve.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves
 from warpmuscle.kernels.moved import modules_that_have
 from warpmuscle.kernels.structs import Model
 from warpmuscle.scene import MuscleModel
@@ -41,7 +41,7 @@ Reference = type(wp.ref[Model])
 Struct = type(Model)
 
 
-def custom_curves(model: MuscleModel) -> OwnCurves | None:
+def custom_curves(model: MuscleModel) -> CustomCurves | None:
     """The curves that a muscle model names; None if it names none. Raises SceneError as `function_named`."""
     functions = []
     for field in CURVE_FIELDS:
@@ -53,7 +53,7 @@ def custom_curves(model: MuscleModel) -> OwnCurves | None:
             check_result(functions[-1], results, key, entry)
     if not any(functions):
         return None
-    return OwnCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
+    return CustomCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
 
 
 def function_named(entry: str, key: str) -> Any:

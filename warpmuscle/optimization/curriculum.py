@@ -98,7 +98,7 @@ class Curriculum:
                     return ended
                 if all_ended := self._why_all_ended():
                     return all_ended
-                history = now.rows.whole_history(now.search_loop.searched("").history)
+                history = now.rows.search_history(now.search_loop.searched("").history)
                 self._over[now.rows.stage] = _Over(now.evaluations(), history, ended)
                 self._now = self._begun(now.rows.stage + 1)  # what counts: an interrupt before it undoes all
                 turned()
@@ -112,7 +112,7 @@ class Curriculum:
     def searched(self, ended: str) -> Searched:
         """How it has gone so far; `ended` says why it goes on no longer."""
         before, now, evaluations = self._before(), self._now.search_loop.searched(""), self.evaluations()
-        parts = [*(over.history for over in before), self._now.rows.whole_history(now.history)]
+        parts = [*(over.history for over in before), self._now.rows.search_history(now.history)]
         stages = tuple(
             changed(stage, ended=before[k].ended if k < len(before) else "", best=best_of(evaluations, k))
             for k, stage in enumerate(self._stages)

@@ -47,7 +47,7 @@ class StageRows:
             generation=whole.generation - np.int32(self.first), stage=np.zeros_like(whole.stage),
         )  # fmt: skip
 
-    def whole_history(self, part: History) -> History:
+    def search_history(self, part: History) -> History:
         """Generations of the stage, numbered as in the whole search."""
         return changed(part, generation=part.generation + self.first, stage=np.full_like(part.stage, self.stage))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_kind, as_whole, in_words
+from warpmuscle.core.arguments import as_integer, as_kind, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_xarray
@@ -106,7 +106,7 @@ class Motions:
 
     def recording(self, instance: int) -> Recording:
         """The motion of one instance, with the quantities that are here; raises ArgumentError if there is none."""
-        number = as_whole(instance, INSTANCE, 0)
+        number = as_integer(instance, INSTANCE, 0)
         if number >= len(self):
             raise ArgumentError(f"instance must be less than {len(self)}, not {number}")
         count = int(self.frames[number])

@@ -140,7 +140,7 @@ class RecordedQuantities:
     )  # fmt: skip
     recorded: Floats = quantity(
         "as recorded_units", ("frame", "recorded"), "what the scene's own quantities say, see `Scene.recorded`; "
-        "each has its unit in recorded_units", lambda raw: raw["own"],
+        "each has its unit in recorded_units", lambda raw: raw["custom"],
     )  # fmt: skip
     coordinate_names: tuple[str, ...] = ()
     speed_names: tuple[str, ...] = ()

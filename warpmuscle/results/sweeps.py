@@ -339,7 +339,7 @@ def _with_best(
     names = [_texts(hdf5.member(group, "parameters"), "name") for group in groups]
     if len(set(names)) > 1:
         return dict(columns), {}, ()
-    rows = [hdf5.own_array(hdf5.member(group, "best"), "params") for group in groups]
+    rows = [hdf5.checked_array(hdf5.member(group, "best"), "params") for group in groups]
     best = SweepColumn(np.array(rows), "see parameter_unit", "parameters of the best candidate")
     units = _texts(hdf5.member(groups[0], "parameters"), "unit")
     return {**columns, "best_params": best}, {"parameter": names[0]}, units
@@ -363,7 +363,7 @@ def _candidates(file: Any, runs: Sequence[str]) -> dict[str, SweepColumn]:
     found = {"run": _column(whole, "run")} if "run" in names else {}
     for name in names:
         if name != "run" and name != "terms":
-            parts = [hdf5.own_array(group, name) for group in groups]
+            parts = [hdf5.checked_array(group, name) for group in groups]
             attributes = {key: str(whole[name].attrs.get(key, "")) for key in ("units", "description")}
             found[name] = SweepColumn(np.concatenate(parts), **attributes)
     return found

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.core.arguments import as_array, as_text, as_texts, as_whole, check_function
+from warpmuscle.core.arguments import as_array, as_integer, as_text, as_texts, check_function
 from warpmuscle.core.array_interop import host_array
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import RolloutError
@@ -266,7 +266,7 @@ class MultiDeviceRollout(Batch):
         return {name: np.concatenate([terms[name] for terms in every]) for name in every[0]}
 
     def parts(self, instance: int = 0) -> dict[str, Parts]:
-        instance = as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError)
+        instance = as_integer(instance, "instance", 0, self.instances - 1, error=RolloutError)
         rollout, number = self._place(instance)
         return rollout.parts(number)
 
@@ -278,7 +278,7 @@ class MultiDeviceRollout(Batch):
         if instance is None and self._recorded:
             instance = self._recorded[0]
         if instance is not None:
-            instance = as_whole(instance, "instance", 0, error=RolloutError)
+            instance = as_integer(instance, "instance", 0, error=RolloutError)
         if instance is None or instance not in self._recorded:
             which = "nothing was" if instance is None else f"instance {instance} was not"
             raise RolloutError(f"{which} recorded: name it in record=[{instance or 0}]")

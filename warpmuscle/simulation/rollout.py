@@ -125,8 +125,8 @@ class Rollout(RolloutSettings):
         recorded, asked = chosen(record, self.instances), record_kind(quantities)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
         kind = asked if recorded or self.device.is_cpu else NOTHING
-        if kind.whole:
-            kind = kind._replace(own=recorded_functions(structure.parts, scene.character))
+        if kind.complete:
+            kind = kind._replace(custom=recorded_functions(structure.parts, scene.character))
         config = kernel_config(scene, structure, self.instances, self.device, lanes, kind)
         self.steps, self.lanes, self.block_dim = round(scene.duration / scene.time_step), config.lanes, config.block_dim
         if self.instances > memory.FEW:

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 import warp as wp
 
-from warpmuscle.core.arguments import as_number, as_text, as_whole
+from warpmuscle.core.arguments import as_integer, as_number, as_text
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels import structs
@@ -98,7 +98,7 @@ class RolloutResults(Batch):
         return self._outcome.cost()
 
     def parts(self, instance: int = 0) -> dict[str, Parts]:
-        return self._outcome.parts(as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError))
+        return self._outcome.parts(as_integer(instance, "instance", 0, self.instances - 1, error=RolloutError))
 
     def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         start = as_number(start, "start", error=RolloutError)

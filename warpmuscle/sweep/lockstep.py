@@ -62,7 +62,7 @@ class _Prepared:
     parameters: ParameterTable
 
 
-def run_together(
+def run_in_lockstep(
     tasks: Sequence[Task], folder: Path, known: dict[str, Known], device: str | None, threads: int | None,
     tell: Tell | None, finished: Finished | None = None, pruning: Pruning | None = None,
 ) -> dict[str, str]:  # fmt: skip

@@ -146,7 +146,7 @@ class _Fitting:
                 self._stage("parameters and signals", simulations)
             simulations = self._signals(self._all, s.signal_steps).simulations + self._by_windows(self._missed())
         if s.common:
-            simulations += self._together_again()
+            simulations += self._fit_jointly_again()
         simulations += self._at_other_prices(2 * s.signal_steps)
         return self._stage(LAST, simulations)
 
@@ -156,7 +156,7 @@ class _Fitting:
         self._own[self._training], self._shared = both.own, both.shared
         return both.simulations
 
-    def _together_again(self) -> int:
+    def _fit_jointly_again(self) -> int:
         """Fit parameters and signals again where these parameters leave too many of their own motions behind.
 
         Kept if more motions meet all bars, or as many at a lower cost; returns how many simulations that took.

@@ -145,7 +145,7 @@ class _Solver:
         which = np.flatnonzero(self.active)
         jacobian = self._jacobian(which)
         before = self.cost[which].sum() + self._shared_cost
-        step = self._step_together if self._shared.free else self._step_alone
+        step = self._joint_step if self._shared.free else self._step_alone
         step(which, jacobian)
         after = self.cost[which].sum() + self._shared_cost
         return float((before - after) / max(before, 1e-300))
@@ -215,7 +215,7 @@ class _Solver:
             if len(waiting) <= 0.2 * len(which):
                 return
 
-    def _step_together(self, which: NDArray[np.intp], jacobian: Floats) -> None:
+    def _joint_step(self, which: NDArray[np.intp], jacobian: Floats) -> None:
         """A step of all fits and what they share."""
         count = self.own.shape[1] if self._own.free else 0
         border = jacobian[:, :, count:]

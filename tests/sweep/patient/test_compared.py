@@ -9,12 +9,12 @@ from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.sweep.patient.compared import (
     COST,
     Walk,
+    angle_distance,
     changed_numbers,
     in_spread,
     judged_distances,
-    own_distance,
     searched_distances,
-    whole_distance,
+    stride_distance,
     within,
 )
 from warpmuscle.sweep.patient.file import UNCHANGED
@@ -45,7 +45,7 @@ def test_a_distance_is_in_the_patients_own_standard_deviations():
     assert in_spread(curve, one, "Knee flexion", "left") == pytest.approx(2.0)
     assert within(curve - 0.1, one, "Knee flexion", "left") == 100.0
     assert within(curve + 0.1, one, "Knee flexion", "left") == 0.0
-    assert whole_distance(gait(8.0), one) == pytest.approx(2.0)
+    assert angle_distance(gait(8.0), one) == pytest.approx(2.0)
 
 
 def test_a_spread_is_at_least_what_measuring_leaves():
@@ -55,8 +55,8 @@ def test_a_spread_is_at_least_what_measuring_leaves():
 
 def test_own_strides_are_held_against_the_mean_of_the_others():
     # 6 away from the mean of the others at both ends, not at all in the middle, in standard deviations of 4
-    assert own_distance(patient(-4.0, 0.0, 4.0), "Knee flexion", "right") == pytest.approx((1.5 + 0.0 + 1.5) / 3.0)
-    assert own_distance(patient(0.0), "Knee flexion", "right") is None
+    assert stride_distance(patient(-4.0, 0.0, 4.0), "Knee flexion", "right") == pytest.approx((1.5 + 0.0 + 1.5) / 3.0)
+    assert stride_distance(patient(0.0), "Knee flexion", "right") is None
 
 
 def test_searched_and_judged_curves_tell_before_and_after_over_seeds():

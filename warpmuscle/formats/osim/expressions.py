@@ -55,4 +55,4 @@ def _joined(sign: str, first: Floats, second: Floats) -> Floats:
         raise NotStraight(f"{sign!r} is no sum, product or quotient")
     if np.any(first[1:]) and np.any(second[1:]):
         raise NotStraight("it multiplies variables with each other")
-    return first * second[0] if not np.any(second[1:]) else second * first[0]
+    return np.asarray(first * second[0] if not np.any(second[1:]) else second * first[0])

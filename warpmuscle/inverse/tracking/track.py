@@ -22,7 +22,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import prepare, wanted_times
-from warpmuscle.inverse.own_ground.follow import ground_tracker
+from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning

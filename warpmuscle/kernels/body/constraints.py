@@ -22,7 +22,7 @@ import warp as wp
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, nonnegative
 
 WELD, POINT, POINT_ON_LINE, DISTANCE = 0, 1, 2, 3
 DAMPING, STIFFNESS = 0.5, 0.2
@@ -90,9 +90,9 @@ def speeds_alone(body: int, place: wp.vec3, model: ModelRef, work: ScratchRef) -
     """Angular acceleration of a body, and acceleration of its point at a place, where no speed changes."""
     turning = wp.vec3(0.0)
     moving = wp.vec3(0.0)
-    i = whole(body)
+    i = nonnegative(body)
     while i > 0:
-        parent = whole(model.skeleton.plan[i].parent)
+        parent = nonnegative(model.skeleton.plan[i].parent)
         v = work.angular_velocity[parent]
         turning += work.bias[i]
         moving += wp.cross(v, wp.cross(v, work.position[i] - work.position[parent]))
@@ -146,9 +146,9 @@ def constraint_rows(instance: int, number: int, step: StepLength, model: ModelRe
     """The rows of one constraint."""
     plan = model.constraints.plan[number]
     given = at(model.constraints.row, instance, number)
-    body = whole(plan.body)
-    other = whole(plan.other)
-    row = whole(plan.first_row)
+    body = nonnegative(plan.body)
+    other = nonnegative(plan.other)
+    row = nonnegative(plan.first_row)
     arm = work.rotation[body] * given.place
     other_arm = work.rotation[other] * given.other_place
     b = between_points(body, other, arm, other_arm, model, work)

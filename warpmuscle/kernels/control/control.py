@@ -42,7 +42,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
-    rolled,
+    not_unrolled,
 )
 
 
@@ -153,7 +153,7 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
 def no_torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Neither targets nor torques. Ends with a barrier."""
     for i in range(lane, model.body_count, lanes):
-        rolled()
+        not_unrolled()
         work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
         work.torque[i] = wp.vec3(0.0, 0.0, 0.0)
         work.stiffness[i] = symmetric(0.0)
@@ -218,8 +218,8 @@ def record_controller_of(controller: ControllerKind) -> Any:
 
     It does so if a frame is due; one lane calls it.
     """
-    record_own, extension_struct = controller.record, controller.extension
-    has_own, count = record_own is not None, len(controller.custom.recorded)
+    record_custom, extension_struct = controller.record, controller.extension
+    has_own, count = record_custom is not None, len(controller.custom.recorded)
 
     @wp.func
     def record_controller(
@@ -228,7 +228,7 @@ def record_controller_of(controller: ControllerKind) -> Any:
         if frame >= 0:
             row = record.slot[instance]
             if wp.static(has_own):
-                record_own(instance, row, frame, state, record)
+                record_custom(instance, row, frame, state, record)
             if wp.static(count > 0):
                 for k in range(count):
                     record.memory[row, frame, k] = extension.memory[instance, 0, k]

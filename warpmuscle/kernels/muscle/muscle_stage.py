@@ -32,7 +32,7 @@ from warpmuscle.kernels.muscle.sharing import places_of, prepare_of, sharing_sta
 from warpmuscle.kernels.objective.term_sums import muscle_terms_of
 from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.polynomial_path import monomials_stage
-from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, whole
+from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, nonnegative
 
 
 @cache
@@ -154,12 +154,16 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
             while first < model.muscles.count:
                 place = first + lane % wp.static(together)
                 if place < model.muscles.count:
-                    one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
+                    one_muscle(
+                        instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
+                    )
                 first = next_turn(0) * wp.static(together)
         elif wp.static(ordered):
             for k in range(lane, model.muscles.count, lanes):
                 place = in_turn(k, lane, lanes, model.muscles.count)
-                one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
+                one_muscle(
+                    instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
+                )
         else:
             for m in range(lane, model.muscles.count, lanes):
                 one_muscle(instance, m, frame, model, state, record, work, extension)

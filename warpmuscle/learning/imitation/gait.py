@@ -85,7 +85,7 @@ def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: 
     """The gait that a task imitates; both sides are alike where the body is symmetric.
 
     Args:
-        recording: of the gait that the scene's own controller makes, see `starts.own_gait`.
+        recording: of the gait that the scene's own controller makes, see `starts.controller_gait`.
 
     Raises:
         SceneError: it has no two whole cycles.

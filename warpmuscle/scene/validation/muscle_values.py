@@ -50,7 +50,7 @@ def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
     _shape(checks, key, model, model)
 
 
-def check_own_values(checks: Checks, key: str, muscle: Muscle) -> None:
+def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
     """Check what a muscle has in place of the same of `MuscleModel`, and its slack length.
 
     Raises:

@@ -24,10 +24,10 @@ from warpmuscle.sweep.patient.compared import (
     Changed,
     Distance,
     Walk,
+    angle_distance,
     changed_numbers,
     judged_distances,
     searched_distances,
-    whole_distance,
 )
 from warpmuscle.sweep.patient.file import UNCHANGED, PatientFile
 from warpmuscle.sweep.patient.gait import gait_of
@@ -56,12 +56,12 @@ class PathResult:
     @property
     def distance_before(self) -> float | None:
         """Mean distance of the angles before the search, in the patient's standard deviations."""
-        return None if self.before.gait is None else whole_distance(self.before.gait, self.patient)
+        return None if self.before.gait is None else angle_distance(self.before.gait, self.patient)
 
     @property
     def distances(self) -> dict[int, float]:
         """The same of matched walks, by seed."""
-        return {w.seed: whole_distance(w.gait, self.patient) for w in self.matched if w.gait is not None}
+        return {w.seed: angle_distance(w.gait, self.patient) for w in self.matched if w.gait is not None}
 
     @property
     def conditions(self) -> list[str]:
