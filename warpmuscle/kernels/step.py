@@ -143,7 +143,7 @@ def step_kernel(
         mark: see `one_step_of`.
     """
     across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
-    kind = kind._replace(across=across, together=WARP // instances_per_block if across else 0)
+    kind = kind._replace(several_warps=across, lanes_in_warp=WARP // instances_per_block if across else 0)
     muscles, skeleton = kind.muscles, kind.skeleton
     one_step, extensions_struct = one_step_of(kind, mark), kind.extensions
     touching = any(force.touch for force in kind.forces)

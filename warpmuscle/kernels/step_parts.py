@@ -79,8 +79,8 @@ class StepKind(NamedTuple):
     controller: ControllerKind = NO_CONTROLLER  # what controls joints and muscles
     skeleton: SkeletonKind = SkeletonKind()  # of the bodies and joints that the model has
     forces: tuple[ForceKind, ...] = ()  # the kinds of others that act
-    across: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
-    together: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
+    several_warps: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
+    lanes_in_warp: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
 
     @property
     def extensions(self) -> Any:
@@ -129,8 +129,8 @@ def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
 @cache
 def place_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that places the bodies and says who fell, stands still or has run into himself: the status."""
-    kinematics_stage = joint_stages_of(kind.skeleton, kind.across).kinematics
-    touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.across
+    kinematics_stage = joint_stages_of(kind.skeleton, kind.several_warps).kinematics
+    touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.several_warps
     collision_stage = collision_stage_of(kind.collisions)
     above = above_ground if kind.skeleton.terrain == FLAT else above_terrain
     moves = kind.skeleton.moves
@@ -180,7 +180,7 @@ def drive_of(kind: StepKind, mark: Any) -> Any:
     muscle_stage, muscular = control_stage, kind.muscles is not None
     if kind.muscles is not None:
         functions = muscle_functions(objective, kind.muscles.special_curves, kind.muscles.curves)
-        muscle_stage = muscle_stage_of(kind.muscles, functions, kind.recorded.muscles, controller, kind.together)
+        muscle_stage = muscle_stage_of(kind.muscles, functions, kind.recorded.muscles, controller, kind.lanes_in_warp)
     pulling, joint_forces_stage = any(force.effort for force in kind.forces), joint_forces_stage_of(kind.forces)
 
     @wp.func(inline=True)
@@ -269,7 +269,7 @@ def account_of(kind: StepKind, mark: Any) -> Any:
 @cache
 def move_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that moves the bodies: inertia and contact, forces on bodies, accelerations, integration."""
-    of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.across), kind.motion, kind.recorded.complete
+    of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.several_warps), kind.motion, kind.recorded.complete
     prescribe_stage, inertia_stage, integrate_stage = of_joints.prescribe, of_joints.inertia, of_joints.integrate
     acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
     pushing = any(force.wrench or force.pair for force in kind.forces)

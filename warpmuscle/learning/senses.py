@@ -164,7 +164,7 @@ def _ground_behind(about: About) -> list[Number]:
     return _ground_rows(about, range(1 - kernels.GROUND_BEHIND, 1))
 
 
-def _own(about: About, entry: str) -> list[Number]:
+def _custom(about: About, entry: str) -> list[Number]:
     """Numbers of an observation of one's own."""
     first = 0
     for name, count in about.custom.items():
@@ -177,7 +177,7 @@ def _own(about: About, entry: str) -> list[Number]:
 
 def numbers_of(group: str, about: About) -> list[Number]:
     """Numbers of a group, or of an observation of one's own."""
-    return GROUPS[group](about) if group in GROUPS else _own(about, group)
+    return GROUPS[group](about) if group in GROUPS else _custom(about, group)
 
 
 def _disturbance(about: About) -> list[Number]:
@@ -264,7 +264,7 @@ class Senses:
         self._ring = wp.zeros((n, int((whole + late).max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
-        known |= {entry: _own(about, entry) for entry in about.custom}
+        known |= {entry: _custom(about, entry) for entry in about.custom}
         known["disturbance"] = _disturbance(about)
         critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic

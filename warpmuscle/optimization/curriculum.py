@@ -93,7 +93,7 @@ class Curriculum:
         try:
             while True:
                 now = self._now
-                ended = now.search_loop.run(lambda generation: keep(self._now.rows.whole(generation)))
+                ended = now.search_loop.run(lambda generation: keep(self._now.rows.of_search(generation)))
                 if ended == INTERRUPTED or now.rows.stage == len(self._stages) - 1:
                     return ended
                 if all_ended := self._why_all_ended():
@@ -202,4 +202,4 @@ class _Now:
 
     def evaluations(self) -> Evaluations:
         """Candidates of the stage so far, as of the whole search."""
-        return self.rows.whole(self.search_loop.evaluations())
+        return self.rows.of_search(self.search_loop.evaluations())

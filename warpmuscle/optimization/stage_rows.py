@@ -25,7 +25,7 @@ class StageRows:
     term_names: tuple[str, ...]  # T names
     terms: NDArray[np.intp]  # (t,)
 
-    def whole(self, part: Evaluations) -> Evaluations:
+    def of_search(self, part: Evaluations) -> Evaluations:
         """Candidates of the stage with all parameters and terms; terms that it has not are not numbers."""
         count = len(part)
         params, terms = np.tile(self.values, (count, 1)), np.full((count, len(self.term_names)), np.nan)

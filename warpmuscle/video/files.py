@@ -90,7 +90,7 @@ def _write_mp4(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None
         code = encoder.wait()
     if code != 0:
         raise OSError(0, _why_ended(code))
-    if not _is_whole(path):
+    if not _is_complete(path):
         raise OSError(0, "ffmpeg wrote a part only")
 
 
@@ -103,7 +103,7 @@ def _why_ended(code: int) -> str:
     return f"ffmpeg ended with code {code}"
 
 
-def _is_whole(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     """Whether an .mp4 consists of whole boxes, the frames and their index among them (ISO/IEC 14496-12, 4.2)."""
     size, at, kinds = path.stat().st_size, 0, set()
     with open(path, "rb") as file:

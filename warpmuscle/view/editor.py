@@ -25,7 +25,7 @@ from warpmuscle.view.packing import whole
 
 MOST_POINTS = 64  # of a curve
 UNDOS = 200  # that can be taken back
-TOGETHER = 1.0  # s between two changes of one number that are taken back as one
+ONE_CHANGE = 1.0  # s between two changes of one number that are taken back as one
 NAMED = 8  # changes that the description of a saved scene names
 
 ASKS = ("save", "settings", "points")  # edits that change nothing
@@ -124,7 +124,7 @@ class Editor:
         now = self._clock()
         if edits == self.edits:
             return
-        if self._last[0] != target or now - self._last[1] > TOGETHER or not self._before:
+        if self._last[0] != target or now - self._last[1] > ONE_CHANGE or not self._before:
             self._before = [*self._before, self.edits][-UNDOS:]
         self._undone, self._last = [], (target, now)
         self.edits, self.pending = edits, True

@@ -18,7 +18,7 @@ from warpmuscle.sweep.patient.compared import (
     within,
 )
 from warpmuscle.sweep.patient.file import UNCHANGED
-from warpmuscle.sweep.patient.gait import UNITS, Gait, together, unit_of
+from warpmuscle.sweep.patient.gait import UNITS, Gait, pooled, unit_of
 from warpmuscle.sweep.patient.recorded import Patient, _spread
 
 CYCLE = np.linspace(0.0, 2.0 * np.pi, 101)
@@ -70,7 +70,7 @@ def test_searched_and_judged_curves_tell_before_and_after_over_seeds():
     assert moment.found.median == pytest.approx(4.0)
     assert moment.likeness is not None
     assert moment.likeness.median == pytest.approx(1.0)
-    assert moment.own == pytest.approx(4.0)  # root mean square of 6, 0 and 6 in the mean
+    assert moment.of_strides == pytest.approx(4.0)  # root mean square of 6, 0 and 6 in the mean
 
 
 def test_changes_are_between_walks_of_the_same_seed():
@@ -97,6 +97,6 @@ def test_numbers_have_their_side_and_unit():
 
 
 def test_strides_of_several_recordings_are_one_gait():
-    both = together([gait(0.0, 2.0, speed=1.0), gait(4.0, speed=1.3)])
+    both = pooled([gait(0.0, 2.0, speed=1.0), gait(4.0, speed=1.3)])
     assert both.curves["Hip flexion"]["left"].shape == (3, 101)
     assert both.speed == pytest.approx(1.1)

@@ -53,7 +53,7 @@ class Gathered:
     """A joint's body with all that hangs on it."""
 
     x: Articulated
-    own: Cluster  # U, D and u of the joint itself with its followers on the body
+    joint: Cluster  # U, D and u of the joint itself with its followers on the body
 
 
 @func
@@ -99,10 +99,10 @@ def with_followers(body: int, driver: int, model: ModelRef, work: ScratchRef) ->
     s = work.coordinate_turning[body]
     t = work.coordinate_moving[body]
     on = followers_on(body, driver, body, model, work)
-    g.own.moment = symmetric_times(g.x.a, s) + g.x.b * t + on.moment
-    g.own.force = wp.transpose(g.x.b) * s + symmetric_times(g.x.c, t) + on.force
-    g.own.d = wp.dot(s, g.own.moment + on.moment) + wp.dot(t, g.own.force + on.force) + on.d
-    g.own.u = on.u - wp.dot(s, g.x.n) - wp.dot(t, g.x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
+    g.joint.moment = symmetric_times(g.x.a, s) + g.x.b * t + on.moment
+    g.joint.force = wp.transpose(g.x.b) * s + symmetric_times(g.x.c, t) + on.force
+    g.joint.d = wp.dot(s, g.joint.moment + on.moment) + wp.dot(t, g.joint.force + on.force) + on.d
+    g.joint.u = on.u - wp.dot(s, g.x.n) - wp.dot(t, g.x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
     return g
 
 
@@ -111,7 +111,7 @@ def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
     """Leave all of a follower's inertia for its parent, and U, D and u for the joint that it follows."""
     g = with_followers(body, driver_of(body, model), model, work)
     r = work.position[body] - work.position[nonnegative(model.skeleton.plan[body].parent)]
-    work.factor_a[body] = wp.matrix_from_cols(g.own.moment, g.own.force, wp.vec3(g.own.d, g.own.u, 0.0))
+    work.factor_a[body] = wp.matrix_from_cols(g.joint.moment, g.joint.force, wp.vec3(g.joint.d, g.joint.u, 0.0))
     leave_for_parent(body, r, g.x.a, g.x.b, g.x.c, g.x.n, g.x.f, work)
 
 
@@ -123,10 +123,10 @@ def reduce_driver(instance: int, body: int, model: ModelRef, work: ScratchRef):
     r = work.position[body] - work.position[parent]
     axis = coordinate_axis(instance, body, model, work)
     beside = followers_on(parent, body, body, model, work)
-    d = g.own.d + beside.d
+    d = g.joint.d + beside.d
     d = 1.0 / (d + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
-    q = (g.own.u + beside.u - wp.dot(axis, work.torque[body])) * d
-    leave_downdated(body, r, g.x, g.own.moment + beside.moment, g.own.force + beside.force, d, q, work)
+    q = (g.joint.u + beside.u - wp.dot(axis, work.torque[body])) * d
+    leave_downdated(body, r, g.x, g.joint.moment + beside.moment, g.joint.force + beside.force, d, q, work)
 
 
 @func

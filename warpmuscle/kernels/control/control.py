@@ -70,7 +70,7 @@ class CustomController(NamedTuple):
     description: str = ""
     legs: bool = False  # whether it moves two legs: feet, hinged knees, hips of the root, joints of usual types
 
-    def own(self, function: Any) -> tuple[str, Any]:
+    def values_of(self, function: Any) -> tuple[str, Any]:
         """Which of `by_joint`, `by_body` and `by_muscle` a function takes, and the structure; ("", None) if none."""
         for place in PLACES:
             struct = getattr(self, place)
@@ -175,9 +175,9 @@ def control_stage_of(controller: ControllerKind) -> Any:
     looked_at = not custom.shipped
     cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
-        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.own(custom.effort))
+        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.values_of(custom.effort))
     if has_update:
-        update = of_instance(custom.update, custom.parameters, extension_struct, custom.own(custom.update))
+        update = of_instance(custom.update, custom.parameters, extension_struct, custom.values_of(custom.update))
 
     @wp.func
     def stage(
@@ -246,7 +246,7 @@ def force_of(controller: ControllerKind) -> Any:
     has_force, has_excitation = force is not None, custom.excitation is not None
     excitation, cause = force, cause_of(EXCITATION)
     if has_excitation:
-        own = custom.own(custom.excitation)
+        own = custom.values_of(custom.excitation)
         excitation = of_body(custom.excitation, float, custom.parameters, extension_struct, own)
 
     @wp.func

@@ -39,7 +39,7 @@ class Distance:
     name: str
     side: str
     unit: str
-    own: float | None  # of the patient's strides from the mean of the others; None where there is one only
+    of_strides: float | None  # of the patient's strides from the mean of the others; None where there is one only
     before: float | None  # of the scene before the search
     found: Spread  # of the walks that the search found, over seeds
     within: Spread | None = None  # part of the cycle within the patient's band, %

@@ -84,7 +84,7 @@ class Walk:
         until = int(np.searchsorted(follower.knots.time, release - 1e-9))  # signals are straight up to that knot
         return np.tile(self.thrower.hats[: until + 1].any(axis=0), follower.synergies.count)
 
-    def whole(self, acting: Floats) -> Floats:
+    def all_changes(self, acting: Floats) -> Floats:
         """Changes (B, U) of those that act."""
         found = np.zeros((len(acting), len(self.acting)))
         found[:, self.acting] = acting
@@ -98,7 +98,7 @@ class Walk:
         """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
-            outcome, past = self.outcomes(self.whole(x), np.tile(goal, (len(x), 1)))
+            outcome, past = self.outcomes(self.all_changes(x), np.tile(goal, (len(x), 1)))
             held = np.minimum(past.reshape(len(x), -1) / LIMIT_UNIT, FAR)
             return np.concatenate([(outcome - goal[[0, 2]]) / UNITS, held], axis=1)
 
@@ -108,7 +108,7 @@ class Walk:
         unknowns = Unknowns(start, -np.ones(size), np.ones(size), STEP, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
         found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own
-        found = self.whole(found)[0]
+        found = self.all_changes(found)[0]
         outcome, past = self.outcomes(found[None], goal[None])
         error = np.abs(outcome[0] - goal[[0, 2]])
         if error[0] > ALLOWED["distance"] or error[1] > ALLOWED["angle"] or past.max() > PAST_LIMITS:

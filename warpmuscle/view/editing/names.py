@@ -34,7 +34,7 @@ class Called(NamedTuple):
 
     group: str
     name: str
-    whole: str
+    full: str
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
