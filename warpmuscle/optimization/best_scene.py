@@ -47,7 +47,7 @@ def scene_in(result: Result) -> Scene:
 
 
 def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = None) -> tuple[Scene, str]:
-    """The scene of an optimisation with its best parameters in place of those it began with.
+    """The scene of an optimisation with the parameters of its best candidate.
 
     Args:
         fixed: patterns of names, such as "character.*", of parameters that are to be free no more.

@@ -56,7 +56,7 @@ def optimize(
     quantities: Sequence[str] | None = None,
     single: bool = False,
 ) -> Result:
-    """Search for the values of the scene's free parameters that have the least cost.
+    """Search for the values of the scene's free parameters with the lowest cost.
 
     A scene that weighs no term is asked for a gait at its speed and little effort, see `usual_objective`. The first
     generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was

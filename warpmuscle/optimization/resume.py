@@ -41,7 +41,7 @@ def resume(
     quantities: Sequence[str] | None = None,
     single: bool = False,
 ) -> Result:
-    """Go on with a search that was interrupted or killed, or has finished, as if it had not been.
+    """Continue a search that was interrupted, killed or finished, as if it had never stopped.
 
     Scene, seed and options are those of the file; what it holds is not evaluated again. In a search with stages the
     last one gets the candidates that are asked for besides. A random search goes on with the candidates that it would

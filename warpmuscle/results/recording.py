@@ -48,7 +48,7 @@ LISTED = 8  # bodies, joints and muscles that a notebook's table names
 
 @dataclass(frozen=True, repr=False)
 class Recording(RecordedQuantities):
-    """One instance over F frames, J joints, B bodies and M muscles; `QUANTITIES` lists its arrays.
+    """The motion of one instance: F frames, J joints, B bodies, M muscles; `QUANTITIES` lists the arrays.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
     Coordinates and speeds have the names of `topology.coordinate_names`, angles those of `degrees_of_freedom`; what was
@@ -159,7 +159,7 @@ class Recording(RecordedQuantities):
         recorded_names: tuple[str, ...] = (),
         recorded_units: tuple[str, ...] = (),
     ) -> Self:
-        """A recording of what a device wrote."""
+        """Make a recording from the frames that a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
         arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
         return cls(
@@ -176,38 +176,38 @@ class Recording(RecordedQuantities):
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Names of the quantities that were not kept: frames have them, and these arrays have no frames."""
+        """Names of the quantities that were not recorded; their arrays have no frames."""
         return tuple(name for name in QUANTITIES if is_missing(self.__dict__[name], len(self.__dict__["time"])))
 
     @property
     def has_targets(self) -> bool:
-        """Whether joints were to move anywhere but to their reference pose."""
+        """Whether the controller had targets other than the reference pose."""
         return bool(np.any(self.joint_target[..., :3]))
 
     def window(self, start: float, end: float = np.inf) -> Recording:
-        """The frames with start <= time <= end, s; these may be infinite. Raises ArgumentError."""
+        """The frames with start <= time <= end, s, either of which may be infinite; raises ArgumentError."""
         start, end = as_number(start, "start", infinite=True), as_number(end, "end", infinite=True)
         chosen = (self.time >= start) & (self.time <= end)
         return self.at(chosen)
 
     def at(self, frames: Any) -> Self:
-        """Some of its frames, by a slice, numbers or a mask."""
+        """The recording restricted to some frames, given by a slice, indices or a mask."""
         gone = self.missing
         there = {name: self[name] for name in QUANTITIES if name not in gone}
         return self.changed(**{name: array[frames] for name, array in there.items() if len(array) == self.frames})
 
     def changed(self, **arrays: NDArray[Any]) -> Self:
-        """The same motion with other arrays in place of some of its own."""
+        """A copy of the recording with some arrays replaced."""
         changes: dict[str, Any] = {**arrays}
         return replace(self, **changes).made_by(self.origin)
 
     @property
     def origin(self) -> Callable[[], Scene] | None:
-        """What makes the scene that made it, without free parameters; None of a recording from a file."""
+        """A function that returns the scene of the recording, without free parameters; None if read from a file."""
         return self._origin[0] if self._origin else None
 
     def made_by(self, origin: Callable[[], Scene] | None) -> Self:
-        """This recording, which from now on knows the scene that made it."""
+        """Attach the scene that made the recording, and return the recording."""
         if origin is not None:
             object.__setattr__(self, "_origin", (origin,))
         return self
@@ -226,7 +226,7 @@ class Recording(RecordedQuantities):
         return to_xarray(time, arrays, {dimension(axis): words for axis, words in self._words().items()})
 
     def to_dataframe(self, quantities: Sequence[str] | None = None) -> pandas.DataFrame:
-        """A `pandas.DataFrame` with a row a frame, by time in s, and columns such as `com.x` and `muscle_force.rSOL`.
+        """A `pandas.DataFrame` indexed by time, s, one row per frame; columns such as `com.x`, `muscle_force.rSOL`.
 
         Args:
             quantities: names of those that are wanted; all by default.

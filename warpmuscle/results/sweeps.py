@@ -51,7 +51,7 @@ class SweepColumn:
 
 @dataclass(frozen=True, repr=False)
 class Sweep:
-    """What a sweep of R runs has come to.
+    """Table of the results of a sweep of R runs.
 
     Attributes:
         path: of its file, which runs and candidates are read from when they are asked for.
@@ -86,14 +86,14 @@ class Sweep:
 
     @property
     def best(self) -> str | None:
-        """Name of the run with the least cost, or the greatest return; None if there is none."""
+        """Name of the run with the lowest cost, or of the training with the highest return; None if there is none."""
         sign, name = (-1.0, "gain") if "gain" in self.columns else (1.0, "best_cost")
         costs = sign * self.columns[name].values
         costs = np.where(np.isnan(costs), np.inf, costs)
         return self.runs[int(np.argmin(costs))] if len(costs) and np.isfinite(costs.min()) else None
 
     def to_dataframe(self, candidates: bool = False) -> pandas.DataFrame:
-        """A `pandas.DataFrame` with a row a run, by its name: axes, what became of it, and its best candidate.
+        """A `pandas.DataFrame` with one row per run: its name, axes, outcome and best candidate.
 
         Parameters are columns by their path in the scene, terms `term.` and their name.
 

@@ -52,7 +52,7 @@ def make_rollout(
     lanes: int | None = None,
     trust: bool = False,
 ) -> Batch:
-    """A batch on one device, or shared out over several; both are used alike and give the same bits.
+    """Make a batch on one device or split over several; both have the same interface and give the same bits.
 
     Args:
         device: as for `Rollout`, or "cuda:all", or several such as "cuda:0,cuda:2".
@@ -74,7 +74,7 @@ def make_rollout(
 
 
 class MultiDeviceRollout(Batch):
-    """A batch over several devices of one kind, each of which has an even share of the instances, one behind the other.
+    """A batch split evenly over several devices of one kind, in the order of its instances.
 
     It gives the same bits as a `Rollout`. Arrays on the device are those of its shares.
 
@@ -245,7 +245,7 @@ class MultiDeviceRollout(Batch):
 
     @property
     def steps_done(self) -> int:
-        """Steps that the batch has come to; a share whose instances have all failed goes no further."""
+        """Steps done so far; a device whose instances have all failed goes no further."""
         running = [rollout.steps_done for rollout in self.rollouts if rollout.running]
         return min(running) if running else max(rollout.steps_done for rollout in self.rollouts)
 

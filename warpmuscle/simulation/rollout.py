@@ -58,8 +58,8 @@ MOST = 0.95  # of the instances
 class Rollout(RolloutSettings):
     """Independent simulations of one scene, each with its own parameters, stepped together on one device.
 
-    Instances that fail stop; the others go on undisturbed. The same parameters give the same bits on the same kind of
-    device whatever the number of instances, the instance's place among them, or the number of CPU threads.
+    Instances that fail stop; the others continue unaffected. Equal parameters give equal bits on the same kind of
+    device, whatever the number of instances, the index of the instance or the number of CPU threads.
 
     Example:
         rollout = Rollout(load("fwalk"), instances=100)
@@ -218,7 +218,7 @@ class Rollout(RolloutSettings):
             self.complete()
 
     def advance(self, step: int, kernel: FusedKernel | None = None) -> None:
-        """Bring all instances that still run to this step, in one launch unless some of them end before."""
+        """Advance all running instances to this step, in one launch unless some end earlier."""
         batch = self._batch
         while step > batch.steps_done and self.running:
             end = batch.next_end
@@ -244,15 +244,15 @@ class Rollout(RolloutSettings):
         return min(step, self._program.until(done, begun))
 
     def complete(self) -> None:
-        """Those that have come to the end of the simulation have completed it."""
+        """Mark the instances that have reached the end of the simulation as completed."""
         self._batch.complete()
 
     def snapshot(self) -> Snapshot:
-        """Where all instances stand now, for `restore`."""
+        """The present state of all instances, for `restore`."""
         return self._batch.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Put all instances back to where they stood; what the batch was told stays as it is now."""
+        """Restore the states of a snapshot; parameters, commands and other settings stay as they are now."""
         as_kind(Snapshot, snapshot, "snapshot", error=RolloutError)
         self._batch.restore(snapshot)
 
@@ -260,7 +260,7 @@ class Rollout(RolloutSettings):
         self._launcher.kernel().load()
 
     def stepper(self, change: Callable[[KernelConfig], KernelConfig], fields: Fields, model: Any = None) -> Stepper:
-        """Steps of all instances without a question to the device; see there.
+        """A `Stepper`, which advances all instances without waiting for the device.
 
         Args:
             change: makes the configuration of its kernel from the usual one.
@@ -281,7 +281,7 @@ class Rollout(RolloutSettings):
         return build_model(numeric, self.structure, self.device, inputs)
 
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
-        """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""
+        """Compile and load the kernel that `step` launches with excitations, torques or both; see `load`."""
         self._launcher.kernel(self._launcher.config_from_outside(excitations, torques)).load()
 
     @property

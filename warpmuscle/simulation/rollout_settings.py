@@ -50,7 +50,7 @@ class RolloutSettings(RolloutResults):
 
     @in_silence
     def change(self, numeric: Scene) -> None:
-        """Go on from where the batch stands with other numbers; what starts count with the next `reset`.
+        """Continue from the present state with other numbers of the scene; initial states change with the next `reset`.
 
         Args:
             numeric: the batch's scene with numbers in place of its free parameters (see `parameters.substitute`).
@@ -61,12 +61,12 @@ class RolloutSettings(RolloutResults):
         self.numeric = numeric
 
     def change_controller(self, numeric: Scene) -> None:
-        """Go on with other numbers of the controller, which are all that differs from the present ones."""
+        """Continue with other numbers of the controller; no other numbers may differ."""
         self.change_parts(numeric, ["controller"])
 
     @in_silence
     def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
-        """Go on with other numbers of these parts of the model, see `model.build.update_model`; no others differ."""
+        """Continue with other numbers of these parts of the model only, see `model.build.update_model`."""
         self.numeric = numeric
         for part in parts:
             self._update(part)
@@ -74,7 +74,7 @@ class RolloutSettings(RolloutResults):
             self._extensions.use_controller(numeric)
 
     def change_forces(self, numeric: Scene) -> None:
-        """Go on with other numbers of the scene's forces, which are all that differs from the present ones."""
+        """Continue with other numbers of the scene's forces; no other numbers may differ."""
         self.numeric = numeric
         self._extensions.use(numeric)
 

@@ -52,7 +52,7 @@ def show(
     meshes: str | PathLike[str] | None = None,
     over: bool = False,
 ) -> Page:
-    """Recorded motion as a page that a notebook shows and `save` writes.
+    """Show recorded motion as a page in a notebook, or `save` it.
 
     Args:
         motion: a result or its file, all of whose motions are shown side by side; a run; one recording; a rollout that

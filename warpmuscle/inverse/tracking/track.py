@@ -39,7 +39,7 @@ def track(
     device: str | None = None,
     **options: object,
 ) -> Tracked | list[Tracked]:
-    """Excitations that let a model follow motions, of one trial or of many at once.
+    """Muscle excitations with which a model tracks recorded motions, for one trial or many at once.
 
     Args:
         model, coordinates, loads, filter, device: see `inverse_dynamics`.
