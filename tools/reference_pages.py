@@ -30,7 +30,7 @@ from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration
 from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.kernels.stable import FIELDS, STABLE
-from warpmuscle.model.found_parts import IN_STEP, TERM_ARGUMENTS
+from warpmuscle.model.part_checks import IN_STEP, TERM_ARGUMENTS
 from warpmuscle.model.task_parts import DRAW, USES
 from warpmuscle.model.user_functions import name_of, signature
 from warpmuscle.results.recorded_quantities import QUANTITIES

@@ -15,7 +15,7 @@ from warpmuscle.optimization.optimize import optimize, searched
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
-from warpmuscle.sweep.one_batch import run_in_one_batch
+from warpmuscle.sweep.shared_batches import run_in_one_batch
 from warpmuscle.sweep.union import MergedScene, groups, number_leaves, searched_scenes, unchanged, weighed_scenes
 
 

@@ -214,10 +214,10 @@ def _surfaces(placed: Place) -> dict[str, Surface]:
 def _muscles(table: dict[str, Architecture], placed: Place) -> dict[str, Muscle]:
     return {
         name: Muscle(
-            path=[placed(point) for point in individual.path], wraps=[Wrap(*wrap) for wrap in individual.wraps], f_max=individual.f_max,
-            l_opt=individual.l_opt, l_slack=0.0, pennation=round(float(np.radians(individual.pennation)), 4),
+            path=[placed(point) for point in own.path], wraps=[Wrap(*wrap) for wrap in own.wraps], f_max=own.f_max,
+            l_opt=own.l_opt, l_slack=0.0, pennation=round(float(np.radians(own.pennation)), 4),
         )
-        for name, individual in table.items()
+        for name, own in table.items()
     }  # fmt: skip
 
 
@@ -228,11 +228,9 @@ def with_tendons(muscles: dict[str, Muscle], lengths: dict[str, float]) -> None:
         lengths: of the paths in the pose that `Architecture.fibre` is meant in, m.
     """
     for name, muscle in muscles.items():
-        individual = (MUSCLES | SPATIAL)[name]
-        fibre, width = individual.fibre * individual.l_opt, individual.l_opt * np.sin(np.radians(individual.pennation))
+        own = (MUSCLES | SPATIAL)[name]
+        fibre, width = own.fibre * own.l_opt, own.l_opt * np.sin(np.radians(own.pennation))
         slack = lengths[name] - float(np.sqrt(fibre**2 - width**2))
-        spare = SLACK * individual.l_opt
+        spare = SLACK * own.l_opt
         muscle.l_slack = Free(*np.round([slack, max(slack - spare, 0.0), slack + spare], 4).tolist())
-        muscle.f_max = Free(
-            *np.round([individual.f_max, individual.f_max * STRENGTH[0], individual.f_max * STRENGTH[1]], 1).tolist()
-        )
+        muscle.f_max = Free(*np.round([own.f_max, own.f_max * STRENGTH[0], own.f_max * STRENGTH[1]], 1).tolist())

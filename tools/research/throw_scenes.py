@@ -273,8 +273,8 @@ def whole_scene(body: WholeBody, throws: Throws) -> Scene:
 def pronated(body: WholeBody, throws: Throws, joint: str, turn: float) -> JointState:
     """Start of a flexion beside which the child is turned about its own other axis."""
     curve = make_interp_spline(throws.time, throws.angles[joint], k=5)
-    individual, flex = (np.array(axis) for axis in body.joints[joint].axes)
-    orientation = multiply(about(flex, float(curve(0.0))), about(individual, turn))
+    own, flex = (np.array(axis) for axis in body.joints[joint].axes)
+    orientation = multiply(about(flex, float(curve(0.0))), about(own, turn))
     return JointState(tuple(rounded(orientation, 5)), tuple(rounded(flex * float(curve(0.0, nu=1)))))
 
 

@@ -15,7 +15,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective.objective_terms import TERMS, Term
 from warpmuscle.kernels.objective.term_functions import BODY_TERMS, INSTANCE_TERMS, MUSCLE_TERMS
 from warpmuscle.kernels.objective.term_sums import ObjectiveKind
-from warpmuscle.model.found_parts import Kind, known_part
+from warpmuscle.model.part_checks import Kind, known_part
 from warpmuscle.model.parts import CustomParts, plain_function
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share

@@ -22,7 +22,7 @@ from warpmuscle.kernels.objective.desired_torques import term_of_desired
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.kernels.objective.term_functions import BODY_TERMS, INSTANCE_TERMS, MUSCLE_TERMS
 from warpmuscle.kernels.recording.record import CustomQuantity
-from warpmuscle.model.found_parts import (
+from warpmuscle.model.part_checks import (
     IN_STEP,
     INSTANCE,
     TERM_ARGUMENTS,

@@ -21,7 +21,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.force import power_name
 from warpmuscle.scene.objects.motion import QUANTITIES, object_quantities
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
-from warpmuscle.scene.treadmill.way import BELTS
+from warpmuscle.scene.treadmill.belt_motion import BELTS
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import Declaration, Stage
-from warpmuscle.model.found_parts import (
+from warpmuscle.model.part_checks import (
     IN_STEP,
     INSTANCE,
     Found,

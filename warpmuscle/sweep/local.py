@@ -20,10 +20,10 @@ from warpmuscle.results.records import Result
 from warpmuscle.results.result import glance
 from warpmuscle.sweep.folder import has_ended
 from warpmuscle.sweep.lockstep import Finished, Pruning, run_in_lockstep
-from warpmuscle.sweep.one_batch import run_in_one_batch
-from warpmuscle.sweep.pruning.referee import PRUNED
 from warpmuscle.sweep.pruning.rule import Rule
+from warpmuscle.sweep.pruning.scheduler import PRUNED
 from warpmuscle.sweep.rounds import known_of
+from warpmuscle.sweep.shared_batches import run_in_one_batch
 from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.union import groups
 

@@ -66,7 +66,7 @@ from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
-from warpmuscle.sweep.refinement.asked import WITHOUT_POINTS, Refinement, refinement_of
+from warpmuscle.sweep.refinement.options import WITHOUT_POINTS, Refinement, refinement_of
 from warpmuscle.sweep.samples import Sample, sampled
 from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan

@@ -21,9 +21,9 @@ from warpmuscle.throw.computed_synergies import ALONE, computed_excitation, comp
 from warpmuscle.throw.fit import FIDELITY, Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import LIMITS, Goal
-from warpmuscle.throw.lacks import Lack, lacking
 from warpmuscle.throw.measured import Calibration, calibrate, measured_envelopes, measured_synergies
 from warpmuscle.throw.metrics import Agreement
+from warpmuscle.throw.missing_torque import Lack, lacking
 from warpmuscle.throw.motion import ArmMotion, resample
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.recordings.arm_motions import mean_motion, motion_of, notes, read_motions

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import check_output, replace_file, replacing
-from warpmuscle.video.beside import Beside, Sheet
 from warpmuscle.video.film import Film
 from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors
+from warpmuscle.video.side_by_side import Beside, Sheet
 
 ENDINGS = (".mp4", ".gif", ".webp")
 Tell = Callable[[int, int], None]  # of frames done, of all

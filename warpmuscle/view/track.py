@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
-from warpmuscle.gait.over_belts import over_belts
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places

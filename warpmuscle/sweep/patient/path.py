@@ -19,7 +19,6 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.sweep.board import Tell
-from warpmuscle.sweep.in_processes import in_processes
 from warpmuscle.sweep.patient.compared import (
     Changed,
     Distance,
@@ -34,6 +33,7 @@ from warpmuscle.sweep.patient.gait import gait_of
 from warpmuscle.sweep.patient.plan import AXIS, Files, adapt_plan, match_plan
 from warpmuscle.sweep.patient.recorded import Patient, read_patient
 from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult, sweep
 
 RATE = 200.0  # frames/s, of a scene as it stands
