@@ -27,7 +27,7 @@ from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.measured.content import at_times
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.objects import motions_of
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -129,7 +129,7 @@ def track_of(
     recording = over_belts(thinned(recording, rate), scene)
     f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
     return Track(
-        label=whole(label or scene.name),
+        label=encodable(label or scene.name),
         doll=doll,
         recording=recording,
         slid=_slid(recording, scene, doll),

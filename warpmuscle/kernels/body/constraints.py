@@ -41,7 +41,7 @@ class Between:
     speed: wp.vec3  # m/s, of the body's point over the other one's
     lag: wp.vec3  # m/s, what that gained in the last half step
     drift: wp.vec3  # m/s^2, what speeds alone add to W . a in the acceleration of that
-    whole_drift: wp.vec3  # m/s^2, and what they make of W . a themselves
+    total_drift: wp.vec3  # m/s^2, and what they make of W . a themselves
 
 
 @wp.struct
@@ -53,13 +53,13 @@ class StepLength:
 
 
 @func
-def wanted_acceleration(error: float, rate: float, drift: float, whole_drift: float, step: StepLength) -> float:
+def wanted_acceleration(error: float, rate: float, drift: float, total_drift: float, step: StepLength) -> float:
     """What W . a should be of a number g = error, which accelerates by W . a + drift.
 
     Args:
-        rate: of g, by speeds in the middle of the last step. whole_drift: of g, where no speed changes.
+        rate: of g, by speeds in the middle of the last step. total_drift: of g, where no speed changes.
     """
-    astray = rate - step.half * whole_drift
+    astray = rate - step.half * total_drift
     return -drift - (DAMPING * astray + STIFFNESS * error / step.h) / step.h
 
 
@@ -81,7 +81,7 @@ def push_along(row: int, axis: wp.vec3, error: float, more: float, step: StepLen
     """
     drift = wp.dot(axis, b.drift) + more
     rate = wp.dot(axis, b.speed - b.lag)
-    wanted = wanted_acceleration(error, rate, drift, wp.dot(axis, b.whole_drift) + more, step)
+    wanted = wanted_acceleration(error, rate, drift, wp.dot(axis, b.total_drift) + more, step)
     store_row(row, axis, wp.cross(b.arm, axis), wp.cross(b.other_arm, axis), wanted, work)
 
 
@@ -122,7 +122,7 @@ def between_points(
     b.lag = b.lag - work.lag_velocity[other] - wp.cross(work.lag_angular[other], other_arm)
     b.drift = wp.cross(w, wp.cross(w, arm)) - wp.cross(v, wp.cross(v, other_arm))
     alone = speeds_alone(body, place, model, work) - speeds_alone(other, other_place, model, work)
-    b.whole_drift = wp.spatial_bottom(alone)
+    b.total_drift = wp.spatial_bottom(alone)
     return b
 
 
