@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Body, Box, Capsule, Character, Joint, Shape, Sphere
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

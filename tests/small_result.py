@@ -9,7 +9,8 @@ import numpy as np
 from biped import breadth_first, forward_kinematics, random_recording
 from muscle_arm import arm
 from warpmuscle.formats import load, toml
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import (
     Evaluations,
     History,

@@ -54,6 +54,26 @@ def test_no_name_in_the_package_is_one_of_the_unclear_words():
     assert [place for place in found if not place.endswith(": hardiest")] == []  # of an option
 
 
+STAND_INS = {"own", "whole", "rolled", "together"}  # of whom, of what?
+
+
+def test_no_class_function_constant_or_field_is_named_by_a_word_that_stands_for_its_subject():
+    found = []
+    for file in sorted(ROOT.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [node.name] if isinstance(node, ast.ClassDef | ast.FunctionDef) else []
+            if isinstance(node, ast.ClassDef):
+                fields = [one.target for one in node.body if isinstance(one, ast.AnnAssign)]
+                names += [field.id for field in fields if isinstance(field, ast.Name)]
+            if isinstance(node, ast.Module):
+                targets = [target for one in node.body if isinstance(one, ast.Assign) for target in one.targets]
+                names += [target.id for target in targets if isinstance(target, ast.Name)]
+            for name in names:
+                words = re.sub(r"([a-z])([A-Z])", r"\1_\2", name).lower().split("_")
+                found += [f"{file.relative_to(ROOT)}: {name}"] if STAND_INS & set(words) else []
+    assert found == []
+
+
 def test_the_glossary_has_sixty_words_at_most():
     lines = (DOCS / "glossary.md").read_text().splitlines()
     words = [line for line in lines if line.startswith("| ") and not line.startswith("| term of")]

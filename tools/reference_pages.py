@@ -30,10 +30,10 @@ from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration
 from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.kernels.stable import FIELDS, STABLE
-from warpmuscle.model.found_parts import IN_STEP, TERM_ARGUMENTS
+from warpmuscle.model.part_checks import IN_STEP, TERM_ARGUMENTS
 from warpmuscle.model.task_parts import DRAW, USES
 from warpmuscle.model.user_functions import name_of, signature
-from warpmuscle.results.recording import QUANTITIES
+from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.session.public import PUBLIC
 
 # What the reference is about, by what one wants to do: names of Python, and commands.
@@ -134,7 +134,7 @@ def objective() -> str:
     return text.replace("@TERMS@", table(("term", "unit", "what it adds up"), rows))
 
 
-def own_parts() -> str:
+def custom_parts() -> str:
     """What parts of one's own declare, where scenes name them, and what their functions take."""
     text = (Path(__file__).parents[1] / "docs" / "reference" / "parts.md.in").read_text()
     said = field_comments(Declaration)
@@ -151,9 +151,9 @@ def own_parts() -> str:
             "`float`",
             "`forces`" if given == "muscle" else step,
         )
-        for of, given in (("each muscle", "muscle"), ("each joint", "body"), ("the whole", "whole"))
+        for of, given in (("each muscle", "muscle"), ("each joint", "body"), ("the whole", "instance"))
     ]
-    whole = signature(TERM_ARGUMENTS["whole"])
+    whole = signature(TERM_ARGUMENTS["instance"])
     decision = [(f"`{name}`", comment) for name, comment in field_comments(Decision.cls).items()]
     uses.append(("a failing condition", "`failure.custom`", f"`{whole}`", "`bool`", "`forces`"))
     uses.append(("a recorded quantity", "`recorded`", f"`{whole}`", "`float` or `wp.vec3`", step))
@@ -273,7 +273,7 @@ PAGES = {
     "reference/modules.md": modules,
     "reference/scene.md": scene,
     "reference/objective.md": objective,
-    "reference/parts.md": own_parts,
+    "reference/parts.md": custom_parts,
     "reference/files.md": files,
     "reference/sizes.md": sizes,
     "reference/kernels.md": kernels,

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from warpmuscle.simulation.program.solve import quadratic_program
     from warpmuscle.simulation.rollout import Rollout
     from warpmuscle.simulation.stages import Stages
-    from warpmuscle.sweep.first_line import sweep
+    from warpmuscle.sweep.from_python import sweep
     from warpmuscle.view.notebook import show
 
     __version__: str
@@ -77,7 +77,7 @@ _HOMES = {
     "scale": "inverse.scaling", "Scene": "scene.drawing.table",
     "scenes": "session.scene_table", "show": "view.notebook", "simulate": "session.runs",
     "Stages": "simulation.stages", "static_optimization": "inverse.static_optimization", "Status": "core.status",
-    "Sweep": "results.sweeps", "sweep": "sweep.first_line", "track": "inverse.tracking.track",
+    "Sweep": "results.sweeps", "sweep": "sweep.from_python", "track": "inverse.tracking.track",
     "trust": "scene.trusted_code", "write": "results.result",
 }  # fmt: skip
 

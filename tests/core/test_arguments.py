@@ -18,7 +18,7 @@ import pytest
 import warpmuscle as wm
 from small_result import search_result
 from small_scene import muscle_scene
-from warpmuscle.core.arguments import as_array, as_number, as_path, as_texts, as_whole, in_words
+from warpmuscle.core.arguments import as_array, as_integer, as_number, as_path, as_texts, in_words
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.simulation.perturbations import none
 
@@ -365,7 +365,7 @@ def test_a_bad_start_leaves_the_batch_as_it_was():
 
 
 def test_numbers_of_numpy_are_numbers():
-    assert as_whole(np.int32(3), "n") == as_whole(np.float64(3.0), "n") == as_whole(np.array(3), "n") == 3
+    assert as_integer(np.int32(3), "n") == as_integer(np.float64(3.0), "n") == as_integer(np.array(3), "n") == 3
     assert as_number(np.float32(0.5), "x") == 0.5
     assert as_texts("one", "names") == ("one",)
     assert as_path(Path("a"), "path") == as_path("a", "path")
@@ -375,6 +375,6 @@ def test_numbers_of_numpy_are_numbers():
 @pytest.mark.parametrize("value", [10**5000, "a" * 10**6, np.zeros((3, 3)), "\n\n", object(), Path("\n")], ids=type)
 def test_what_is_said_of_a_value_is_short_and_one_line(value: object):
     with pytest.raises(ArgumentError) as caught:
-        as_whole(value, "n", most=1)
+        as_integer(value, "n", most=1)
     assert len(str(caught.value)) < 140
     assert "\n" not in str(caught.value)

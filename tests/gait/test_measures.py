@@ -10,7 +10,8 @@ from biped import biped, load_recording, random_recording
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.formats import load
 from warpmuscle.gait.measures import feet_of, measure
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 
 
 def walk(speed: float, width: float, step_time: float, duration: float, heading: float = 0.0) -> Recording:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.gait.cycles import PERCENT
-from warpmuscle.gait.muscle_timing import NINE, _within, active_windows, beyond_chance, side_and_muscle, whole_windows
+from warpmuscle.gait.muscle_timing import NINE, _within, active_windows, beyond_chance, joined_windows, side_and_muscle
 from warpmuscle.scene.people.emg import WINDOWS
 
 
@@ -45,16 +45,16 @@ def test_names_of_muscles_tell_their_side():
 @pytest.mark.parametrize("muscle", WINDOWS)
 def test_windows_that_the_contact_cuts_are_one(muscle: str):
     inside_of_whole = np.zeros(100, bool)
-    for begin, end in whole_windows(muscle):
+    for begin, end in joined_windows(muscle):
         inside_of_whole |= _within(begin, end)
     np.testing.assert_array_equal(inside_of_whole, inside(muscle)[:-1] > 0.0)
 
 
 def test_windows_of_the_nine_muscles_are_ten_and_only_two_of_them_are_of_one_muscle():
     first = [names[0] for names in NINE]
-    assert [len(whole_windows(muscle)) for muscle in first] == [1, 1, 1, 1, 2, 1, 1, 1, 1]
-    assert whole_windows("gluteus maximus") == [(96.0, 14.0)]
-    assert whole_windows("rectus femoris") == [(48.0, 70.0), (93.0, 12.0)]
+    assert [len(joined_windows(muscle)) for muscle in first] == [1, 1, 1, 1, 2, 1, 1, 1, 1]
+    assert joined_windows("gluteus maximus") == [(96.0, 14.0)]
+    assert joined_windows("rectus femoris") == [(48.0, 70.0), (93.0, 12.0)]
 
 
 class Beating:

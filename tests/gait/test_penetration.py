@@ -9,7 +9,8 @@ from biped import random_recording
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats import load
 from warpmuscle.gait.penetration import penetration
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene.parameters import start_values, substitute
 
 POINTS = np.linspace(-1.0, 1.0, 401)

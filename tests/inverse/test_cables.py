@@ -108,7 +108,9 @@ def test_tendons_of_cables_do_not_stretch_and_emg_does_not_scale_them():
     muscles = muscles_struct(body.scene, body.muscles, body.device)
     force = to_device(np.full((1, len(body.muscles)), 100.0), float, body.device)
     tendon = wp.zeros(force.shape, dtype=float, device=body.device)
-    wp.launch(tendon_lengths_of(kind.curves, kind.own), force.shape, [muscles, force], [tendon], device=body.device)
+    wp.launch(
+        tendon_lengths_of(kind.curves, kind.special_curves), force.shape, [muscles, force], [tendon], device=body.device
+    )
     slack = np.array([body.muscle(name).l_slack for name in body.muscles], dtype=float)
     is_flexor = np.array([name == "flexor" for name in body.muscles])
     assert tendon.numpy()[0][~is_flexor] == pytest.approx(slack[~is_flexor])
@@ -120,7 +122,7 @@ def test_tendons_of_cables_do_not_stretch_and_emg_does_not_scale_them():
         setattr(one, name, to_device(np.full((1, len(slack)), 1.5), float, body.device))
     activation, pull = (wp.zeros((1, 1, len(slack)), dtype=float, device=body.device) for _ in range(2))
     model = with_fields(structs.Model(), {"muscles": muscles})
-    kernel = emg_driven.emg_forces_of(kind.curves, kind.own)
+    kernel = emg_driven.emg_forces_of(kind.curves, kind.special_curves)
     wp.launch(kernel, pull.shape, [model, known, one, activation], [pull], device=body.device)
     tension = dict(zip(body.muscles, pull.numpy()[0, 0], strict=True))
     assert tension["strap"] == pytest.approx(500.0 * (0.2 / 0.15 - 1.0), rel=1e-5)

@@ -9,7 +9,7 @@ from probes import evaluate
 
 from warpmuscle.kernels.curve import curves
 from warpmuscle.kernels.curve.curves import DE_GROOTE, LEE, MILLARD, SARSHARI, THELEN
-from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.muscle import muscle
 
 MODELS = {"lee": LEE, "thelen": THELEN, "millard": MILLARD, "de groote": DE_GROOTE, "sarshari": SARSHARI}
@@ -21,7 +21,7 @@ def bell(length: float) -> float:
     return wp.exp((length - 1.0) * (length - 1.0) * (-4.0))
 
 
-own_equilibrium = with_curves(muscle.fibre_equilibrium, OwnCurves(active=bell))
+own_equilibrium = with_curves(muscle.fibre_equilibrium, CustomCurves(active=bell))
 
 
 @wp.kernel(enable_backward=True)

@@ -25,6 +25,16 @@ def test_a_module_is_found_by_the_name_that_it_had(name: str):
     assert now.__spec__.name == now.__name__
 
 
+@pytest.mark.parametrize(("former", "now"), moved.RENAMED.items())
+def test_a_renamed_module_is_found_with_the_name_of_what_it_has(former: str, now: str):
+    sys.modules.pop(former, None)
+    with pytest.warns(DeprecationWarning, match=f"^{former} is {now} now$"):
+        module = importlib.import_module(former)
+    assert module is importlib.import_module(now)
+    with pytest.warns(DeprecationWarning, match="is called batch_scene now"):
+        assert module.together is module.batch_scene
+
+
 def test_names_that_were_never_there_are_not_found():
     with pytest.raises(ModuleNotFoundError):
         importlib.import_module("warpmuscle.kernels.nothing")

@@ -15,7 +15,8 @@ from muscle_arm import arm, constant
 from warpmuscle.core.array_types import Floats
 from warpmuscle.kernels.curve import curves
 from warpmuscle.kernels.curve.curves import LEE
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation, Excitation, JointState, MuscleModel
 from warpmuscle.simulation.rollout import Rollout
 

@@ -112,7 +112,7 @@ MASS, GRAVITY, BAND, TARGET_SPEED, BOUND, DESIRED = 62.0, 9.7, 0.15, 1.3, 0.9, 0
 TRACKED, SCALE, SIDE = (0.0, 1.0, 0.5), (0.0, 7.0, -4.0), (LEFT, LEFT, RIGHT)
 BODY_TERMS = ("applied_torque", "smoothness", "tracking", "norms", "norm_moments")
 MOMENT_SCALE = (0.0, 6.0, -8.0)
-WHOLE_TERMS = ("speed", "heading", "head", "ground_force", "step_width", "norm_force")
+INSTANCE_TERMS = ("speed", "heading", "head", "ground_force", "step_width", "norm_force")
 
 
 @wp.kernel(enable_backward=False)
@@ -231,7 +231,7 @@ def test_terms_of_bodies_are_their_formulas(walk: SimpleNamespace, by_contact: i
 def test_terms_of_the_whole_are_their_formulas(walk: SimpleNamespace):
     d = walk
     state, work, _kept = given_to(d)
-    value = wp.zeros((N, len(WHOLE_TERMS)), device="cpu")
+    value = wp.zeros((N, len(INSTANCE_TERMS)), device="cpu")
     wp.launch(of_whole, N, [model_of(d), state, work, value], device="cpu")
     q, weight = d.orientation[:, 0], MASS * GRAVITY
     away = 2.0 * np.arctan2(q[:, 1], q[:, 3]) - DESIRED
@@ -244,7 +244,7 @@ def test_terms_of_the_whole_are_their_formulas(walk: SimpleNamespace):
         "step_width": (np.where(d.cycle["landings"] > 1, d.cycle["width"] - 0.08, 0.0) ** 2).sum(axis=1),
         "norm_force": np.sum((load - human) ** 2, axis=1) / BAND**2,
     }  # fmt: skip
-    for k, name in enumerate(WHOLE_TERMS):
+    for k, name in enumerate(INSTANCE_TERMS):
         np.testing.assert_allclose(value.numpy()[:, k], expected[name], rtol=1e-3, atol=1e-4, err_msg=name)
         assert np.ptp(expected[name]) > 0.01
 

@@ -9,11 +9,13 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Imitation, Sense, Task, Variation
 from warpmuscle.learning.imitation import BINS
+from warpmuscle.learning.imitation.gait import _bend
 from warpmuscle.learning.imitation.people import CYCLE_TIME, people_gait, people_states
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Body, Displacement, Joint, Scene
 from warpmuscle.scene.character.shapes import Box
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.norms import NORMS
+from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.inverse_dynamics import body_motions
 
@@ -50,6 +52,33 @@ def test_the_left_leg_bends_as_the_norm_says_and_the_right_one_half_a_cycle_late
         np.testing.assert_allclose(np.degrees(ankle), NORMS["Ankle dorsiflexion"].mean(at), atol=0.8)
     assert gait.cycle_time == CYCLE_TIME == pytest.approx(1.026, abs=1e-3)
     assert gait.right == 0.5
+
+
+def test_a_knee_that_two_coordinates_bend_is_bent_by_the_first_of_them():
+    """It follows the toes, less far the more the foot is turned: -q + 0.2 q p."""
+    scene = imported()
+    character = scene.character
+    knee, terms = character.joints["knee_angle_l"], [(-1.0, 1, 0), (0.2, 1, 1)]
+    turn = Displacement((1.0, 0.0, 0.0), terms=terms)
+    back = Displacement((1.0, 0.0, 0.0), terms=[(a, n, m) for a, m, n in terms])
+    first, second = "mtp_angle_l", "subtalar_angle_l"
+    leader = Joint("coupled", knee.parent, "half", knee.position_in_parent, (0.0, 0.0, 0.0), rotations=[turn],
+                   follows=first, beside=second)  # fmt: skip
+    rate = Joint("coupled", "half", knee.child, (0.0, 0.0, 0.0), knee.position_in_child, rotations=[back],
+                 follows=second, beside=first, rate_only=True)  # fmt: skip
+    others = {name: joint for name, joint in character.joints.items() if name != "knee_angle_l"}
+    bodies = {**character.bodies, "half": Body(0.0, (0.0, 0.0, 0.0))}
+    joints = {"bend": leader, "bend_rate": rate, **others}
+    names = topology(msgspec.structs.replace(character, bodies=bodies, joints=joints, muscles={}))
+    start = np.zeros((BINS, names.coordinates))
+    turned = names.coordinate_start[names.body_of_joint(second)]
+    start[:, turned] = 0.3
+    wanted = -np.radians(NORMS["Knee flexion"].mean(np.arange(0.0, 100.0)))
+    _bend(leader, names.body_of_joint("bend"), wanted, start, names)
+    toes = start[:, names.coordinate_start[names.body_of_joint(first)]]
+    np.testing.assert_allclose(toes * (-1.0 + 0.2 * 0.3), wanted, atol=1e-9)
+    assert (start[:, turned] == 0.3).all()
+    assert wanted.min() < -1.0
 
 
 def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Rollout):

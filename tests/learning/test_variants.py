@@ -7,7 +7,7 @@ import pytest
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Task, Variation
-from warpmuscle.learning.starts import own_gait
+from warpmuscle.learning.starts import controller_gait
 from warpmuscle.learning.variants import drawn, drawn_commands, with_strengths
 from warpmuscle.scene import Command, Scene
 from warpmuscle.scene.joints.symmetry import side_of
@@ -100,7 +100,7 @@ def with_load(asked: float | None = None) -> Scene:
 
 
 def test_episodes_start_in_the_gait_of_the_scene_whatever_it_is_commanded():
-    plain, loaded = (own_gait(Rollout(with_load(asked), 1, "cpu"), 2, 0.05, 1) for asked in (None, 20.0))
+    plain, loaded = (controller_gait(Rollout(with_load(asked), 1, "cpu"), 2, 0.05, 1) for asked in (None, 20.0))
     assert len(plain.states) == 2
     for one, other in zip(plain.states, loaded.states, strict=True):
         np.testing.assert_array_equal(one["coordinates"], other["coordinates"])

@@ -91,7 +91,7 @@ def test_excitations_of_their_own_lie_one_behind_the_other():
     scene.character.muscles["both"].excitation = Excitation([0.0, 0.4], [0.1, 0.9], period=0.8)
     scene.character.muscles["knee"].excitation = Excitation([0.0, 0.2, 0.3], [0.2, 0.3, 0.5], period=0.0)
     struct = model.muscles_struct(scene, NAMES, "cpu")
-    own = struct.own.numpy()[0]
+    own = struct.timed.numpy()[0]
     np.testing.assert_array_equal(own["first_knot"], [0, 2, 2])
     np.testing.assert_array_equal(own["end_knot"], [2, 2, 5])
     np.testing.assert_allclose(own["period"], [0.8, 0.0, 0.0])

@@ -29,8 +29,8 @@ def altitude(
 
 
 def _functions('''
-DECLARED = ', "whole", memory=1, stage="accelerations", sign="earned"),'
-TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "whole"),'
+DECLARED = ', "instance", memory=1, stage="accelerations", sign="earned"),'
+TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "instance"),'
 PROGRAM = """
 import warp as wp
 wp.config.optimization_level, wp.config.use_precompiled_headers = 0, False  # for a single kernel
@@ -58,7 +58,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
         added = REMEMBERING if "memory" in left_out else FUNCTION
         functions.write_text(functions.read_text().replace("\ndef _functions(", added, 1))
     if left_out != "term":
-        added = TERM.replace(', "whole"),', DECLARED) if "memory" in left_out else TERM
+        added = TERM.replace(', "instance"),', DECLARED) if "memory" in left_out else TERM
         terms.write_text(terms.read_text().replace("_TERMS = (", added, 1))
     done = run(tmp_path)
     if left_out.startswith("nothing"):

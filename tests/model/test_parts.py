@@ -79,6 +79,10 @@ signed = Declaration(function=_accelerates, sign="reward")
 no_struct = Declaration(function=_of_joint, parameters=float, memory=1)
 negative = Declaration(function=_of_steps, memory=-1)
 unbounded = Declaration(function=_of_joint, parameters=Gain, memory=1, limits={"gain": 3.0})
+crossed = Declaration(function=_of_joint, parameters=Gain, memory=1, limits={"gain": (2.0, 1.0)})
+small = Declaration(function=_of_steps, memory=1)
+undeclared = Declaration(function=_of_joint, memory=1)
+scoped = Declaration(function=_of_steps, memory=2, scope="muscle")
 misnamed = Declaration(function=_of_joint, parameters=Gain, memory=1, defaults={"gian": 1.0})
 '''
 GAINS = {"joint": CustomPart({"gain": 2.0}, {"knee": {"gain": 3.0, "power": 2.0}}), "muscle": CustomPart({"gain": 0.5})}
@@ -187,7 +191,12 @@ def test_feet_are_followed_where_a_part_asks_for_it():
         ("steps", CustomPart({}, {"knee": {}}), "is one of the whole body: it has no numbers for each"),
         ("no_memory", None, r"takes a memory: declare how many floats, memory=1"),
         ("forgetful", None, r"takes no memory, which .* declares"),
-        ("nothing", None, "is not a Warp function: put @wp.func before it"),
+        ("nothing", None, f"'{NAME}:nothing' declares no function"),
+        ("Gain", None, "'declared_parts:Gain' must be a Warp function or Declaration; it is of the type Struct"),
+        ("crossed", None, "limits of .*: the lowest 'gain' is above its highest value"),
+        ("small", None, rf"small' \(.*{NAME}.py:20\) uses number 2 of a memory of 1: declare more"),
+        ("undeclared", CustomPart({"gain": 1.0}), "; declare Gain as its parameters"),
+        ("scoped", None, "scope of .* is 'muscle', but its function takes what one of 'whole' does"),
         (
             "late",
             None,

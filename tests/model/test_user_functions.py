@@ -81,6 +81,8 @@ def folder(tmp_path_factory) -> Path:
     (place / f"{NAME}.py").write_text(IMPORTS + FIVE_LINES + MORE)
     (place / "failing_parts.py").write_text("1 / 0\n")
     (place / "unwritten_parts.py").write_text("import warp\ndef f(length)\n    return length\n")
+    (place / "unannotated_parts.py").write_text("import warp as wp\n@wp.func\ndef f(length):\n    return length\n")
+    (place / "older_parts.py").write_text("from warpmuscle.kernels.curves import lee_passive\n")
     toml.write(scene(objective={f"{NAME}:effort": 2.0}), place / "theirs.toml")
     return place
 
@@ -189,6 +191,15 @@ class TestRuns:
         (
             {"objective": {"failing_parts:f": 1.0}},
             r"'failing_parts' fails: .*failing_parts.py:1: ZeroDivisionError",
+        ),
+        (
+            {"objective": {"unannotated_parts:f": 1.0}},
+            r"'unannotated_parts' fails: .*unannotated_parts.py:2: WarpCodegenError: Incomplete argument annotations",
+        ),
+        (
+            {"objective": {"older_parts:f": 1.0}},
+            r"'older_parts' fails: .*older_parts.py:1: ImportError: cannot import name 'lee_passive' .*; "
+            r"warpmuscle.kernels.curve.lee_curves has one of this name",
         ),
         ({"objective": {"unwritten_parts:f": 1.0}}, r"'unwritten_parts' fails: .*unwritten_parts.py:2: expected ':'"),
         ({"objective": {"no colon": 1.0}}, "'no colon' is not the name of a function as in 'module:function'"),

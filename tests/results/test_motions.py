@@ -16,7 +16,8 @@ from warpmuscle.plots import draw
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.motions import Motions
 from warpmuscle.results.partial_motion import demanding, reduced
-from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import NAMED, QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.results.result import read, write
 from warpmuscle.scene.topology import coordinate_names, coordinate_units, topology

@@ -1,4 +1,4 @@
-"""Recordings: shapes that fit their names, windows of time, labels."""
+"""Recordings: shapes that fit their names, windows of time."""
 
 import dataclasses
 
@@ -8,15 +8,14 @@ import pytest
 from biped import random_recording
 from warpmuscle.kernels.recording.recorded import MUSCLE_PLACES
 from warpmuscle.results.quantity import RawFrames
-from warpmuscle.results.recording import (
+from warpmuscle.results.recorded_quantities import (
     INTEGER_QUANTITIES,
     MUSCLE_QUANTITIES,
     NAMED,
     QUANTITIES,
     UNITS,
-    Recording,
-    label,
 )
+from warpmuscle.results.recording import Recording
 
 
 def test_every_field_but_the_names_is_a_described_quantity():
@@ -53,8 +52,3 @@ def test_position_of_a_body_by_name():
     assert np.array_equal(recording.position_of("part2"), recording.body_position[:, 2])
     with pytest.raises(ValueError, match="tail"):
         recording.position_of("tail")
-
-
-def test_labels_carry_units():
-    assert label("com_velocity") == "com velocity (m/s)"
-    assert label("phase") == "phase"

@@ -17,7 +17,7 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
 from warpmuscle.results.journal import Journal
-from warpmuscle.results.recording import QUANTITIES
+from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.results.records import (
     TABLE,
     Best,

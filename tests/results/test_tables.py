@@ -10,7 +10,8 @@ import pytest
 from biped import random_recording
 from small_result import search_result, walk_result
 from warpmuscle.core.errors import Error, ResultError
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import write
 
 pandas = pytest.importorskip("pandas", reason="no pandas: pip install 'warpmuscle[data]'")

@@ -10,8 +10,8 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.sizes.batch_scene import batch_scene
 from warpmuscle.scene.sizes.sized import height_of, sized
-from warpmuscle.scene.sizes.together import together
 from warpmuscle.simulation.rollout import Rollout
 
 LENGTH = 1.21  # so that time goes by 1.1
@@ -55,12 +55,12 @@ def test_each_body_of_a_batch_walks_as_by_itself(walk):
     sizes = [(1.3, 28.0), (1.9, 110.0), (1.7, 60.0)]
     bodies = [sized(walk, *size) for size in sizes]
     batch = Rollout(walk, len(bodies), "cpu", threads=1)
-    batch.change(together(bodies))
+    batch.change(batch_scene(bodies))
     batch.reset()
     batch.step(200)
     for k, body in enumerate(bodies):
         alone = Rollout(walk, 1, "cpu", threads=1)
-        alone.change(together([body]))
+        alone.change(batch_scene([body]))
         alone.reset()
         alone.step(200)
         np.testing.assert_array_equal(batch.state.coordinates.numpy()[k], alone.state.coordinates.numpy()[0])
@@ -70,11 +70,11 @@ def test_each_body_of_a_batch_walks_as_by_itself(walk):
 
 def test_scenes_that_differ_in_more_than_numbers_do_not_go_together(walk):
     plain = substitute(walk, start_values(walk))
-    alike = together([plain, plain])
+    alike = batch_scene([plain, plain])
     assert body_mass(alike.character) == body_mass(plain.character)
     with pytest.raises(SceneError, match="more than numbers"):
-        together([walk, load("bwalk")])
+        batch_scene([walk, load("bwalk")])
     with pytest.raises(SceneError, match="more than numbers"):
-        together([walk, msgspec.structs.replace(walk, duration=3.0)])
+        batch_scene([walk, msgspec.structs.replace(walk, duration=3.0)])
     with pytest.raises(SceneError, match="no scenes"):
-        together([])
+        batch_scene([])

@@ -7,7 +7,7 @@ import pytest
 
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
-from warpmuscle.results.recording import QUANTITIES
+from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, rebuilt

@@ -304,7 +304,7 @@ def test_inputs_by_themselves_know_where_instances_start_and_what_the_model_has(
     inputs.set_excitations([0.0, 1.0], [[[0.0, 2.0], [0.5, 0.25]]])
     assert inputs.of_model.excitations["knot_value"].numpy().tolist() == [[0.0, 1.0, 0.5, 0.25]]
     outside = inputs.from_outside([[0.5, 0.6]], [[1.0, 2.0]])
-    assert set(outside) == {"muscles.own", "muscles.knot_time", "muscles.knot_value", "actuation.effort"}
+    assert set(outside) == {"muscles.timed", "muscles.knot_time", "muscles.knot_value", "actuation.effort"}
     assert outside["actuation.effort"].numpy().tolist() == [[1.0, 2.0]]
 
 

@@ -53,7 +53,7 @@ def test_the_few_that_are_left_get_the_lanes_and_the_kernel_of_a_replay():
 
 def test_nothing_changes_for_those_that_have_as_many_lanes_or_record_in_part():
     assert spread_config(CONFIG._replace(lanes=16), 1, 132) is None
-    assert spread_config(CONFIG.compiling(recorded=RecordKind(whole=False)), 1, 132) is None
+    assert spread_config(CONFIG.compiling(recorded=RecordKind(complete=False)), 1, 132) is None
 
 
 class Compiled(FusedKernel):

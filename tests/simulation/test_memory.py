@@ -11,7 +11,7 @@ from warpmuscle.formats import load
 from warpmuscle.optimization import evaluation
 from warpmuscle.optimization.evaluation import BatchEvaluator
 from warpmuscle.scene.parameters import start_values
-from warpmuscle.simulation import memory, rollout
+from warpmuscle.simulation import memory
 from warpmuscle.simulation.devices import free_memory
 from warpmuscle.simulation.memory import struct_bytes
 from warpmuscle.simulation.multi_device import MultiDeviceRollout
@@ -49,7 +49,7 @@ def test_the_memory_of_this_machine_is_known_or_said_not_to_be():
 
 def test_more_instances_than_fit_are_refused_with_the_number_that_does(monkeypatch):
     needed = Rollout(short_walk(), 1, "cpu").instance_bytes
-    monkeypatch.setattr(rollout, "FEW", 256)
+    monkeypatch.setattr(memory, "FEW", 256)
     monkeypatch.setattr(memory, "free_memory", lambda device: 1000 * needed.state / memory.USABLE + 1.0)
     with pytest.raises(RolloutError, match=r"1001 instances need .* GiB on cpu, .* left for 1000 of .* KiB each"):
         Rollout(short_walk(), 1001, "cpu")
@@ -58,7 +58,7 @@ def test_more_instances_than_fit_are_refused_with_the_number_that_does(monkeypat
 
 def test_parameters_of_their_own_are_refused_where_they_do_not_fit_and_leave_the_batch_as_it_was(monkeypatch):
     one, twin = (Rollout(short_walk(0.1), 300, "cpu") for _ in range(2))
-    monkeypatch.setattr(rollout, "FEW", 256)
+    monkeypatch.setattr(memory, "FEW", 256)
     monkeypatch.setattr(memory, "free_memory", lambda device: one.instance_bytes.model)
     values = np.tile(start_values(one.scene), (300, 1)) * 1.01
     with pytest.raises(RolloutError, match="300 instances need"):

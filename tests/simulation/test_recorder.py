@@ -10,7 +10,7 @@ from small_scene import muscle_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.recording.record import RecordKind
 from warpmuscle.model.structure import structure_of
-from warpmuscle.results.recording import MUSCLE_QUANTITIES
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
 from warpmuscle.scene.topology import coordinate_names, coordinate_units
 from warpmuscle.simulation.recorder import SIZES, Recorder, check_room, frame_bytes, frame_steps, record_kind
 

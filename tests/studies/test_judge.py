@@ -22,8 +22,8 @@ from warpmuscle.scene import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.people.pinzone import POWERS
 from warpmuscle.studies import judge as judging
-from warpmuscle.studies.beside_people import of_norms
 from warpmuscle.studies.judge import POWER, Walked
+from warpmuscle.studies.people_comparison import of_norms
 from warpmuscle.studies.verdicts import (
     COMFORTABLE,
     COST,

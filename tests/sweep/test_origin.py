@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from warpmuscle.sweep.origin import origin, own_commit
+from warpmuscle.sweep.origin import origin, package_commit
 
 GIT = ["git", "-c", "user.name=a", "-c", "user.email=a@b.c"]
 
@@ -23,13 +23,13 @@ def test_commit_is_that_of_the_checkout_and_says_if_a_file_has_changed(tmp_path:
     def git(*arguments: str) -> str:
         return subprocess.run([*GIT, *arguments], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
 
-    assert own_commit(tmp_path) == ""
+    assert package_commit(tmp_path) == ""
     git("init", "-q")
-    assert own_commit(tmp_path) == ""  # nothing has been committed
+    assert package_commit(tmp_path) == ""  # nothing has been committed
     (tmp_path / "a").write_text("1")
     git("add", "a")
     git("commit", "-qm", "a")
     commit = git("rev-parse", "HEAD").strip()
-    assert own_commit(tmp_path) == commit
+    assert package_commit(tmp_path) == commit
     (tmp_path / "a").write_text("2")
-    assert own_commit(tmp_path) == f"{commit}+"
+    assert package_commit(tmp_path) == f"{commit}+"

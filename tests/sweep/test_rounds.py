@@ -12,8 +12,8 @@ from warpmuscle.core.status import Status
 from warpmuscle.optimization.evaluation import Generation
 from warpmuscle.results.journal import MAGIC, packed
 from warpmuscle.sweep import rounds as rounds_module
-from warpmuscle.sweep.one_batch import Request
 from warpmuscle.sweep.rounds import PATTERN, Rounds, known_of, remove_known
+from warpmuscle.sweep.shared_batches import Request
 
 NAMES = ["a", "b", "c"]
 

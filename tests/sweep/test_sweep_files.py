@@ -208,7 +208,7 @@ def test_sweep_or_scene_that_has_changed_is_refused(tmp_path, done):
 
 
 def test_further_values_and_seeds_run_alone_and_the_file_is_that_of_all_at_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(local, "run_together", counted := Counted(local.run_together))
+    monkeypatch.setattr(local, "run_in_lockstep", counted := Counted(local.run_in_lockstep))
     for folder in ("all", "parts"):
         (tmp_path / folder).mkdir()
     text = small_sweep(tmp_path / "all").read_text()

@@ -15,7 +15,7 @@ from warpmuscle.optimization.optimize import optimize, searched
 from warpmuscle.scene import Actuation, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, leaves
-from warpmuscle.sweep.one_batch import run_in_one_batch
+from warpmuscle.sweep.shared_batches import run_in_one_batch
 from warpmuscle.sweep.union import MergedScene, groups, number_leaves, searched_scenes, unchanged, weighed_scenes
 
 
@@ -53,7 +53,7 @@ OPTIONS = {
 }
 
 
-def together(scenes, device="cpu", tell=None, **options):
+def batch_scene(scenes, device="cpu", tell=None, **options):
     """Results of optimisations that share batches."""
     found = [None] * len(scenes)
 
@@ -70,7 +70,7 @@ def together(scenes, device="cpu", tell=None, **options):
 def test_every_run_is_the_same_to_the_last_bit_as_alone(options):
     scenes = variants()
     assert groups(scenes) == [list(range(len(scenes)))]
-    for scene, seed, result in zip(scenes, range(99), together(scenes, **options), strict=False):
+    for scene, seed, result in zip(scenes, range(99), batch_scene(scenes, **options), strict=False):
         assert_same(result, optimize(scene, 30, seed=seed, device="cpu", **options))
 
 
@@ -81,7 +81,7 @@ def test_rounds_of_several_batches_and_a_target_are_as_alone(monkeypatch):
     costs = optimize(scenes[1], 30, seed=1, device="cpu", **options).evaluations.cost
     options["target"] = float(costs.min())
     alone = [optimize(scene, 30, seed=seed, device="cpu", **options) for seed, scene in enumerate(scenes)]
-    for result, expected in zip(together(scenes, **options), alone, strict=True):
+    for result, expected in zip(batch_scene(scenes, **options), alone, strict=True):
         assert_same(result, expected)
     assert len({len(result.evaluations) for result in alone}) > 1
 
@@ -93,7 +93,7 @@ def test_runs_in_which_nothing_uses_some_of_the_parameters_are_as_alone():
     scene.controller.pd["lHip"].kp = Free(10.0, 5.0, 20.0)
     scenes = [scene, changed(scene, gravity=9.0)]
     assert groups(scenes) == [[0, 1]]
-    for scene, seed, result in zip(scenes, range(2), together(scenes, search="random"), strict=True):
+    for scene, seed, result in zip(scenes, range(2), batch_scene(scenes, search="random"), strict=True):
         assert result.parameters.name == ("controller.pd.lHip.kp",)
         assert_same(result, optimize(scene, 30, seed=seed, device="cpu", search="random"))
 
@@ -106,7 +106,7 @@ def test_biped_with_weights_masses_and_lengths_is_as_alone():
         changed(scene, **{"scale.?Lowerleg": 1.1, "character.bodies.*.mass": {"factor": 1.3}}),
     ]
     options = {"search": "cma", "population": 8}
-    for result, seed in zip(together(scenes, **options), range(3), strict=True):
+    for result, seed in zip(batch_scene(scenes, **options), range(3), strict=True):
         assert_same(result, optimize(scenes[seed], 30, seed=seed, device="cpu", **options))
 
 

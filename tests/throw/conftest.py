@@ -27,7 +27,7 @@ def job() -> Job:
 def kept(job: Job, tmp_path_factory) -> Path:
     """The file of the fit and of a new throw."""
     path = tmp_path_factory.mktemp("kept") / "throw.h5"
-    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    thrower = Thrower(job.follower, job.fitted.individual[0], job.fitted.unknowns)
     job.throws = [thrower.throw(Goal(distance=1.5), synergies=(0, 1, 3))]
     job.write(path, {"command": "warpmuscle throw", "seed": 3})
     return path

@@ -63,8 +63,8 @@ def test_signals_are_judged_beside_those_of_another_motion():
     fine = {"r2": np.full((3, 3), 0.9995), "velocity_r2": np.full((3, 3), 0.98), "hand_error": np.full(3, 0.01)}
     swapped = extracted[[1, 0, 2]]
     for fitted, good in ((extracted, [True] * 3), (swapped, [False, False, True])):
-        _, own = correlation(fitted, extracted, valid)
+        _, individual = correlation(fitted, extracted, valid)
         _, other = null(fitted, extracted, valid)
-        a = Agreement(**fine, correlation=np.full(3, 0.95), by_synergy=own, null=together, null_by_synergy=other)
+        a = Agreement(**fine, correlation=np.full(3, 0.95), by_synergy=individual, null=together, null_by_synergy=other)
         assert a.good().tolist() == good  # though all together they correlate by 0.95
         assert a.with_signals_kept().good().all()

@@ -23,8 +23,8 @@ def test_a_ball_that_leaves_at_the_velocity_of_a_goal_lands_there():
     goals = goals_about(20, 0.0, np.random.default_rng(0))
     place = np.array([0.3, 2.2])
     velocity = release_velocity(goals, place, 9.81)
-    for goal, own in zip(goals, velocity, strict=True):
-        flight = fly(place, own, 9.81, float(goal[1]))
+    for goal, individual in zip(goals, velocity, strict=True):
+        flight = fly(place, individual, 9.81, float(goal[1]))
         assert float(flight.distance) == pytest.approx(goal[0], abs=1e-9)
         assert float(flight.angle) == pytest.approx(goal[2], abs=1e-9)
 

@@ -7,7 +7,7 @@ from warpmuscle.throw.synthesis import Thrower
 
 
 def test_torque_is_lacking_where_muscles_are_too_weak_for_a_throw_and_only_there(job: Job):
-    thrower = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns)
+    thrower = Thrower(job.follower, job.fitted.individual[0], job.fitted.unknowns)
     made = thrower.throw(Goal(distance=1.5))
     assert missing_torque(thrower, made) == {}
     lacking = missing_torque(thrower.stronger(0.1), made)

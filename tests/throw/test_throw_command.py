@@ -115,10 +115,10 @@ def test_noisy_motions_pass_a_filter_that_is_told_and_clean_ones_none(tmp_path: 
 def test_a_whole_body_has_its_activations_computed_with_groups_about_its_own_angles(motion: Path):
     """Else they come from single muscles, which are too weak for a throw, and no fit follows such signals."""
     made = job.Job(job.load("throw_body"), [motion], job.JobOptions())
-    groups, own = job.load(job.GROUPS).character.muscles, made.arm.scene.character.muscles
+    groups, individual = job.load(job.GROUPS).character.muscles, made.arm.scene.character.muscles
     for name, muscle in made.strong.scene.character.muscles.items():
         assert muscle.f_max == groups[name].f_max
-        assert [p.axis for p in muscle.pulleys] == [p.axis for p in own[name].pulleys]
+        assert [p.axis for p in muscle.pulleys] == [p.axis for p in individual[name].pulleys]
 
 
 def test_what_a_low_pass_took_and_what_a_file_does_not_say_is_told(tmp_path: Path):

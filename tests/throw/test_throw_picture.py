@@ -24,12 +24,12 @@ def job() -> Job:
 
 def thrown(job: Job, target: float, speed: float, angle: float) -> Throw:
     """A ball thrown from 2 m of height, at an angle, deg."""
-    own, motions = job.follower.extracted[0], job.motions
+    individual, motions = job.follower.extracted[0], job.motions
     turn = np.radians(angle)
     velocity = speed * np.array([[np.cos(turn), np.sin(turn)]])
     flight = fly(np.array([[0.3, 2.0]]), velocity, 9.81, 0.0)
     replay = Replay(motions.angles[0], motions.angles[1])
-    return Throw(Goal(target), flight, 1.0, 0.0, 0.0, 9.81, own, own, replay, (0,), 0.0, np.ones(3))
+    return Throw(Goal(target), flight, 1.0, 0.0, 0.0, 9.81, individual, individual, replay, (0,), 0.0, np.ones(3))
 
 
 @pytest.mark.parametrize(("target", "speed", "angle"), [(60.0, 1.0, -30.0), (60.0, 22.0, 40.0), (2.0, 20.0, 88.0)])

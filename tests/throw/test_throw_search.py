@@ -32,7 +32,7 @@ def thrower() -> Thrower:
     job = Job(load("throw_ball"), [], JobOptions(threads=1))
     job.settings = Settings(common=False, parameter_steps=3, signal_steps=3, starts=1)
     fitted = job.fit()
-    return Thrower(job.follower, fitted.own[0], fitted.unknowns)
+    return Thrower(job.follower, fitted.individual[0], fitted.unknowns)
 
 
 def test_the_first_generation_moves_an_arm_by_degrees_and_not_into_its_stops(thrower: Thrower):
@@ -58,9 +58,9 @@ def searched(thrower: Thrower, monkeypatch: pytest.MonkeyPatch, found: list[tupl
     taken: list[Any] = []
 
     def descend(search: SignalSearch, seed: int, way: Way, best: Best) -> Best:
-        taken.append((way, search._known is thrower.own))
+        taken.append((way, search._known is thrower.individual))
         limits, ball = found[len(taken) - 1]
-        return Best(thrower.own + 0.01 * len(taken), 1, limits + ball, limits + ball, ball)
+        return Best(thrower.individual + 0.01 * len(taken), 1, limits + ball, limits + ball, ball)
 
     monkeypatch.setattr(SignalSearch, "_descend", descend)
     monkeypatch.setattr(SignalSearch, "_judged", lambda search, one: one)
@@ -107,7 +107,7 @@ def test_eighteen_muscles_throw_a_ball_within_the_limits_of_their_joints():
     """Out of the mean throw of the scene; by wide changes of all signals, every one of these throws missed them."""
     job = Job(load("throw18_ball"), [], JobOptions(threads=1))
     fitted = job.fit()
-    thrower = Thrower(job.follower, fitted.own[0], fitted.unknowns)
+    thrower = Thrower(job.follower, fitted.individual[0], fitted.unknowns)
     for distance in (2.0, 3.0):
         made = thrower.throw(Goal(distance))
         assert made.met, made.missed

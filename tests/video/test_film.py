@@ -15,9 +15,9 @@ from warpmuscle.scene import BallObject, BoxObject, Force, Ground, Terrain, Wate
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Stairs
 from warpmuscle.video import Film, Look, films_beside, make_film, write
-from warpmuscle.video.beside import Sheet
 from warpmuscle.video.camera import camera_on
 from warpmuscle.video.painter import Painter
+from warpmuscle.video.side_by_side import Sheet
 from warpmuscle.video.solids import outlines
 
 SMALL = {"width": 160, "height": 120}

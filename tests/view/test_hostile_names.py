@@ -13,7 +13,7 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.view.controls import Slider
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import LiveRun
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 from warpmuscle.view.page import Page, replay_html
 from warpmuscle.view.sources import of_replays, page_of_sights
 from warpmuscle.view.viewer import Viewer, replay_viewer
@@ -52,7 +52,7 @@ def test_every_name_can_be_the_title_of_a_page_and_stand_in_a_notebook(browser, 
     page.set_content(Page(text)._repr_html_())
     inner = page.frames[1]
     inner.wait_for_function("window.warpmuscle && warpmuscle.ready.then(() => true)")
-    assert inner.evaluate("document.querySelector('#legend b').textContent") == whole(name)
+    assert inner.evaluate("document.querySelector('#legend b').textContent") == encodable(name)
     assert inner.evaluate(HIT) == 0
     page.close()
     assert not found
@@ -114,7 +114,7 @@ def test_live_shows_names_as_text(browser):
     def look(page: Any) -> None:
         rows = page.locator("#side details", has=page.locator("summary", has_text="Parameters")).locator(".row")
         assert rows.count() == len(hostile.NAMES) + 1
-        assert whole(hostile.NAMES[0]) in page.locator("#side .row span").first.text_content()
+        assert encodable(hostile.NAMES[0]) in page.locator("#side .row span").first.text_content()
         rows.first.hover()  # shows the whole name
 
     shown(browser, viewer, look)

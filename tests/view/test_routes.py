@@ -18,7 +18,7 @@ from warpmuscle.scene import (
     ViaPoint,
     Wrap,
 )
-from warpmuscle.scene.wrapping.drawn import over
+from warpmuscle.scene.wrapping.polylines import over
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.track import Track, track_of

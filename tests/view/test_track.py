@@ -7,7 +7,8 @@ from biped import biped, breadth_first, forward_kinematics, random_recording
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import normalized
 from warpmuscle.formats import load
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Body, Character, Displacement, Failure, InitialState, Joint, JointState, Scene, Sphere
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout

@@ -317,7 +317,7 @@ def _called(node: ast.Call) -> str:
 def _tells(node: ast.Call) -> bool:
     """Whether a call only makes or writes text, makes an error, or tells the compiler something."""
     called = _called(node)
-    hint = called in {"rolled", "synchronize", "static_assert"} or called.startswith("know_")  # for the compiler
+    hint = called in {"not_unrolled", "synchronize", "static_assert"} or called.startswith("know_")  # for the compiler
     return hint or called in TELLING or called.endswith("Error")
 
 

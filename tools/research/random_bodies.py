@@ -16,8 +16,8 @@ import numpy as np
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
+from warpmuscle.scene.sizes.batch_scene import batch_scene
 from warpmuscle.scene.sizes.sized import height_of, sized
-from warpmuscle.scene.sizes.together import together
 from warpmuscle.simulation.rollout import Rollout
 
 HEIGHT, MASS_INDEX, MASS = (1.2, 2.0), (12.5, 32.5), (18.0, 130.0)  # m, kg/m^2, kg
@@ -50,7 +50,7 @@ def walked(scene: Scene, bodies: list[dict[str, float]], gait: bool, seconds: fl
         for one in bodies
     ]  # fmt: skip
     rollout = Rollout(scene, len(made), device)
-    rollout.change(together(made))
+    rollout.change(batch_scene(made))
     rollout.reset()
     begun, start = time.perf_counter(), rollout.state.coordinates.numpy()[:, [0, 2]].astype(float)
     rollout.run()

@@ -19,8 +19,8 @@ import typer
 import warpmuscle as wm
 from warpmuscle.scene import Command, Scene, Terrain
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.sizes.batch_scene import batch_scene
 from warpmuscle.scene.sizes.sized import sized
-from warpmuscle.scene.sizes.together import together
 from warpmuscle.scene.terrain.tiles import Rough
 
 SPEEDS = (0.2, 0.5, 0.8, 1.1, 1.3, 1.6, 1.8)
@@ -123,7 +123,7 @@ def bodies(scene: Scene, runs: int) -> None:
     own = [sized(scene, height, mass) for height, mass in BODIES for _ in range(runs)]
     count = len(own)
     rollout = wm.Rollout(msgspec.structs.replace(scene, duration=SECONDS), count, "cpu", record=range(count))
-    rollout.change(together(own))
+    rollout.change(batch_scene(own))
     rollout.reset(velocity_noise=NOISE, seed=1)
     rollout.run()
     well = upright(rollout).reshape(len(BODIES), runs)

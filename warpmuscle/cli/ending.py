@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from warpmuscle.cli.console import log, marked
-from warpmuscle.cli.shortage import shortage, unwritable_output
+from warpmuscle.cli.resource_errors import shortage, unwritable_output
 from warpmuscle.cli.streams import output_refused, steady_streams
 from warpmuscle.core.errors import Error, shortened
 from warpmuscle.core.interruption import INTERRUPTED, end_as_by_ctrl_c, received

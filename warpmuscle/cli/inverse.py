@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.emg import Emg
     from warpmuscle.inverse.kinematics import Kinematics
     from warpmuscle.inverse.output import Trial
-    from warpmuscle.inverse.own_ground.ground_run import GroundRun
+    from warpmuscle.inverse.simulated_ground.ground_run import GroundRun
     from warpmuscle.inverse.tracking.tracker import TrackingOptions
     from warpmuscle.inverse.trial import Coordinates, Loads
 

@@ -83,9 +83,9 @@ def _of_policy(
 def shared_out(scene: Scene, task: Task, commands: list[str]) -> tuple[Scene, list[str]]:
     """The scene with the commands that are its own, such as a slope that a policy must feel, and the policy's."""
 
-    def is_own(text: str) -> bool:
+    def is_of_controller(text: str) -> bool:
         name = text.partition("=")[0].strip()
         return name in scene.commands and name not in task.command_names
 
-    own = [text for text in commands if is_own(text)]
-    return with_commands(scene, own) if own else scene, [text for text in commands if not is_own(text)]
+    own = [text for text in commands if is_of_controller(text)]
+    return with_commands(scene, own) if own else scene, [text for text in commands if not is_of_controller(text)]

@@ -61,7 +61,7 @@ def as_number(
     raise error(f"{name} must be {wanted}, not {in_words(value)}")
 
 
-def as_whole(
+def as_integer(
     value: Any, name: str, least: int = 1, most: int | None = None, *, error: type[Error] = ArgumentError
 ) -> int:
     """A whole number within bounds; 2.0 is one, True is none."""

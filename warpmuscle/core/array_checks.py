@@ -10,7 +10,7 @@ HUGE = 1.0e150  # whose square is a number
 LARGEST_INDEX = 2**31 - 1
 
 
-def check_whole(name: str, array: Any, shape: tuple[int, ...], low: int = 0, high: int = LARGEST_INDEX) -> None:
+def check_integers(name: str, array: Any, shape: tuple[int, ...], low: int = 0, high: int = LARGEST_INDEX) -> None:
     """ValueError unless an array has this shape and whole numbers from low to high."""
     check_numbers(name, array, shape, low, high, kinds="iu")
 

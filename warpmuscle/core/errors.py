@@ -12,7 +12,7 @@ LONGEST = 1000  # characters of a message that is shown
 
 
 class Error(Exception):
-    """Base of every error that warpmuscle raises on purpose; its text is one line, fit for a user and a terminal."""
+    """Base class of all errors that warpmuscle raises on purpose; the message is one line for the user."""
 
     def __str__(self) -> str:
         return one_line(super().__str__())
@@ -34,7 +34,7 @@ class SceneError(Error):
         super().__init__(f"{place}{key + ': ' if key else ''}{message}")
 
     def at(self, file: str | Path, line: int = 0) -> SceneError:
-        """The same error with its place in a file."""
+        """A copy of the error with file and line."""
         return SceneError(self.message, self.key, file, line)
 
 
@@ -81,7 +81,7 @@ class Interrupted(Error):
 
 
 class RolloutError(Error):
-    """A batch of simulations was asked for something it cannot do."""
+    """A batch of simulations cannot do what it was asked for."""
 
 
 class ResultError(Error):

@@ -134,7 +134,7 @@ def array(group: Any, name: str) -> Any:
     return found[()]
 
 
-def own_array(group: Any, name: str) -> Any:
+def checked_array(group: Any, name: str) -> Any:
     """All that a dataset holds, of a group whose contents were not checked as a whole (see `check_contents`).
 
     Raises:
@@ -147,7 +147,7 @@ def own_array(group: Any, name: str) -> Any:
     found = h5py.h5o.open(group.id, key)
     if not isinstance(found, h5py.h5d.DatasetID):
         raise ValueError(f"{_path(group.id, key)} is no dataset")
-    _check_own(found, _path(group.id, key))
+    _check_dataset(found, _path(group.id, key))
     kind = found.dtype
     if kind.kind not in "fiuO":
         return h5py.Dataset(found)[()]
@@ -159,15 +159,15 @@ def own_array(group: Any, name: str) -> Any:
 
 
 def checked(group: Any, name: str) -> Any:
-    """Such a dataset, of which nothing has been read; see `own_array`."""
+    """Such a dataset, of which nothing has been read; see `checked_array`."""
     found = member(group, name)
     if not isinstance(found, h5py.Dataset):
         raise ValueError(f"{found.name} is no dataset")
-    _check_own(found.id, found.name)
+    _check_dataset(found.id, found.name)
     return found
 
 
-def _check_own(dataset: Any, name: str) -> None:
+def _check_dataset(dataset: Any, name: str) -> None:
     """Raise ValueError if not all of a dataset is here, or if it is too large."""
     size = _checked_size(dataset, name)
     check_size("unpacked", size, _said_of(name))

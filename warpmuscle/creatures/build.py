@@ -15,7 +15,7 @@ from warpmuscle.creatures.checks import check_creature
 from warpmuscle.creatures.description import Creature, sided
 from warpmuscle.creatures.gait import controller, moving_joints
 from warpmuscle.creatures.muscles import muscles
-from warpmuscle.creatures.skeleton import ACROSS, middle, place, quaternion, rounded, skeleton
+from warpmuscle.creatures.skeleton import JOINT_AXIS, middle, place, quaternion, rounded, skeleton
 from warpmuscle.formats.toml import Source
 from warpmuscle.scene import Box, Capsule, Character, Failure, InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.initial_pose import Poses, plain_vector, world_poses
@@ -83,7 +83,7 @@ def _start(creature: Creature, character: Character, standing: InitialState) -> 
     paired = moving_joints(creature)
     for name, angle in sorted(creature.gait.start.items(), key=lambda item: not paired.get(item[0])):
         names = [sided(name, side) for side in "lr"] if paired.get(name) else [name]
-        turned = quaternion(about(np.array(ACROSS), np.array(angle)))
+        turned = quaternion(about(np.array(JOINT_AXIS), np.array(angle)))
         joints |= {own: JointState(orientation=turned) for own in names}
     posed = Scene(
         name=creature.name, character=character, initial_state=InitialState(standing.root_position, joints=joints)

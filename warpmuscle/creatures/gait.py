@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from warpmuscle.creatures.description import Creature, CreatureGait, joint_of, sided
-from warpmuscle.creatures.skeleton import ACROSS, mass, rounded
+from warpmuscle.creatures.skeleton import JOINT_AXIS, mass, rounded
 from warpmuscle.scene import PD, Component, Controller, Feedback, MachineState, Trajectory
 from warpmuscle.scene.number import Free, Number
 
@@ -122,7 +122,7 @@ def _targets(
     """Free targets that are evenly spread over the phase."""
     phase: list[Number] = [rounded(at) for at in np.linspace(0.0, 1.0, len(angles))]
     free: list[Number] = [Free(angle, rounded(angle - freedom), rounded(angle + freedom)) for angle in angles]
-    component = Component(axis=ACROSS, phase=phase, angle=free, feedback=feedback)
+    component = Component(axis=JOINT_AXIS, phase=phase, angle=free, feedback=feedback)
     return Trajectory(components=[component], frame=frame)  # type: ignore[arg-type]
 
 
@@ -134,5 +134,5 @@ def _following(left: Trajectory, key: str) -> Trajectory:
     if feedback is not None:
         feedback = Feedback(axis=FORWARD, cd=Free(same_as=f"{own}.feedback.cd"), cv=Free(same_as=f"{own}.feedback.cv"))
     angles: list[Number] = [Free(same_as=f"{own}.angle.{k}") for k in range(len(component.angle))]
-    follower = Component(axis=ACROSS, phase=component.phase, angle=angles, feedback=feedback)
+    follower = Component(axis=JOINT_AXIS, phase=component.phase, angle=angles, feedback=feedback)
     return Trajectory(components=[follower], frame=left.frame)

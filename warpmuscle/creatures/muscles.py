@@ -20,7 +20,7 @@ from warpmuscle.creatures.description import (
     joint_of,
     sided,
 )
-from warpmuscle.creatures.skeleton import ACROSS, middle, place, rounded
+from warpmuscle.creatures.skeleton import JOINT_AXIS, middle, place, rounded
 from warpmuscle.scene import Character, CylinderSurface, Muscle, Surface, ViaPoint, Wrap
 from warpmuscle.scene.initial_pose import Poses
 from warpmuscle.scene.number import Free, Number
@@ -94,15 +94,15 @@ def _facing(creature: Creature, bend: Bend) -> Place:
     segment, carrier = _jointed(creature, bend.joint)
     at = np.array(segment.start if segment.at is None else segment.at)
     assert segment.range is not None
-    turned = about(np.array(ACROSS), np.array(0.5 * sum(segment.range)))
+    turned = about(np.array(JOINT_AXIS), np.array(0.5 * sum(segment.range)))
     inwards = normalized((middle(creature.segments[carrier]) - at) * IN_PLANE)
     outwards = normalized(rotate(turned, (middle(segment) - at) * IN_PLANE))
-    across = np.cross(np.array(ACROSS), inwards - outwards)
+    across = np.cross(np.array(JOINT_AXIS), inwards - outwards)
     if across @ np.array(NAMED_SIDES[bend.side]) < 0.0:
         across = -across
     angle = np.arctan2(across[1], -across[2])  # from backwards
     along = about(np.array([0.0, 1.0, 0.0]), np.array(0.5 * np.pi))  # turns z to x, and x to backwards
-    return place(rotation_vector(multiply(about(np.array(ACROSS), angle), along)))
+    return place(rotation_vector(multiply(about(np.array(JOINT_AXIS), angle), along)))
 
 
 def _other_surface(creature: Creature, bend: Bend, left: CylinderSurface, key: str) -> CylinderSurface:

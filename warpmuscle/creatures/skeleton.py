@@ -12,7 +12,7 @@ from warpmuscle.core.pose import normalized
 from warpmuscle.creatures.description import Creature, Place, Segment, joint_of, mirrored, sided
 from warpmuscle.scene import Body, Box, Capsule, Joint, Shape
 
-ACROSS = (1.0, 0.0, 0.0)  # the axis of every joint
+JOINT_AXIS = (1.0, 0.0, 0.0)  # the axis of every joint
 Quaternion = tuple[float, float, float, float]
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -91,7 +91,7 @@ def joint(creature: Creature, segment: Segment, parent: str, child: str, mirror:
         return Joint(type="fixed", parent=parent, child=child, position_in_parent=ends[0], position_in_child=ends[1])
     return Joint(
         type="hinge", parent=parent, child=child, position_in_parent=ends[0], position_in_child=ends[1],
-        axes=[ACROSS], limits=[segment.range], limit_stiffness=1000.0, limit_damping=5.0, damping=segment.damping,
+        axes=[JOINT_AXIS], limits=[segment.range], limit_stiffness=1000.0, limit_damping=5.0, damping=segment.damping,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import leaves, start_values, substitute
 
-OWN = ("name", "description")  # what a scene says of itself
+OF_SCENE = ("name", "description")  # what a scene says of itself
 
 
 def on_base(scene: Scene, base: Scene, base_name: str, comment: Sequence[str] = ()) -> str:
@@ -51,7 +51,7 @@ def over(scenes: Sequence[Scene], key: str, base: Scene, base_name: str, comment
         values = [table.get(path) for table in tables]
         if path == key:
             mine[path] = Free(at[0], min(at), max(at))
-        elif all(value == values[0] for value in values) or path in OWN:
+        elif all(value == values[0] for value in values) or path in OF_SCENE:
             mine[path] = values[0]
         elif isinstance(leaf, int | float | Free) and not isinstance(leaf, bool):
             mine[path] = Free(same_as=key, through=tuple((at[index], float(values[index])) for index in order))
@@ -104,7 +104,7 @@ def _text(scene: Scene, base_name: str, changes: Mapping[str, Any], comment: Seq
     lines += [f"base = {inline(base_name)}", f"description = {inline(scene.description)}"]
     tables: dict[tuple[str, ...], list[str]] = {(): []}
     for path, leaf in changes.items():
-        if path not in OWN:
+        if path not in OF_SCENE:
             *table, name = path.split(".")
             tables.setdefault(tuple(table), []).append(f"{key_text(name)} = {inline(leaf)}")
     lines += tables.pop(())

@@ -38,7 +38,7 @@ QUATERNION_ERROR = 1e-3
 
 @dataclass(frozen=True)
 class JointMotion:
-    """Orientations of J joints in K frames; see `recording.QUANTITIES`."""
+    """Orientations of J joints in K frames; see `recorded_quantities.QUANTITIES`."""
 
     joint_names: tuple[str, ...]
     time: Floats | None  # (K,) s

@@ -13,7 +13,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, Error, lacking
 from warpmuscle.core.pose import about, conjugate, rotate, twist_angle
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
-from warpmuscle.gait.over_belts import over_belts
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene

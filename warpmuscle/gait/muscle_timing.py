@@ -64,12 +64,12 @@ def active_windows(recording: Recording, cycles: dict[str, Strides]) -> list[Act
             mean, change = float(curve.mean()), float(np.ptp(curve))
             found += [
                 ActiveWindow(muscle, begin, end, float(curve[_within(begin, end)].mean()), mean, change)
-                for begin, end in whole_windows(muscle)
+                for begin, end in joined_windows(muscle)
             ]
     return found
 
 
-def whole_windows(muscle: str) -> list[tuple[float, float]]:
+def joined_windows(muscle: str) -> list[tuple[float, float]]:
     """Windows of a muscle in `WINDOWS`, of which one that ends with the cycle goes on in that which begins it."""
     windows = [(float(begin), float(end)) for begin, end in WINDOWS[muscle]]
     if len(windows) > 1 and windows[0][0] <= 0.0 and windows[-1][1] >= 100.0:

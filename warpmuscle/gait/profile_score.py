@@ -49,10 +49,10 @@ def profile_scores(scores: Scores) -> dict[str, float]:
     """Score of each side, and of "both", in which the pelvis counts once, by the left foot's cycles; none of none."""
     if not scores:
         return {}
-    found = {side: _together([of_sides[side] for of_sides in scores.values()]) for side in SIDES}
+    found = {side: _root_mean_square([of_sides[side] for of_sides in scores.values()]) for side in SIDES}
     right = [of_sides["right"] for name, of_sides in scores.items() if name not in OF_PELVIS]
-    return found | {"both": _together([of_sides["left"] for of_sides in scores.values()] + right)}
+    return found | {"both": _root_mean_square([of_sides["left"] for of_sides in scores.values()] + right)}
 
 
-def _together(scores: list[float]) -> float:
+def _root_mean_square(scores: list[float]) -> float:
     return float(np.sqrt(np.mean(np.square(scores))))

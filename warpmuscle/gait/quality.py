@@ -31,8 +31,8 @@ from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length,
 from warpmuscle.gait.measures import feet_of, heading, measure, steps_of
 from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spent, trembling
 from warpmuscle.gait.muscle_timing import active_windows, muscle_timing
-from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.gait.penetration import penetration
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import total_mass

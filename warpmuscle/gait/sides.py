@@ -12,8 +12,8 @@ from warpmuscle.gait.cycles import PERCENT, Strides, body_weight, over_strides, 
 from warpmuscle.gait.foot_contact import SIDES, contacts_of
 from warpmuscle.gait.measures import measure, steps_of
 from warpmuscle.gait.muscle_timing import side_and_muscle
-from warpmuscle.gait.over_belts import over_belts
 from warpmuscle.gait.profile_score import profile_scores, variable_scores
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import FORCE

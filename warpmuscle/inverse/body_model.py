@@ -207,7 +207,7 @@ class BodyModel:
         kind = muscle_kind(self.scene.muscle_model, self._muscles.values())
         given = np.zeros((0, 0, 0)) if tendon is None else tendon[:, part]
         wp.launch(
-            muscle_moments.fibre_forces_of(kind.curves, kind.own), (n, len(self.muscles)),
+            muscle_moments.fibre_forces_of(kind.curves, kind.special_curves), (n, len(self.muscles)),
             [stages.model, to_device(given, float, self.device), length, speed], [fibre, active, passive],
             device=self.device,
         )  # fmt: skip

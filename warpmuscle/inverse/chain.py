@@ -182,7 +182,7 @@ class _Builder:
         if kind.name == "ball":
             at = self._ball(at, name, joint)
         elif kind.name == "universal":
-            own = [self._own(f"{name}_{word}", name, joint, k) for k, word in enumerate(kind.angles)]
+            own = [self._new_coordinate(f"{name}_{word}", name, joint, k) for k, word in enumerate(kind.angles)]
             a, b = (axis[0] for axis in kind.frame(joint))
             at = self._element(self._element(at, True, b, own[1], LINE), True, a, own[0], LINE)
         elif kind.name == "hinge":
@@ -210,7 +210,7 @@ class _Builder:
             swing, twist = (axis[0] for axis in kind.frame(joint))
             axes = [swing, np.cross(swing, twist) * (-1.0 if ball.turned_round else 1.0), twist]
         for k, (axis, one) in enumerate(zip(axes, names, strict=True)):
-            at = self._element(at, True, axis, self._own(one, name, joint, k), LINE)
+            at = self._element(at, True, axis, self._new_coordinate(one, name, joint, k), LINE)
         return at
 
     def _moves(self, at: Place, joint: Joint, numbers: list[int], shifts: list[int]) -> Place:
@@ -243,10 +243,10 @@ class _Builder:
     def _single(self, name: str) -> int:
         """The number of the only coordinate of a joint, which may be known from one before it that follows it."""
         if name not in self._singles:
-            self._singles[name] = self._own(name, name, self._scene.character.joints[name], 0)
+            self._singles[name] = self._new_coordinate(name, name, self._scene.character.joints[name], 0)
         return self._singles[name]
 
-    def _own(self, coordinate: str, name: str, joint: Joint, axis: int) -> int:
+    def _new_coordinate(self, coordinate: str, name: str, joint: Joint, axis: int) -> int:
         """The number of a coordinate of a joint, which is new."""
         kind = joint_type(joint)
         q, _ = kind.start(joint, self._scene.initial_state.joints.get(name, JointState()))

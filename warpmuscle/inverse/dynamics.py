@@ -87,7 +87,7 @@ def inverse_dynamics(
     times: Floats | Sequence[Floats] | None = None,
     device: str | None = None,
 ) -> Moments | list[Moments]:
-    """Generalised forces that motions need, of one trial or of many at once.
+    """Generalised forces of inverse dynamics, for one trial or many at once.
 
     Args:
         model: a scene, its name or its file, such as a `.osim`.

@@ -27,7 +27,7 @@ def tendon_motion(body: BodyModel, force: Floats, times: Sequence[Floats]) -> Fl
     muscles = muscles_struct(body.scene, body.muscles, body.device)
     length = wp.zeros(force.shape, dtype=float, device=body.device)
     wp.launch(
-        tendon_lengths_of(kind.curves, kind.own), force.shape,
+        tendon_lengths_of(kind.curves, kind.special_curves), force.shape,
         [muscles, to_device(force, float, body.device)], [length], device=body.device,
     )  # fmt: skip
     found = length.numpy().astype(np.float64)

@@ -60,7 +60,7 @@ def scale(
     setup: str | PathLike[str] | None = None, weights: Mapping[str, float] | None = None, symmetric: bool = True,
     move_markers: bool = True, keep_mass_distribution: bool | None = None, device: str | None = None,
 ) -> Scaled:  # fmt: skip
-    """A generic model made one of a subject.
+    """Scale a generic model to a subject.
 
     Optimal fibre and slack lengths change as the paths of their muscles do in the pose that the model starts in, as in
     OpenSim; strengths stay.

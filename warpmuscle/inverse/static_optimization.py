@@ -59,7 +59,7 @@ def static_optimization(
     device: str | None = None,
     **options: object,
 ) -> Activations | list[Activations]:
-    """Activations and forces of muscles, of one trial or of many at once.
+    """Muscle activations and forces by static optimisation, for one trial or many at once.
 
     Args:
         model, coordinates, loads, filter, times, device: see `inverse_dynamics`.

@@ -1,7 +1,11 @@
-"""Modules of `warpmuscle.kernels` before they lay in rooms, and names in them: old ones still work, with a warning."""
+"""Modules and names that are called otherwise since 0.3.0: old ones still work, with a warning.
+
+Most are modules of `warpmuscle.kernels` before they lay in rooms.
+"""
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -9,6 +13,7 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -34,7 +39,16 @@ ROOMS = {  # names of modules that lay in the package itself until 0.3.0, by roo
     "recording": "record recorded",
     "inverse": "inverse_dynamics marker_fit muscle_moments muscle_wrenches static_optimization",
 }  # fmt: skip
+RENAMED = {"warpmuscle.scene.sizes.together": "warpmuscle.scene.sizes.batch_scene"}
 ROOM_OF = {name: room for room, names in ROOMS.items() for name in names.split()}
+
+
+def _name_now(name: str) -> str:
+    """What a module is called whose name this was; empty for all others."""
+    package, _, last = name.rpartition(".")
+    if package == PACKAGE and last in ROOM_OF:
+        return f"{PACKAGE}.{ROOM_OF[last]}.{last}"
+    return RENAMED.get(name, "")
 
 
 class Former(MetaPathFinder, Loader):
@@ -42,13 +56,11 @@ class Former(MetaPathFinder, Loader):
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         """The module that has another name now, if it is one."""
-        package, _, last = name.rpartition(".")
-        return ModuleSpec(name, self) if package == PACKAGE and last in ROOM_OF else None
+        return ModuleSpec(name, self) if _name_now(name) else None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """The module itself."""
-        last = spec.name.rpartition(".")[2]
-        now = f"{PACKAGE}.{ROOM_OF[last]}.{last}"
+        now = _name_now(spec.name)
         warnings.warn(f"{spec.name} is {now} now", DeprecationWarning, stacklevel=2)
         module = import_module(now)
         spec.loader_state = module.__spec__
@@ -69,6 +81,14 @@ def of_former_module(room: str, name: str) -> Callable[[str], Any]:
         return getattr(import_module(f"{room}.{name}"), attribute)
 
     return found
+
+
+def modules_that_have(name: str) -> list[str]:
+    """Modules of the kernels that define a name, for whoever looks for it where it was."""
+    folder = Path(__file__).parent
+    defined = re.compile(rf"^(def|class) {re.escape(name)}\b|^{re.escape(name)}\b[^\n(]*=", re.MULTILINE)
+    files = [file for file in sorted(folder.rglob("*.py")) if defined.search(file.read_text(encoding="utf-8"))]
+    return [".".join((PACKAGE, *file.relative_to(folder).with_suffix("").parts)) for file in files]
 
 
 def of_former_names(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:

@@ -130,7 +130,7 @@ class MuscleRow:
 
 
 @wp.struct
-class OwnExcitation:
+class TimedExcitation:
     """The excitation of a muscle that has its own, over time."""
 
     first_knot: int
@@ -168,7 +168,7 @@ class Muscles:
     row: wp.array2d[MuscleRow]  # (rows, muscles)
     mass: wp.array2d[float]  # (rows, muscles) kg; metabolic powers alone read it
     smoothing: wp.array2d[float]  # (rows, muscles) see `activation.smoothed_rate`; 0: none
-    own: wp.array2d[OwnExcitation]  # (rows, muscles)
+    timed: wp.array2d[TimedExcitation]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)
     shape: wp.array2d[CurveRow]  # (rows, muscles) read where muscles differ in their curves or tendons

@@ -39,8 +39,8 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     State,
     StateRef,
+    nonnegative,
     recomputed,
-    whole,
 )
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
@@ -143,7 +143,7 @@ def step_kernel(
         mark: see `one_step_of`.
     """
     across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
-    kind = kind._replace(across=across, together=WARP // instances_per_block if across else 0)
+    kind = kind._replace(several_warps=across, lanes_in_warp=WARP // instances_per_block if across else 0)
     muscles, skeleton = kind.muscles, kind.skeleton
     one_step, extensions_struct = one_step_of(kind, mark), kind.extensions
     touching = any(force.touch for force in kind.forces)
@@ -183,8 +183,8 @@ def step_kernel(
         own = extensions
         know_model(character)
         know_state(changing)
-        lane = whole(number)
-        instance = whole(running[i])
+        lane = nonnegative(number)
+        instance = nonnegative(running[i])
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
         if wp.static(monomials > 0 and own_slots):
@@ -199,7 +199,7 @@ def step_kernel(
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):
             if wp.static(long_paths):
-                instance = whole(recomputed(instance))
+                instance = nonnegative(recomputed(instance))
             status = one_step(instance, lane, lanes, character, changing, record, work, own)
             if status != RUNNING:
                 break

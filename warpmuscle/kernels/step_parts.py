@@ -44,7 +44,7 @@ from warpmuscle.kernels.objective.term_sums import (
 )
 from warpmuscle.kernels.objects.record import record_objects_of
 from warpmuscle.kernels.objects.stage import objects_stage_of
-from warpmuscle.kernels.recording.record import RecordKind, own_recorder_of, record_given_way_of, recorders_of
+from warpmuscle.kernels.recording.record import RecordKind, custom_recorder_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.structs import (
     LEFT,
     RIGHT,
@@ -54,7 +54,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     component,
-    rolled,
+    not_unrolled,
     set_component,
 )
 from warpmuscle.kernels.water.stage import water_stage_of
@@ -79,8 +79,8 @@ class StepKind(NamedTuple):
     controller: ControllerKind = NO_CONTROLLER  # what controls joints and muscles
     skeleton: SkeletonKind = SkeletonKind()  # of the bodies and joints that the model has
     forces: tuple[ForceKind, ...] = ()  # the kinds of others that act
-    across: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
-    together: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
+    several_warps: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
+    lanes_in_warp: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
 
     @property
     def extensions(self) -> Any:
@@ -115,12 +115,12 @@ def end_lane(instance: int, lane: int, status: int, state: StateRef):
 def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Total contact force on each foot and its children, a component a lane. No barrier."""
     for k in range(lane, 6, lanes):
-        rolled()
+        not_unrolled()
         side = wp.where(k < 3, LEFT, RIGHT)
         axis = k % 3
         total = wp.float32(0.0)
         for slot in range(model.foot_slots):
-            rolled()
+            not_unrolled()
             if model.skeleton.foot_side[slot] == side:
                 total += component(work.contact_force, slot, axis)
         set_component(state.foot_force[instance], side, axis, total)
@@ -129,8 +129,8 @@ def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
 @cache
 def place_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that places the bodies and says who fell, stands still or has run into himself: the status."""
-    kinematics_stage = joint_stages_of(kind.skeleton, kind.across).kinematics
-    touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.across
+    kinematics_stage = joint_stages_of(kind.skeleton, kind.several_warps).kinematics
+    touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.several_warps
     collision_stage = collision_stage_of(kind.collisions)
     above = above_ground if kind.skeleton.terrain == FLAT else above_terrain
     moves = kind.skeleton.moves
@@ -179,8 +179,8 @@ def drive_of(kind: StepKind, mark: Any) -> Any:
     desired_stage, seen = desired_stage_of(objective), bool(objective.desired)
     muscle_stage, muscular = control_stage, kind.muscles is not None
     if kind.muscles is not None:
-        functions = muscle_functions(objective, kind.muscles.own, kind.muscles.curves)
-        muscle_stage = muscle_stage_of(kind.muscles, functions, kind.recorded.muscles, controller, kind.together)
+        functions = muscle_functions(objective, kind.muscles.special_curves, kind.muscles.curves)
+        muscle_stage = muscle_stage_of(kind.muscles, functions, kind.recorded.muscles, controller, kind.lanes_in_warp)
     pulling, joint_forces_stage = any(force.effort for force in kind.forces), joint_forces_stage_of(kind.forces)
 
     @wp.func(inline=True)
@@ -211,14 +211,18 @@ def drive_of(kind: StepKind, mark: Any) -> Any:
 @cache
 def account_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that adds to the terms' sums, sees which conditions fail, and writes a frame."""
-    objective, whole = kind.objective, kind.recorded.whole
+    objective, whole = kind.objective, kind.recorded.complete
     objective_stage, progress = objective_stage_of(objective), objective.progress
     failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
     _, record_stage = recorders_of(kind.recorded)
     record_controller, recalled = record_controller_of(kind.controller), whole and kind.controller.recorded
-    record_own, own, extensions_struct = own_recorder_of(kind.recorded, False), bool(kind.recorded.own), kind.extensions
+    record_custom, own, extensions_struct = (
+        custom_recorder_of(kind.recorded, False),
+        bool(kind.recorded.custom),
+        kind.extensions,
+    )
     record_powers, devices = record_powers_of(kind.forces), whole and any(force.device for force in kind.forces)
-    first_object = sum(3 if one.vector else 1 for one in kind.recorded.own)
+    first_object = sum(3 if one.vector else 1 for one in kind.recorded.custom)
     objects = sum(force.objects.number for force in kind.forces if force.objects)
     first_belt, tracked = first_object + RECORDED * objects, whole and objects > 0
     belts = whole and kind.skeleton.moves
@@ -245,7 +249,7 @@ def account_of(kind: StepKind, mark: Any) -> Any:
             if lane == 0:
                 record_controller(instance, frame, state, record, extensions.first)
         if wp.static(own) and lane == 0:
-            record_own(instance, frame, model, state, record, work)
+            record_custom(instance, frame, model, state, record, work)
         if wp.static(tracked):  # noqa: SIM102, as above
             if lane == 0 and frame >= 0:
                 record_objects(instance, frame, wp.static(first_object), model, state, record, work, extensions.rest)
@@ -265,7 +269,7 @@ def account_of(kind: StepKind, mark: Any) -> Any:
 @cache
 def move_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that moves the bodies: inertia and contact, forces on bodies, accelerations, integration."""
-    of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.across), kind.motion, kind.recorded.whole
+    of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.several_warps), kind.motion, kind.recorded.complete
     prescribe_stage, inertia_stage, integrate_stage = of_joints.prescribe, of_joints.inertia, of_joints.integrate
     acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
     pushing = any(force.wrench or force.pair for force in kind.forces)
@@ -278,7 +282,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
     water_stage = water_stage_of(kind.forces) if under_water else body_forces_stage
     record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
     accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
-    record_accelerated, seen = own_recorder_of(kind.recorded, True), kind.recorded.accelerated
+    record_accelerated, seen = custom_recorder_of(kind.recorded, True), kind.recorded.accelerated
     constrained = kind.skeleton.constraints > 0
 
     @wp.func(inline=True)

@@ -50,7 +50,6 @@ from warpmuscle.kernels.muscle_structs import CurveRow as CurveRow
 from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
 from warpmuscle.kernels.muscle_structs import Muscles as Muscles
 from warpmuscle.kernels.muscle_structs import MuscleState as MuscleState
-from warpmuscle.kernels.muscle_structs import OwnExcitation as OwnExcitation
 from warpmuscle.kernels.muscle_structs import Paths as Paths
 from warpmuscle.kernels.muscle_structs import PathSpan as PathSpan
 from warpmuscle.kernels.muscle_structs import Pulley as Pulley
@@ -59,6 +58,7 @@ from warpmuscle.kernels.muscle_structs import SegmentEnds as SegmentEnds
 from warpmuscle.kernels.muscle_structs import SharedMuscle as SharedMuscle
 from warpmuscle.kernels.muscle_structs import SharingState as SharingState
 from warpmuscle.kernels.muscle_structs import Straight as Straight
+from warpmuscle.kernels.muscle_structs import TimedExcitation as TimedExcitation
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.route_structs import Lever as Lever
 from warpmuscle.kernels.route_structs import Monomial as Monomial
@@ -94,7 +94,7 @@ polynomial = wp.types.vector(length=6, dtype=float)  # coefficients, the constan
 
 
 @wp.func_native(snippet="__builtin_assume(i >= 0); return i;")
-def whole(i: int) -> int: ...  # a number that is never negative, so that the compiler need not count from the end
+def nonnegative(i: int) -> int: ...  # a number that is never negative, so that the compiler need not count from the end
 
 
 @wp.func_native(
@@ -116,7 +116,7 @@ asm volatile(".pragma \\"nounroll\\";");
 #endif
 """
 )
-def rolled(): ...  # stands first in a loop that the compiler shall not unroll for the GPU
+def not_unrolled(): ...  # stands first in a loop that the compiler shall not unroll for the GPU
 
 
 @wp.func_native(snippet="return (*wp::address(a, i))[axis];")
@@ -130,7 +130,7 @@ def set_component(a: wp.array[wp.vec3], i: int, axis: int, value: float): ...
 @func
 def at(a: wp.array2d[Any], instance: int, i: int):
     """Element i of an instance in an array that has one row for all instances or one row an instance."""
-    return a[whole(wp.min(instance, a.shape[0] - 1)), whole(i)]
+    return a[nonnegative(wp.min(instance, a.shape[0] - 1)), nonnegative(i)]
 
 
 @wp.struct
@@ -268,7 +268,7 @@ class State:
     torque_integral: wp.array2d[wp.float64]  # (instances, bodies) sum over steps of |feedback torque|, N m
     muscle_terms: wp.array3d[wp.float64]  # (instances, terms, muscles) sums over steps, see `term_sums`
     body_terms: wp.array3d[wp.float64]  # (instances, terms, bodies)
-    whole_terms: wp.array2d[wp.float64]  # (instances, terms)
+    instance_terms: wp.array2d[wp.float64]  # (instances, terms)
     part_memory: wp.array3d[float]  # (instances, rows, floats) of parts of the scene's own; no instances without any
     muscles: MuscleState
     simbicon: SimbiconState
@@ -372,7 +372,7 @@ class Record:
     desired_torque: wp.array3d[wp.vec3]  # bodies; the controller's
     target: wp.array3d[wp.quat]  # bodies
     muscle: wp.array4d[float]  # quantities, muscles; path length ... force, see `muscle_stage`
-    own: wp.array3d[float]  # quantities of the scene's own
+    custom: wp.array3d[float]  # quantities of the scene's own
     stiffness: wp.array2d[symmetric]  # (recorded, bodies) implicit joint inertia of the step, see `Scratch.stiffness`
     simbicon: SimbiconRecord  # without frames where another controller, or none, is recorded
     memory: wp.array3d[float]  # numbers of a controller's memory that it lets be recorded

@@ -118,9 +118,9 @@ class Actions:
     def _excitations(self, muscles: int) -> Fields:
         """Excitations of one knot a muscle."""
         first = np.arange(muscles)[None]
-        spans = structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + 1}, self._device)
+        spans = structs_to_device(structs.TimedExcitation, {"first_knot": first, "end_knot": first + 1}, self._device)
         time = wp.zeros((1, muscles), dtype=float, device=self._device)
-        return {"muscles.own": spans, "muscles.knot_time": time, "muscles.knot_value": self.excitation}
+        return {"muscles.timed": spans, "muscles.knot_time": time, "muscles.knot_value": self.excitation}
 
     def _efforts(self, task: Task, rollout: Rollout) -> Fields:
         """Torques, or targets with the gains of PD behind them, see `policy_actions.target_effort`."""

@@ -92,9 +92,9 @@ class RolloutEnv:
         )
         self.episode_length, self.commands = wp.to_torch(episodes.length), wp.to_torch(episodes.command)
         self._finished, self._requested = wp.to_torch(gains.finished), wp.to_torch(batch.actions.requested)
-        self._own_finished = torch.zeros((instances, 0), device=self.device)
-        if gains.own_finished.size:
-            self._own_finished = wp.to_torch(gains.own_finished)
+        self._custom_finished = torch.zeros((instances, 0), device=self.device)
+        if gains.custom_finished.size:
+            self._custom_finished = wp.to_torch(gains.custom_finished)
         self.capture, self._graph = capture, None
         self._streams: dict[int, Any] = {}  # of Warp, by PyTorch's
         wp.synchronize_device(batch.device)
@@ -148,8 +148,8 @@ class RolloutEnv:
         ended = finished[:, ENDED].sum().clamp(min=1.0)
         decisions = finished[:, DECISIONS].clamp(min=1.0)
         rates = (finished[:, : COUNT + 1] / decisions[:, None]).sum(0) / ended
-        own = (self._own_finished / decisions[:, None]).sum(0) / ended
-        sums = (finished[:, :COUNT].sum() + self._own_finished.sum()) / ended
+        own = (self._custom_finished / decisions[:, None]).sum(0) / ended
+        sums = (finished[:, :COUNT].sum() + self._custom_finished.sum()) / ended
         log = {
             "time": finished[:, DECISIONS].sum() / ended * self.dt,
             "completed": finished[:, COMPLETED].sum() / ended,

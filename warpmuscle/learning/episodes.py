@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.core.arguments import as_whole
+from warpmuscle.core.arguments import as_integer
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of, rows, to_device
 from warpmuscle.core.errors import RolloutError
@@ -21,13 +21,20 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.learning import episodes as kernels
 from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.learning.actions import Actions
+from warpmuscle.learning.custom_parts import CustomParts
 from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, seen_time
 from warpmuscle.learning.imitation.people import by_norm_alone, people_gait, people_starts
-from warpmuscle.learning.own_parts import OwnParts
 from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
-from warpmuscle.learning.starts import OwnGait, RowTable, first_states, make_room_to_feel, own_gait, start_table
+from warpmuscle.learning.starts import (
+    ControllerGait,
+    RowTable,
+    controller_gait,
+    first_states,
+    make_room_to_feel,
+    start_table,
+)
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.tasks import checked_task, prepared
 from warpmuscle.learning.tightening import TighteningLimits
@@ -60,7 +67,8 @@ class EpisodeBatch:
     Attributes:
         scene, task, rollout: what is learned where; the rollout's `state` is that of the instances.
         decision_steps: of the simulation. dt: s, that a decision lasts. longest: decisions of an episode.
-        actions, senses, judge, own: with the arrays that they hold. episodes: where every instance is in its episode.
+        actions, senses, judge, custom_parts: with the arrays that they hold.
+        episodes: where every instance is in its episode.
         final_observation: (instances, observations) of the episode that ended, where one did.
         limits: of failure, which a training may tighten.
         command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
@@ -114,10 +122,10 @@ class EpisodeBatch:
         self.command_names = self.task.command_names
         body = BodySymmetry(rollout) if self.task.symmetric else None
         imitates = gait is not None or self.task.imitation is not None
-        self.own = OwnParts(self.task, rollout, self.actions, self.dt)
+        self.custom_parts = CustomParts(self.task, rollout, self.actions, self.dt)
         about = About(
             rollout, self.actions.names, self.command_names, self._variants.names, imitates,
-            tuple(self.own.goals), self.own.observation_widths,
+            tuple(self.custom_parts.goals), self.custom_parts.observation_widths,
         )  # fmt: skip
         self.senses = Senses(self.task, about, self.decision_steps, self._surroundings())
         self.senses.surround(self._variants.model)
@@ -125,7 +133,7 @@ class EpisodeBatch:
         self.final_observation = wp.zeros_like(self.senses.observation)
         self._stepper = self._stepper_of(self._variants.model)
         self._stepper.load()  # which may take long: what a task says wrongly has been said by now
-        own, imitation = self._own_gait(gait is None), self.task.imitation
+        own, imitation = self._controller_gait(gait is None), self.task.imitation
         of_people = imitation is not None and by_norm_alone(self.scene, imitation)
         if gait is None and imitation is not None and imitation.file:
             gait = recorded_gait(rollout, imitation, body)
@@ -135,7 +143,7 @@ class EpisodeBatch:
             gait = gait_of(own.recording, rollout, imitation, body)
         self.gait = gait
         self.judge = Judge(
-            self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.own
+            self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts
         )
         states, times = first_states(rollout, self._stepper), [0.0]
         if gait is not None and of_people and self.task.variation.start_states:
@@ -147,7 +155,7 @@ class EpisodeBatch:
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(self._phases(states, np.array(times), gait), gait)
-        self.own.know(self.episodes, self.judge.gains.terminated, self.judge.gains.reached)
+        self.custom_parts.know(self.episodes, self.judge.gains.terminated, self.judge.gains.reached)
         self._start_row = self.episodes.start_row
         self._conditions = RowTable([], [], self.device)
         self.reset(seed)
@@ -162,7 +170,7 @@ class EpisodeBatch:
             RolloutError: no such seed.
         """
         if seed is not None:
-            number = as_whole(seed, "seed", 0, LARGEST_SEED, error=RolloutError)
+            number = as_integer(seed, "seed", 0, LARGEST_SEED, error=RolloutError)
             self.episodes.seed.fill_(number)
             for array in (self.episodes.decision, self.episodes.number):
                 array.zero_()
@@ -241,10 +249,10 @@ class EpisodeBatch:
         for moment in self.senses.moments:
             self._stepper.launch(moment.steps)
             mark("simulation")
-            self.own.observe(self._stepper.model, state, episodes)
+            self.custom_parts.observe(self._stepper.model, state, episodes)
             self.senses.sample(moment, state, episodes)
             mark("observation")
-        self.own.judge(self._stepper.model, state, episodes)
+        self.custom_parts.judge(self._stepper.model, state, episodes)
         self.judge.judge(self._rules, episodes, state)
         mark("reward")
         self.senses.observe(episodes, self.final_observation)
@@ -260,7 +268,7 @@ class EpisodeBatch:
         yield from arrays_of(self.rollout.state)
         yield from (array for array in arrays_of(self._stepper.extensions) if array.ndim == 3)
         yield from arrays_of(self.episodes)
-        for part in (self.actions, self.senses, self.judge, self.own):
+        for part in (self.actions, self.senses, self.judge, self.custom_parts):
             yield from part.changing
 
     def check_state(self) -> None:
@@ -284,35 +292,35 @@ class EpisodeBatch:
 
     def observe_again(self) -> None:
         """Show what is observed, after arrays of the state were changed from outside."""
-        self.own.observe(self._stepper.model, self._stepper.state, self.episodes)
+        self.custom_parts.observe(self._stepper.model, self._stepper.state, self.episodes)
         self._observe(self.senses.observation)
 
-    def _own_gait(self, recorded: bool) -> OwnGait:
+    def _controller_gait(self, recorded: bool) -> ControllerGait:
         """The gait of the scene's own controller, as far as the task needs it, recorded to be imitated if asked for."""
         variation, imitation = self.task.variation, self.task.imitation
         if by_norm_alone(self.scene, imitation):
-            return OwnGait([], [], None)
+            return ControllerGait([], [], None)
         seen = seen_time(imitation) if recorded else 0.0
         if not (variation.start_states or seen):
-            return OwnGait([], [], None)
-        return own_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
+            return ControllerGait([], [], None)
+        return controller_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
 
     def _begin(self) -> None:
         """Begin an episode where the mask says so."""
         state, episodes, n = self._stepper.state, self.episodes, len(self._stepper.state.step)
         wp.launch(kernels.draw_starts, n, [self._rules, episodes], device=self.device)
-        self.own.advance(self._stepper.model, state, episodes)
+        self.custom_parts.advance(self._stepper.model, state, episodes)
         if self.task.variation.graded:
-            inputs = [self._rules, self.own.decision.difficulty, episodes]
+            inputs = [self._rules, self.custom_parts.decision.difficulty, episodes]
             wp.launch(kernels.grade_variants, n, inputs, device=self.device)
         self._starts.restore(episodes.mask, self._start_row)
         self._variants.restore(episodes.mask, episodes.variant)
         self.rollout.terrain_starts.put(self._stepper.model, state, episodes.mask)
-        self.own.begin(self._stepper.model, state, episodes)
+        self.custom_parts.begin(self._stepper.model, state, episodes)
         wp.launch(kernels.begin_episodes, n, [self._rules, episodes, state], device=self.device)
         self._conditions.restore(episodes.mask, self._start_row)
         self.judge.forget(episodes)
-        self.own.observe(self._stepper.model, state, episodes)
+        self.custom_parts.observe(self._stepper.model, state, episodes)
         self.senses.sample_first(state, episodes)
 
     def _observe(self, into: wp.array) -> None:
@@ -337,7 +345,7 @@ class EpisodeBatch:
         around.body_weight = float(mass * first_number(numeric.gravity)) or 1.0
         around.action = self.actions.action
         around.varied = self._variants.described
-        around.own, around.goal = self.own.observed, self.own.decision.goal
+        around.custom, around.goal = self.custom_parts.observed, self.custom_parts.decision.goal
         return around
 
     def _images(self, about: About, body: BodySymmetry) -> Images:

@@ -65,7 +65,7 @@ def evaluate(
             wanted += batch.episodes.command.numpy()[:, 0] / batch.longest
         player.decide()
     finished = batch.judge.gains.finished.numpy().astype(np.float64)
-    gained = finished[:, :COUNT].sum(axis=1) + batch.judge.gains.own_finished.numpy().astype(np.float64).sum(axis=1)
+    gained = finished[:, :COUNT].sum(axis=1) + batch.judge.gains.custom_finished.numpy().astype(np.float64).sum(axis=1)
     lasted = finished[:, COMPLETED] > 0.0  # who failed has begun again, too late to last
     speed = finished[:, FORWARD] / np.maximum(finished[:, DECISIONS], 1.0)
     goes = root_type(batch.scene.character).forward is not None

@@ -16,8 +16,8 @@ from warpmuscle.kernels.learning import rewards as kernels
 from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
 from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS
 from warpmuscle.learning.actions import BY_MUSCLES, Actions
+from warpmuscle.learning.custom_parts import CustomParts, signed_weights
 from warpmuscle.learning.imitation import Gait, gait_table
-from warpmuscle.learning.own_parts import OwnParts, signed_weights
 from warpmuscle.model.objective import counted_terms, weight_of
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.joints import root_type
@@ -42,7 +42,7 @@ class Judge:
         model: structs.Model,
         decision_time: float,
         longest: int,
-        own: OwnParts,
+        own: CustomParts,
     ) -> None:
         """Make room; raises SceneError for coordinates that are not there."""
         n, self._device = rollout.instances, rollout.device
@@ -71,12 +71,12 @@ class Judge:
         gains.reward = wp.zeros(n, dtype=float, device=self._device)
         gains.terminated = wp.zeros(n, dtype=bool, device=self._device)
         gains.truncated = wp.zeros(n, dtype=bool, device=self._device)
-        gains.own = own.rewards
+        gains.custom = own.rewards
         if own.ends_fail:
-            gains.own_end = own.ends
-        gains.own_weight = to_device(signed_weights(task, own, rollout, decision_time), float, self._device)
+            gains.custom_end = own.ends
+        gains.custom_weight = to_device(signed_weights(task, own, rollout, decision_time), float, self._device)
         shape = own.rewards.shape
-        gains.own_sums, gains.own_finished = (wp.zeros(shape, dtype=float, device=self._device) for _ in range(2))
+        gains.custom_sums, gains.custom_finished = (wp.zeros(shape, dtype=float, device=self._device) for _ in range(2))
         gains.end_fails = to_device(own.ends_fail, int, self._device)
         gains.reached = wp.zeros(n, dtype=bool, device=self._device)
         self.gains, self.names = gains, (*kernels.TERMS, *own.reward_names)
@@ -85,7 +85,7 @@ class Judge:
     def changing(self) -> list[wp.array]:
         """Arrays that decisions change and that later ones depend on."""
         gains = self.gains
-        own = [array for array in (gains.own_sums, gains.own_finished) if array.size]
+        own = [array for array in (gains.custom_sums, gains.custom_finished) if array.size]
         return [gains.objective, gains.sums, gains.finished, gains.foot_force, *own]
 
     def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State) -> None:
@@ -133,7 +133,7 @@ def objective_weights(rollout: Rollout) -> kernels.ObjectiveWeights:
     w = kernels.ObjectiveWeights()
     weigh |= {name: -weigh[name] for name in kind.earned}
     w.torque = h * weigh.get("torque", 0.0)
-    for part in ("muscle", "body", "whole"):
+    for part in ("muscle", "body", "instance"):
         values = [h * weigh.get("metabolic" if name == energy else name, 0.0) for name in getattr(kind, part)]
         setattr(w, part, wp.array(np.array(values, dtype=np.float64), dtype=wp.float64, device=device))
     w.basal = h * basal * weigh.get("metabolic", 0.0)

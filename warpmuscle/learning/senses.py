@@ -43,7 +43,7 @@ class About(NamedTuple):
     varied: tuple[str, ...]
     clock: bool = False  # whether a gait is imitated
     goals: tuple[tuple[str, int, int], ...] = ()  # name, first number and how many numbers of each
-    own: Mapping[str, int] = {}  # how many numbers each observation of one's own has, by `module:name`
+    custom: Mapping[str, int] = {}  # how many numbers each observation of one's own has, by `module:name`
 
 
 def _root(about: About) -> bool:
@@ -147,7 +147,7 @@ def _ground_rows(about: About, rows: range) -> list[Number]:
     """Places of the ground from right to left and then forwards, by how many steps of the grid they are ahead."""
     if not _root(about) or about.rollout.scene.ground.terrain is None:
         return []
-    across, before = kernels.GROUND_ACROSS, kernels.GROUND_BEHIND - 1
+    across, before = kernels.GROUND_COLUMNS, kernels.GROUND_BEHIND - 1
     return [
         Number(f"{side}.{row}", kernels.GROUND, across * (row + before) + column, 10.0)
         for row in rows
@@ -164,20 +164,20 @@ def _ground_behind(about: About) -> list[Number]:
     return _ground_rows(about, range(1 - kernels.GROUND_BEHIND, 1))
 
 
-def _own(about: About, entry: str) -> list[Number]:
+def _custom(about: About, entry: str) -> list[Number]:
     """Numbers of an observation of one's own."""
     first = 0
-    for name, count in about.own.items():
+    for name, count in about.custom.items():
         if name == entry:
             axes = XYZ if count == len(XYZ) else ("value",)
-            return [Number(axis, kernels.OWN, first + k) for k, axis in enumerate(axes)]
+            return [Number(axis, kernels.CUSTOM, first + k) for k, axis in enumerate(axes)]
         first += count
     return []
 
 
 def numbers_of(group: str, about: About) -> list[Number]:
     """Numbers of a group, or of an observation of one's own."""
-    return GROUPS[group](about) if group in GROUPS else _own(about, group)
+    return GROUPS[group](about) if group in GROUPS else _custom(about, group)
 
 
 def _disturbance(about: About) -> list[Number]:
@@ -264,7 +264,7 @@ class Senses:
         self._ring = wp.zeros((n, int((whole + late).max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
-        known |= {entry: _own(about, entry) for entry in about.own}
+        known |= {entry: _custom(about, entry) for entry in about.custom}
         known["disturbance"] = _disturbance(about)
         critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic

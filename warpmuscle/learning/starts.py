@@ -20,7 +20,7 @@ from warpmuscle.simulation.stepper import Stepper, sensing, unrecorded
 
 LANES = 32  # that copy the rows of an instance
 SUMS = (  # begin anew with every episode, whatever the state that it starts from
-    "torque_integral", "muscle_terms", "body_terms", "whole_terms", "part_memory", "status", "push", "push_steps",
+    "torque_integral", "muscle_terms", "body_terms", "instance_terms", "part_memory", "status", "push", "push_steps",
 )  # fmt: skip
 FELT = ("sensed", "force")  # by muscles, in the step that the state stands before
 Rows = NDArray[np.int32]
@@ -56,7 +56,7 @@ class RowTable:
 
 
 def start_table(stepper: Stepper, states: list[dict[str, Rows]]) -> RowTable:
-    """The starts of a batch: what `first_states` and `own_gait` give."""
+    """The starts of a batch: what `first_states` and `controller_gait` give."""
     arrays, device = dict(state_arrays(stepper)), stepper.state.step.device
     sources = []
     for name, array in arrays.items():
@@ -81,7 +81,7 @@ def first_states(rollout: Rollout, stepper: Stepper, count: int = 1) -> list[dic
     ]
 
 
-class OwnGait(NamedTuple):
+class ControllerGait(NamedTuple):
     """The gait that a scene's own controller makes."""
 
     states: list[dict[str, Rows]]  # words of every array, none after it has failed
@@ -89,7 +89,7 @@ class OwnGait(NamedTuple):
     recording: Recording | None  # None where nothing was recorded
 
 
-def own_gait(rollout: Rollout, count: int, after: float, every: int, recorded: float = 0.0) -> OwnGait:
+def controller_gait(rollout: Rollout, count: int, after: float, every: int, recorded: float = 0.0) -> ControllerGait:
     """Run the scene's own controller once, for states evenly over the scene's time, and for a motion.
 
     Commands of the scene are at their references: a policy may be asked for what the controller cannot do.
@@ -121,10 +121,10 @@ def own_gait(rollout: Rollout, count: int, after: float, every: int, recorded: f
         stepper.launch(gap)
         step += gap
     if not recorded:
-        return OwnGait(states, times, None)
+        return ControllerGait(states, times, None)
     if step < donor.steps and not donor.status()[0]:
         stepper.launch(donor.steps - step)
-    return OwnGait(states, times, donor.recording().window(0.0, recorded))
+    return ControllerGait(states, times, donor.recording().window(0.0, recorded))
 
 
 def make_room_to_feel(rollout: Rollout) -> None:

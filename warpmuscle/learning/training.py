@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from warpmuscle.core.arguments import as_number, as_path, as_whole
+from warpmuscle.core.arguments import as_integer, as_number, as_path
 from warpmuscle.core.errors import Error, ResultError, RolloutError
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.learning.env import RolloutEnv
@@ -97,7 +97,7 @@ def learn(
     """
     scene = scene_of(scene, trust=trust)
     ends = _checked_ends(iterations, until, target)
-    seed = as_whole(seed, "seed", 0, LARGEST_SEED)
+    seed = as_integer(seed, "seed", 0, LARGEST_SEED)
     values = msgspec.structs.asdict(options) if isinstance(options, PPOOptions) else dict(options or {})
     values = {"instances": usual_instances(device)} | values
     path = None if output is None else as_path(output, "output")
@@ -273,7 +273,7 @@ def _checked_ends(iterations: int | None, until: float | None, target: float | N
     if iterations is None and until is None and target is None:
         raise Error("a training needs an end: iterations, until (a wall time) or target (a share that walks)")
     return Ends(
-        None if iterations is None else as_whole(iterations, "iterations"),
+        None if iterations is None else as_integer(iterations, "iterations"),
         None if until is None else as_number(until, "until", above=0.0),
         None if target is None else as_number(target, "target", least=0.0, most=1.0),
     )

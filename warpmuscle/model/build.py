@@ -231,7 +231,7 @@ def _reference(scene: Scene, structure: Structure, device: Any, inputs: ModelInp
     }
 
 
-def _own_parts(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
+def _custom_parts(scene: Scene, structure: Structure, device: Any, inputs: ModelInputs) -> Fields:
     return {"part_values": to_device(part_values(scene, structure.parts), float, device)}
 
 
@@ -245,7 +245,7 @@ Part = Callable[[Scene, Structure, Any, ModelInputs], Fields]
 PARTS: dict[str, Part] = {  # a later one may replace fields of one before
     "settings": _settings, "bodies": _bodies, "slope": _slope, "controller": _controller, "objective": _objective,
     "muscles": _muscles, "excitations": _excitations, "collisions": _collisions, "touching": _touching,
-    "motion": _motion, "reference": _reference, "own parts": _own_parts,
+    "motion": _motion, "reference": _reference, "own parts": _custom_parts,
 }  # fmt: skip
 _UPDATED = PARTS | {"muscle laws": _muscle_laws}  # and a part of one of them, which can be made again alone
 _LAWS = {"f_max", "l_opt", "l_slack", "pennation"}  # of a muscle, which `muscles_struct` alone reads

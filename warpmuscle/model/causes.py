@@ -32,7 +32,7 @@ def _words(number: int, scene: Scene, structure: Structure) -> str:
     joint = structure.names.joints[entry - 1] if part in (EFFORT, GIVEN_TORQUE) else ""
     muscles = structure.actuation.muscles
     if part == TERM:
-        return f"the term {structure.objective.own[kind][0]!r} gave a value {NONE}"
+        return f"the term {structure.objective.custom[kind][0]!r} gave a value {NONE}"
     if part == CONDITION:
         return f"the failing condition {structure.objective.conditions[kind][0]!r} is met"
     if part == FORCE:

@@ -16,7 +16,7 @@ from warpmuscle.kernels.body.two_coordinates import RATE_ONLY, ROD
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import acting_unknowns
 from warpmuscle.scene import Constraint, Displacement, Joint, Scene
-from warpmuscle.scene.constraints.pose import ROWS, across, row_count
+from warpmuscle.scene.constraints.pose import ROWS, perpendicular_axes, row_count
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
 from warpmuscle.scene.joints.displacement import TURN, Span, pieces
@@ -156,4 +156,4 @@ def _axes(orientation: Any) -> Floats:
 def _other_axes(constraint: Constraint) -> Floats:
     if constraint.type != "point_on_line":
         return _axes(constraint.other_orientation)
-    return np.stack([across(axis) for axis in rows(constraint.axis)])
+    return np.stack([perpendicular_axes(axis) for axis in rows(constraint.axis)])

@@ -10,7 +10,7 @@ import warp as wp
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels.step import extensions_of
 from warpmuscle.model.body_contact import ShapePair, contact_parameters
-from warpmuscle.model.controllers.declared import own_parameters, parameters_of
+from warpmuscle.model.controllers.declared import parameters_of, parameters_of_each
 from warpmuscle.model.expressions.programs import expression_tables
 from warpmuscle.model.objects.arrays import put_numbers, put_places
 from warpmuscle.model.structure import Structure
@@ -77,7 +77,7 @@ def put_of_controller(extensions: Any, scene: Scene, structure: Structure, devic
     for place, names in whose.items():
         struct = getattr(custom, place)
         if struct is not None:
-            _put(own, struct, list(own_parameters(scene, place, names, struct, defaults)), device, place)
+            _put(own, struct, list(parameters_of_each(scene, place, names, struct, defaults)), device, place)
 
 
 def _put(

@@ -10,7 +10,7 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.model.user_functions import FLOATS, check_arguments, check_result, checked_function
+from warpmuscle.model.user_functions import FLOATS, check_arguments, check_memory, check_result, checked_function
 
 BODY = (wp.int32, wp.int32, Model, State, Scratch)
 
@@ -40,6 +40,8 @@ def check_declaration(
         what = checked_function(function, entry, key).key.rpartition(".")[2]
         between = () if own is None else own[name]
         check_arguments(function, arguments, key, what, (*first, *between, *last))
+        if last and not getattr(part, "state_a_body", 0):
+            check_memory(function, part.state, key, what)
         if result is not None:
             check_result(function, (result,), key, what)
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from importlib import import_module
+from typing import Any
 
+import warp as wp
+
+from warpmuscle.core.errors import Error
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
@@ -42,8 +46,7 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
         if number == structs.DRIVING_HINGE:
             motions[number] = turning_motion
         elif joint_type(joint).by_coordinate:
-            module, _, function = joint_type(joint).kernel.partition(":")
-            motions[number] = getattr(import_module(module), function)
+            motions[number] = _motion_of(joint_type(joint))
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
     names = topology(character)
     followed = len(followed_drivers(character, names))
@@ -55,6 +58,18 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
         any(joint.beside for joint in character.joints.values()),
         entries,
     )  # fmt: skip
+
+
+def _motion_of(entry: JointType) -> Any:
+    """The Warp function of a type's motion; raises Error if what it names is none."""
+    module, _, name = entry.kernel.partition(":")
+    try:
+        function = getattr(import_module(module), name, None)
+    except (ModuleNotFoundError, ValueError):
+        function = None
+    if not isinstance(function, wp.Function):
+        raise Error(f"joint type {entry.name!r}: its kernel {entry.kernel!r} is no Warp function 'module:function'")
+    return function
 
 
 def acting_unknowns(character: Character, names: Topology) -> list[list[int]]:

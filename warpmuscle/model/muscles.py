@@ -75,7 +75,7 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
         neural=hill and model.activation == "neural", excited=hill and model.activation == "excited",
         smoothed=hill and model.activation == "scaled" and is_smoothed(muscles, model),
         implicit=hill and model.implicit_damping,
-        own=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
+        special_curves=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
 
 
@@ -124,7 +124,9 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.negative = NEGATIVE[model.negative]
     s.scaled_rates = int(model.activation == "scaled")
     own = {field: _of_muscles(muscles, field) for field in ("f_max", "l_opt", "l_slack", "slow_fibres")}
-    own |= {field: _own_or_common(muscles, model, field) for field in ("v_max", "damping", "rise_time", "fall_time")}
+    own |= {
+        field: _special_or_common(muscles, model, field) for field in ("v_max", "damping", "rise_time", "fall_time")
+    }
     neural_time = _column(model.neural_time)
     columns = own | {
         "rise_rest": np.exp(-scene.time_step / own["rise_time"]),
@@ -204,7 +206,7 @@ def _of_muscles(muscles: list[Muscle], field: str) -> Floats:
     return rows([getattr(muscle, field) for muscle in muscles] or [1.0])
 
 
-def _own_or_common(muscles: list[Muscle], model: MuscleModel, field: str) -> Floats:
+def _special_or_common(muscles: list[Muscle], model: MuscleModel, field: str) -> Floats:
     """One number of all muscles, (rows, muscles): its own, or that of their model; (rows, 1) if none has its own."""
     if all(getattr(muscle, field) is None for muscle in muscles):
         return _column(getattr(model, field))
@@ -230,7 +232,7 @@ def _excitations(s: structs.Muscles, muscles: list[Muscle], device: Any) -> None
     s.knot_time = to_device(rows(time or [0.0]), float, device)
     s.knot_value = to_device(rows(value or [0.0]), float, device)
     columns = {"first_knot": start[:-1] or [0], "end_knot": start[1:] or [0], "period": rows(period or [0.0])}
-    s.own = structs_to_device(structs.OwnExcitation, columns, device)
+    s.timed = structs_to_device(structs.TimedExcitation, columns, device)
 
 
 def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]], device: Any) -> structs.Actuation:

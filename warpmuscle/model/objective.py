@@ -13,10 +13,10 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.objective.objective_terms import TERMS, Term
-from warpmuscle.kernels.objective.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS
+from warpmuscle.kernels.objective.term_functions import BODY_TERMS, INSTANCE_TERMS, MUSCLE_TERMS
 from warpmuscle.kernels.objective.term_sums import ObjectiveKind
-from warpmuscle.model.found_parts import Kind, known_part
-from warpmuscle.model.parts import OwnParts, plain_function
+from warpmuscle.model.part_checks import Kind, known_part
+from warpmuscle.model.parts import CustomParts, plain_function
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import basal_rate, negative_share
 from warpmuscle.scene.ground import HELD, LIFTED, LOADED
@@ -64,13 +64,13 @@ def _weight(objective: Objective, name: str) -> Any:
     return weight if isinstance(weight, float | int | np.ndarray) else 1.0
 
 
-def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = None) -> ObjectiveKind:
+def objective_kind(scene: Scene, has_muscles: bool, parts: CustomParts | None = None) -> ObjectiveKind:
     """The sums that a step makes for the terms of a scene.
 
     Args:
         parts: of the scene's own.
     """
-    parts = parts or OwnParts({}, {}, {}, {})
+    parts = parts or CustomParts({}, {}, {}, {})
     names = set(counted_terms(scene.objective))
     if names & {"metabolic", "cost_of_transport"}:
         names.add(f"metabolic_{scene.objective.metabolic_model}")
@@ -80,7 +80,7 @@ def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = Non
     declared |= {name: found.part.declaration for name, found in own.items()}
 
     def summed(part: Kind, table: Iterable[str]) -> tuple[str, ...]:
-        kinds = ("whole", "desired") if part == "whole" else (part,)
+        kinds = ("instance", "desired") if part == "instance" else (part,)
         table = tuple(table)
         return (
             *(name for name in table if name in names),
@@ -90,8 +90,8 @@ def objective_kind(scene: Scene, has_muscles: bool, parts: OwnParts | None = Non
     return ObjectiveKind(
         muscle=summed("muscle", MUSCLE_TERMS) if has_muscles else (),
         body=summed("body", BODY_TERMS),
-        whole=summed("whole", WHOLE_TERMS),
-        own=tuple((name, plain_function(found, scene.character)) for name, found in own.items()),
+        instance=summed("instance", INSTANCE_TERMS),
+        custom=tuple((name, plain_function(found, scene.character)) for name, found in own.items()),
         desired=tuple(name for name, found in own.items() if found.part.kind == "desired"),
         conditions=tuple((name, plain_function(one, scene.character)) for name, one in parts.conditions.items()),
         progress=greatest(scene, scene.failure.no_progress) > 0.0,
@@ -112,7 +112,7 @@ def term_arrays(
     shapes = {
         "muscle_terms": (instances, len(kind.muscle), max(muscles, 1)) if kind.muscle else (1, 1, 1),
         "body_terms": (instances, len(kind.body), bodies) if kind.body else (1, 1, 1),
-        "whole_terms": (instances, len(kind.whole)) if kind.whole else (1, 1),
+        "instance_terms": (instances, len(kind.instance)) if kind.instance else (1, 1),
     }
     return {name: zeros(*shape, dtype=wp.float64) for name, shape in shapes.items()}
 
@@ -174,12 +174,12 @@ def term_values(
     """
     h = scene.time_step
     sums = {"torque": _summed(torque_integrals(scene, state)) * h}
-    for part, array in (("muscle", state.muscle_terms), ("body", state.body_terms), ("whole", state.whole_terms)):
+    for part, array in (("muscle", state.muscle_terms), ("body", state.body_terms), ("instance", state.instance_terms)):
         summed = getattr(kind, part)
         values = array.numpy() if summed else None
         for index, name in enumerate(summed):
             assert values is not None
-            sums[name] = (values[:, index] if part == "whole" else _summed(values[:, index])) * h
+            sums[name] = (values[:, index] if part == "instance" else _summed(values[:, index])) * h
     sums["fall"] = scene.duration - end_time
     mass = rows([body.mass for body in scene.character.bodies.values()]).sum(axis=1)
     energy = sums.get(f"metabolic_{scene.objective.metabolic_model}", 0.0)

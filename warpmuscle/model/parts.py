@@ -20,17 +20,17 @@ from warpmuscle.kernels.objective import parts as kernels
 from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.objective.desired_torques import term_of_desired
 from warpmuscle.kernels.objective.objective_terms import TERMS
-from warpmuscle.kernels.objective.term_functions import BODY_TERMS, MUSCLE_TERMS, WHOLE_TERMS
-from warpmuscle.kernels.recording.record import OwnQuantity
-from warpmuscle.model.found_parts import (
+from warpmuscle.kernels.objective.term_functions import BODY_TERMS, INSTANCE_TERMS, MUSCLE_TERMS
+from warpmuscle.kernels.recording.record import CustomQuantity
+from warpmuscle.model.part_checks import (
     IN_STEP,
+    INSTANCE,
     TERM_ARGUMENTS,
-    WHOLE,
     Found,
     Kind,
     check_parameters,
+    declared_arguments,
     found_part,
-    own_arguments,
     takes,
 )
 from warpmuscle.model.task_parts import task_parts
@@ -44,6 +44,7 @@ from warpmuscle.model.user_functions import (
     name_of,
     placed,
     signature,
+    undeclared,
 )
 from warpmuscle.scene import Character, CustomPart, Scene
 from warpmuscle.scene.topology import topology
@@ -60,7 +61,7 @@ class Placed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class OwnParts:
+class CustomParts:
     """All parts of a scene's own: those that a step has compiled in by entry, those of a task by key."""
 
     terms: dict[str, Placed]
@@ -91,7 +92,7 @@ class OwnParts:
         return rows_of_all, max((one.part.declaration.memory for one in remembering), default=0)
 
 
-def own_parts(scene: Scene, muscles: tuple[str, ...], counted: Iterable[str] = ()) -> OwnParts:
+def custom_parts(scene: Scene, muscles: tuple[str, ...], counted: Iterable[str] = ()) -> CustomParts:
     """The parts of a checked scene of its own, and shipped terms that have a memory.
 
     Args:
@@ -115,7 +116,7 @@ def own_parts(scene: Scene, muscles: tuple[str, ...], counted: Iterable[str] = (
         memories += len(entries) if plug.memory else 0
         return Placed(part, entries, plug)
 
-    return OwnParts(
+    return CustomParts(
         {entry: place(part) for entry, part in terms.items()},
         {entry: place(part) for entry, part in conditions.items()},
         {key: place(part) for key, part in task_parts(scene).items()},
@@ -137,12 +138,12 @@ def plain_function(placed_: Placed, character: Character) -> Any:
     return kernels.of_instance(plug, placed_.part.result)
 
 
-def recorded_functions(parts: OwnParts, character: Character) -> tuple[OwnQuantity, ...]:
+def recorded_functions(parts: CustomParts, character: Character) -> tuple[CustomQuantity, ...]:
     """The recorded quantities of a scene's own, as a step writes them."""
     found, column = [], 0
     for one in parts.recorded.values():
         vector, accelerated = one.part.result is wp.vec3, one.part.declaration.stage == "accelerations"
-        found.append(OwnQuantity(plain_function(one, character), column, vector, accelerated, one.plug.memory))
+        found.append(CustomQuantity(plain_function(one, character), column, vector, accelerated, one.plug.memory))
         column += len(axes_of(one))
     return tuple(found)
 
@@ -152,7 +153,7 @@ def axes_of(quantity: Placed) -> tuple[str, ...]:
     return (".x", ".y", ".z") if quantity.part.result is wp.vec3 else ("",)
 
 
-def part_values(scene: Scene, parts: OwnParts) -> Floats:
+def part_values(scene: Scene, parts: CustomParts) -> Floats:
     """Parameters of all parts, (rows, values), of a scene whose numbers are floats or (n,) arrays."""
     columns = []
     for part in parts.all:
@@ -166,7 +167,7 @@ def part_values(scene: Scene, parts: OwnParts) -> Floats:
 
 
 def custom_terms(scene: Scene) -> dict[str, Found]:
-    """The terms that an objective names, by entry; raises SceneError as `own_parts`.
+    """The terms that an objective names, by entry; raises SceneError as `custom_parts`.
 
     One that sees desired torques, a structure of them after what a term of the whole takes, is of the kind `desired`.
     """
@@ -192,7 +193,7 @@ def remembering_terms(names: Iterable[str]) -> dict[str, Found]:
     for name in names:
         term = TERMS.get(name)
         if term is not None and term.memory:
-            tables: dict[Kind, Any] = {"muscle": MUSCLE_TERMS, "body": BODY_TERMS, "whole": WHOLE_TERMS}
+            tables: dict[Kind, Any] = {"muscle": MUSCLE_TERMS, "body": BODY_TERMS, "instance": INSTANCE_TERMS}
             kind, table = next((kind, table) for kind, table in tables.items() if name in table)
             found[name] = Found(name, kind, replace(term, function=table[name]))
     return found
@@ -200,22 +201,26 @@ def remembering_terms(names: Iterable[str]) -> dict[str, Found]:
 
 def _kind_of_term(part: Declaration, entry: str, key: str) -> Kind:
     """What a term's function is of, by its arguments."""
-    arguments, own = arguments_of(part.function), own_arguments(part)
+    arguments, own = arguments_of(part.function), declared_arguments(part)
     for kind, base in TERM_ARGUMENTS.items():
         if takes(arguments, base, own):
+            if part.scope not in ("", kind):
+                said = f"the scope of {entry!r} is {part.scope!r}, but its function takes what one of {kind!r} does"
+                raise SceneError(said, key=key)
             return kind
-    if arguments[:-1] == WHOLE and isinstance(arguments[-1], Struct):
+    last = arguments[-1] if arguments[:-1] == INSTANCE else None
+    if isinstance(last, Struct) and not all(field.type is wp.float32 for field in last.vars.values()):
         return "desired"
     wanted = " or ".join(map(signature, TERM_ARGUMENTS.values()))
     more = "".join(f" [, {name_of(kind)}]" for kind in own)
-    found = f"{placed(part.function, entry)} takes {signature(arguments)}"
+    found = f"{placed(part.function, entry)} takes {signature(arguments)}{undeclared(arguments, own)}"
     raise SceneError(f"a term takes {wanted}{more}, but {found}", key=key)
 
 
 def _check_desired(part: Declaration, character: Character, entry: str, key: str) -> None:
     """A term may see desired torques of the joints that its structure names; SceneError for others."""
     struct = arguments_of(part.function)[-1]
-    if part.stage != "forces" or own_arguments(part):
+    if part.stage != "forces" or declared_arguments(part):
         raise SceneError(f"{entry!r} sees desired torques: it has no parameters, memory or other stage", key=key)
     for name, field in struct.vars.items():
         if field.type != wp.vec3:
@@ -224,12 +229,12 @@ def _check_desired(part: Declaration, character: Character, entry: str, key: str
 
 
 def custom_conditions(scene: Scene) -> dict[str, Found]:
-    """The failing conditions that a scene names, by entry; raises SceneError as `own_parts`."""
+    """The failing conditions that a scene names, by entry; raises SceneError as `custom_parts`."""
     found = {}
     for entry in scene.failure.custom:
         key = f"failure.custom.{entry}"
         part = found_part(entry, key, ("forces",))
-        check_arguments(part.function, WHOLE, key, entry, own_arguments(part))
+        check_arguments(part.function, INSTANCE, key, entry, declared_arguments(part))
         check_result(part.function, (bool,), key, entry)
         check_parameters(scene, entry, part, "condition")
         found[entry] = Found(entry, "condition", part, result=bool)
@@ -237,12 +242,12 @@ def custom_conditions(scene: Scene) -> dict[str, Found]:
 
 
 def custom_quantities(scene: Scene) -> dict[str, Found]:
-    """The recorded quantities that a scene names, by entry; raises SceneError as `own_parts`."""
+    """The recorded quantities that a scene names, by entry; raises SceneError as `custom_parts`."""
     found = {}
     for index, entry in enumerate(scene.recorded):
         key = f"recorded.{index}"
         part = found_part(entry, key, IN_STEP)
-        check_arguments(part.function, WHOLE, key, entry, own_arguments(part))
+        check_arguments(part.function, INSTANCE, key, entry, declared_arguments(part))
         result = check_result(part.function, (wp.float32, wp.vec3), key, entry)
         check_parameters(scene, entry, part, "quantity")
         found[entry] = Found(entry, "quantity", part, result=float if result is wp.float32 else result)

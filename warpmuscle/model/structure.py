@@ -15,13 +15,13 @@ from warpmuscle.model.forces import ForceEntries, force_kinds
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscles import ActuationMap, driven
 from warpmuscle.model.objective import counted_terms, objective_kind
-from warpmuscle.model.parts import OwnParts, own_parts
+from warpmuscle.model.parts import CustomParts, custom_parts
 from warpmuscle.model.prescribed_motion import Kinematic, kinematic
 from warpmuscle.scene import Scene
 from warpmuscle.scene.force import power_name
 from warpmuscle.scene.objects.motion import QUANTITIES, object_quantities
 from warpmuscle.scene.topology import Topology, coordinate_names, topology
-from warpmuscle.scene.treadmill.way import BELTS
+from warpmuscle.scene.treadmill.belt_motion import BELTS
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Structure:
     objective: ObjectiveKind  # the sums that a step makes
     controller: ControllerKind  # what a step has compiled in of it
     forces: tuple[ForceEntries, ...]  # besides those of muscles and controller, by kind
-    parts: OwnParts  # of the scene's own
+    parts: CustomParts  # of the scene's own
 
     @property
     def force_kinds(self) -> tuple[ForceKind, ...]:
@@ -79,7 +79,7 @@ def structure_of(scene: Scene) -> Structure:
     names = topology(scene.character)
     coordinates, speeds = coordinate_names(names, scene.character)
     actuation = driven(scene, names)
-    parts = own_parts(scene, actuation.muscles, counted_terms(scene.objective))
+    parts = custom_parts(scene, actuation.muscles, counted_terms(scene.objective))
     forces = force_kinds(scene, names)
     objective = objective_kind(scene, not actuation.by_torque_alone, parts)
     cycles = objective.cycles or any(entries.kind.of_leg for entries in forces)

@@ -9,20 +9,20 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import Declaration, Stage
-from warpmuscle.model.found_parts import (
+from warpmuscle.model.part_checks import (
     IN_STEP,
-    WHOLE,
+    INSTANCE,
     Found,
     check_parameters,
+    declared_arguments,
     found_part,
-    own_arguments,
     takes,
 )
-from warpmuscle.model.user_functions import arguments_of, check_result, name_of, placed, signature
+from warpmuscle.model.user_functions import arguments_of, check_result, name_of, placed, signature, undeclared
 from warpmuscle.scene import Scene
 from warpmuscle.scene.trusted_code import check_trusted
 
-DRAW = (*WHOLE, Decision, wp.uint32)
+DRAW = (*INSTANCE, Decision, wp.uint32)
 
 
 class Use(NamedTuple):
@@ -68,7 +68,7 @@ def task_parts(scene: Scene) -> dict[str, Found]:
     """Parts of one's own that are evaluated at decisions or where episodes begin, by the key that names them.
 
     Raises:
-        SceneError: as `parts.own_parts`.
+        SceneError: as `parts.custom_parts`.
     """
     task = scene.learning
     if task is None:
@@ -87,16 +87,14 @@ def task_parts(scene: Scene) -> dict[str, Found]:
 def _found(scene: Scene, key: str, entry: str, use: Use) -> Found:
     """One of them, checked."""
     part = found_part(entry, key, ("decision",))
-    arguments, own = arguments_of(part.function), own_arguments(part)
-    bases = {"draw": DRAW} if use.draws else {"decision": (*WHOLE, Decision), "instance": WHOLE}
+    arguments, own = arguments_of(part.function), declared_arguments(part)
+    bases = {"draw": DRAW} if use.draws else {"decision": (*INSTANCE, Decision), "instance": INSTANCE}
     fitting = [base for base, wanted in bases.items() if takes(arguments, wanted, own)]
     if not fitting:
         more = "".join(f" [, {name_of(kind)}]" for kind in own)
-        wanted = signature(DRAW) if use.draws else f"{signature(WHOLE)} [, Decision]"
-        found = f"{placed(part.function, entry)} takes {signature(arguments)}"
+        wanted = signature(DRAW) if use.draws else f"{signature(INSTANCE)} [, Decision]"
+        found = f"{placed(part.function, entry)} takes {signature(arguments)}{undeclared(arguments, own)}"
         raise SceneError(f"{use.what} takes {wanted}{more}, but {found}", key=key)
     check_parameters(scene, entry, part, "decision")
-    if use.results == (None,):
-        return Found(entry, "decision", part, fitting[0], None)
     result = check_result(part.function, use.results, key, entry)
     return Found(entry, "decision", part, fitting[0], float if result is wp.float32 else result)

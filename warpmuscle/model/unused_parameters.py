@@ -99,20 +99,14 @@ def _used(scene: Scene, structure: Structure, values: Floats) -> list[NDArray[An
     return parts + [array.numpy() for part in (model, extensions) for array in arrays_of(part)]
 
 
-def without_unused(scene: Scene) -> tuple[Scene, list[str]]:
-    """The scene with numbers in place of the free parameters that nothing uses, and the names of these.
+def without(scene: Scene, names: list[str]) -> Scene:
+    """The scene with numbers in place of the free parameters of these names, which nothing uses.
 
     A search would move them at random. They have the values that they would start from.
 
     Raises:
         Error: nothing uses any of its free parameters.
     """
-    names = unused_parameters(scene)
-    return without(scene, names), names
-
-
-def without(scene: Scene, names: list[str]) -> Scene:
-    """The scene without its unused parameters, whose names are these; see `without_unused`."""
     if not names:
         return scene
     used = [parameter.name for parameter in free_parameters(scene) if parameter.name not in names]

@@ -6,16 +6,22 @@ themselves; see `parts.py` for parts that declare more.
 
 from __future__ import annotations
 
+import ast
 import importlib
+import inspect
+import re
 import sys
+import textwrap
 import traceback
 import typing
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.curve.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves
+from warpmuscle.kernels.moved import modules_that_have
 from warpmuscle.kernels.structs import Model
 from warpmuscle.scene import MuscleModel
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, folders
@@ -35,7 +41,7 @@ Reference = type(wp.ref[Model])
 Struct = type(Model)
 
 
-def custom_curves(model: MuscleModel) -> OwnCurves | None:
+def custom_curves(model: MuscleModel) -> CustomCurves | None:
     """The curves that a muscle model names; None if it names none. Raises SceneError as `function_named`."""
     functions = []
     for field in CURVE_FIELDS:
@@ -47,7 +53,7 @@ def custom_curves(model: MuscleModel) -> OwnCurves | None:
             check_result(functions[-1], results, key, entry)
     if not any(functions):
         return None
-    return OwnCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
+    return CustomCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
 
 
 def function_named(entry: str, key: str) -> Any:
@@ -69,7 +75,7 @@ def declared(entry: str, key: str, *kinds: type) -> Any:
     function = getattr(module, name)
     if isinstance(function, kinds):
         return function
-    return checked_function(function, entry, key)
+    return checked_function(function, entry, key, kinds)
 
 
 def named_object(entry: str) -> Any:
@@ -78,12 +84,16 @@ def named_object(entry: str) -> Any:
     return getattr(sys.modules.get(module), name, None)
 
 
-def checked_function(function: Any, entry: str, key: str) -> Any:
-    """What is to be a Warp function; raises SceneError if it is none."""
-    if not isinstance(function, wp.Function) or function.func is None:
-        name = entry if not callable(function) or function.__name__ in entry else f"{entry}: {function.__name__}"
+def checked_function(function: Any, entry: str, key: str, kinds: tuple[type, ...] = ()) -> Any:
+    """What is to be a Warp function; raises SceneError if it is none, which names the classes it may be of instead."""
+    if isinstance(function, wp.Function) and function.func is not None:
+        return function
+    if inspect.isfunction(function):
+        name = entry if function.__name__ in entry else f"{entry}: {function.__name__}"
         raise SceneError(f"{name!r} is not a Warp function: put @wp.func before it", key=key)
-    return function
+    wanted = " or ".join(("Warp function", *(kind.__name__ for kind in kinds)))
+    what = "a class" if isinstance(function, type) else f"of the type {type(function).__name__}"
+    raise SceneError(f"{entry!r} must be a {wanted}; it is {what}", key=key)
 
 
 def _module(name: str, key: str) -> Any:
@@ -100,11 +110,20 @@ def _module(name: str, key: str) -> Any:
         of = "" if missing == name else f", which {name!r} imports"
         raise SceneError(f"there is no module {missing!r}{of} here", key=key) from error
     except Exception as error:
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{last.filename}:{last.lineno}"
-        raise SceneError(f"module {name!r} fails: {where}: {type(error).__name__}: {error}", key=key) from error
+        frames = traceback.extract_tb(error.__traceback__)
+        warp = str(Path(wp.__file__).parent)
+        last = next(frame for frame in reversed(frames) if not frame.filename.startswith(warp))
+        said = f"{type(error).__name__}: {error}{_moved_to(error)}"
+        raise SceneError(f"module {name!r} fails: {last.filename}:{last.lineno}: {said}", key=key) from error
     finally:
         sys.path[:] = before
+
+
+def _moved_to(error: Exception) -> str:
+    """Where a name of the kernels is that an import did not find, if another module of theirs has it."""
+    name = re.match(r"cannot import name '(\w+)' from 'warpmuscle\.kernels\b", str(error))
+    places = modules_that_have(name[1]) if isinstance(error, ImportError) and name else []
+    return f"; {' and '.join(places)} {'has' if len(places) == 1 else 'have'} one of this name" if places else ""
 
 
 def arguments_of(function: Any) -> tuple[Any, ...]:
@@ -133,6 +152,8 @@ def _result(function: Any) -> Any:
         said = typing.get_type_hints(function.func).get("return")
     except (NameError, TypeError):
         said = None
+    if said is type(None):
+        return None
     return PLAIN.get(said, said) if isinstance(said, type) else said
 
 
@@ -144,8 +165,36 @@ def check_arguments(
     rest = [kind for kind in optional if kind in taken[len(wanted) :]]
     if taken != (*wanted, *rest):
         more = "".join(f" [, {name_of(kind)}]" for kind in optional)
-        found = f"{placed(function, entry)} takes {signature(taken)}"
+        found = f"{placed(function, entry)} takes {signature(taken)}{undeclared(taken[len(wanted) :], optional)}"
         raise SceneError(f"it takes {signature(wanted)[:-1]}{more}), but {found}", key=key)
+
+
+def undeclared(taken: tuple[Any, ...], known: tuple[Any, ...]) -> str:
+    """What is said of parameters that a function takes and nothing declares."""
+    structs = [kind for kind in taken if isinstance(kind, Struct) and kind not in known]
+    names = [name_of(kind) for kind in structs if not kind.cls.__module__.startswith("warpmuscle.")]
+    return f"; declare {' and '.join(names)} as its parameters" if names else ""
+
+
+def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
+    """SceneError if a Warp function names a place of its memory that it does not have.
+
+    Warp does not check places of arrays, and such a one would belong to another part. Places that are computed are
+    not seen here.
+    """
+    arrays = [name for name, kind in function.input_types.items() if _is_floats(kind)]
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function.func)))
+    except (OSError, SyntaxError):  # made by a program
+        return
+    for node in ast.walk(tree):
+        if not (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in arrays):
+            continue
+        place = node.slice.value if isinstance(node.slice, ast.Constant) else None
+        if isinstance(place, int) and place >= floats:
+            line = function.func.__code__.co_firstlineno + node.lineno - 1
+            where = f"{entry!r} ({function.func.__code__.co_filename}:{line})"
+            raise SceneError(f"{where} uses number {place + 1} of a memory of {floats}: declare more", key=key)
 
 
 def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> Any:
@@ -153,8 +202,9 @@ def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -
     said = _result(function)
     if said not in wanted:
         names = " or ".join(name_of(kind) for kind in wanted)
-        says = "nothing" if said is None else name_of(said)
-        raise SceneError(f"{placed(function, entry)} must say that it returns {names}, and says {says}", key=key)
+        raise SceneError(
+            f"{placed(function, entry)} must say that it returns {names}, and says {name_of(said)}", key=key
+        )
     return said
 
 
@@ -169,7 +219,14 @@ def signature(arguments: tuple[Any, ...]) -> str:
 
 
 def name_of(kind: Any) -> str:
-    plain = {wp.int32: "int", wp.float32: "float", wp.vec2: "wp.vec2", wp.vec3: "wp.vec3", FLOATS: FLOATS}
+    plain = {
+        None: "nothing",
+        wp.int32: "int",
+        wp.float32: "float",
+        wp.vec2: "wp.vec2",
+        wp.vec3: "wp.vec3",
+        FLOATS: FLOATS,
+    }
     if isinstance(kind, Table):
         return f"wp.array[{name_of(kind.struct)}]"
     if kind in plain:

@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from warpmuscle.core.arguments import as_kind, as_texts, as_whole
+from warpmuscle.core.arguments import as_integer, as_kind, as_texts
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
@@ -47,7 +47,7 @@ def scene_in(result: Result) -> Scene:
 
 
 def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = None) -> tuple[Scene, str]:
-    """The scene of an optimisation with its best parameters in place of those it began with.
+    """The scene of an optimisation with the parameters of its best candidate.
 
     Args:
         fixed: patterns of names, such as "character.*", of parameters that are to be free no more.
@@ -62,7 +62,7 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     as_kind(Result, result, "result", error=ResultError)
     fixed = as_texts(fixed, "fixed", error=ResultError)
     if among is not None:
-        among = as_whole(among, "among", error=ResultError)
+        among = as_integer(among, "among", error=ResultError)
     if result.best is None:
         raise ResultError("holds no candidates to choose the best of")
     scene, chosen = scene_in(result), ""

@@ -93,12 +93,12 @@ class Curriculum:
         try:
             while True:
                 now = self._now
-                ended = now.search_loop.run(lambda generation: keep(self._now.rows.whole(generation)))
+                ended = now.search_loop.run(lambda generation: keep(self._now.rows.of_search(generation)))
                 if ended == INTERRUPTED or now.rows.stage == len(self._stages) - 1:
                     return ended
                 if all_ended := self._why_all_ended():
                     return all_ended
-                history = now.rows.whole_history(now.search_loop.searched("").history)
+                history = now.rows.search_history(now.search_loop.searched("").history)
                 self._over[now.rows.stage] = _Over(now.evaluations(), history, ended)
                 self._now = self._begun(now.rows.stage + 1)  # what counts: an interrupt before it undoes all
                 turned()
@@ -112,7 +112,7 @@ class Curriculum:
     def searched(self, ended: str) -> Searched:
         """How it has gone so far; `ended` says why it goes on no longer."""
         before, now, evaluations = self._before(), self._now.search_loop.searched(""), self.evaluations()
-        parts = [*(over.history for over in before), self._now.rows.whole_history(now.history)]
+        parts = [*(over.history for over in before), self._now.rows.search_history(now.history)]
         stages = tuple(
             changed(stage, ended=before[k].ended if k < len(before) else "", best=best_of(evaluations, k))
             for k, stage in enumerate(self._stages)
@@ -202,4 +202,4 @@ class _Now:
 
     def evaluations(self) -> Evaluations:
         """Candidates of the stage so far, as of the whole search."""
-        return self.rows.whole(self.search_loop.evaluations())
+        return self.rows.of_search(self.search_loop.evaluations())

@@ -31,10 +31,10 @@ Candidates = ArrayLike | Mapping[str, float] | Sequence[Mapping[str, float]]
 
 
 class Evaluator:
-    """The cost of a scene's candidates, simulated in batches: what a search of another library calls.
+    """Cost of candidates of a scene, simulated in batches, for optimisers of other libraries to call.
 
     A call is one generation: all of its candidates are simulated at once, so ask for as many as the library offers.
-    What a candidate costs depends neither on the others of its call nor on their number. Everything that was evaluated
+    A candidate's cost does not depend on the other candidates of the call. Everything that was evaluated
     is kept, and `write` puts it into a result file like that of `optimize`.
 
     Attributes:
@@ -113,7 +113,7 @@ class Evaluator:
         return float(cost[0]) if _alone(candidates) else cost
 
     def evaluate(self, candidates: Candidates) -> Evaluations:
-        """What became of candidates: cost, status, end time and each term of the objective.
+        """Simulate candidates: their cost, status, end time and each term of the objective.
 
         Args:
             candidates: see `__call__`.
@@ -177,7 +177,7 @@ class Evaluator:
         return joined([nobody.evaluations(), *self._done])
 
     def result(self, command: str = "") -> Result:
-        """Everything so far, with the motion of the best candidate, as `optimize` returns it.
+        """All evaluations so far and the motion of the best candidate, as `optimize` returns them.
 
         Args:
             command: put into the result as what made it.

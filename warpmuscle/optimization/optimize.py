@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
-from warpmuscle.core.arguments import as_path, as_truth, as_whole
+from warpmuscle.core.arguments import as_integer, as_path, as_truth
 from warpmuscle.core.errors import UnusedParameterWarning
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.model.unused_parameters import in_short, unused_parameters, without
@@ -56,7 +56,7 @@ def optimize(
     quantities: Sequence[str] | None = None,
     single: bool = False,
 ) -> Result:
-    """Search for the values of the scene's free parameters that have the least cost.
+    """Search for the values of the scene's free parameters with the lowest cost.
 
     A scene that weighs no term is asked for a gait at its speed and little effort, see `usual_objective`. The first
     generation has the scene as it is among its candidates. A KeyboardInterrupt ends the search; what was
@@ -98,7 +98,7 @@ def optimize(
             option is impossible, the output cannot be written, or Ctrl-C came before any candidate had ended.
     """
     scene = scene_of(scene, trust=trust)
-    seed = as_whole(seed, "seed", 0, GREATEST_SEED)
+    seed = as_integer(seed, "seed", 0, GREATEST_SEED)
     file = None if output is None else as_path(output, "output")
     check_other_arguments(device, threads, command, progress, batches)
     checked_quantities(quantities)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace as changed
 from typing import Any
 
-from warpmuscle.core.arguments import as_number, as_text, as_whole, check_function
+from warpmuscle.core.arguments import as_integer, as_number, as_text, check_function
 from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
 from warpmuscle.optimization.evaluation import GenerationEvaluator
@@ -39,11 +39,11 @@ def check_options(options: SearchOptions) -> SearchOptions:
     found: dict[str, Any] = {
         "strategy": as_text(options.strategy, "search"),
         "restarts": as_text(options.restarts, "restarts"),
-        "candidates": as_whole(options.candidates, "candidates"),
-        "searches": as_whole(options.searches, "searches"),
+        "candidates": as_integer(options.candidates, "candidates"),
+        "searches": as_integer(options.searches, "searches"),
     }
     if options.population is not None:
-        found["population"] = as_whole(options.population, "population")
+        found["population"] = as_integer(options.population, "population")
     for name in ("sigma", "until"):
         if (value := getattr(options, name)) is not None:
             found[name] = as_number(value, name, above=0.0)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace as changed
 from pathlib import Path
 
-from warpmuscle.core.arguments import as_number, as_path, as_truth, as_whole
+from warpmuscle.core.arguments import as_integer, as_number, as_path, as_truth
 from warpmuscle.core.errors import ResultError, ResumeWarning
 from warpmuscle.core.machine import in_words, this_machine
 from warpmuscle.formats import scene_of
@@ -41,7 +41,7 @@ def resume(
     quantities: Sequence[str] | None = None,
     single: bool = False,
 ) -> Result:
-    """Go on with a search that was interrupted or killed, or has finished, as if it had not been.
+    """Continue a search that was interrupted, killed or finished, as if it had never stopped.
 
     Scene, seed and options are those of the file; what it holds is not evaluated again. In a search with stages the
     last one gets the candidates that are asked for besides. A random search goes on with the candidates that it would
@@ -64,7 +64,7 @@ def resume(
             libraries that ask for other candidates.
     """
     path = as_path(path, "path")
-    candidates = None if candidates is None else as_whole(candidates, "candidates")
+    candidates = None if candidates is None else as_integer(candidates, "candidates")
     until = None if until is None else as_number(until, "until", above=0.0)
     target = None if target is None else as_number(target, "target")
     check_other_arguments(device, threads, command, progress, batches)

@@ -25,7 +25,7 @@ class StageRows:
     term_names: tuple[str, ...]  # T names
     terms: NDArray[np.intp]  # (t,)
 
-    def whole(self, part: Evaluations) -> Evaluations:
+    def of_search(self, part: Evaluations) -> Evaluations:
         """Candidates of the stage with all parameters and terms; terms that it has not are not numbers."""
         count = len(part)
         params, terms = np.tile(self.values, (count, 1)), np.full((count, len(self.term_names)), np.nan)
@@ -47,7 +47,7 @@ class StageRows:
             generation=whole.generation - np.int32(self.first), stage=np.zeros_like(whole.stage),
         )  # fmt: skip
 
-    def whole_history(self, part: History) -> History:
+    def search_history(self, part: History) -> History:
         """Generations of the stage, numbered as in the whole search."""
         return changed(part, generation=part.generation + self.first, stage=np.full_like(part.stage, self.stage))
 

@@ -16,7 +16,8 @@ from warpmuscle.plots.joints import RECORDED_COLOR, angle_label, joint_curves, r
 from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
 from warpmuscle.plots.subject import Subject
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Piece, pieces
 from warpmuscle.scene.parameters import start_values, substitute

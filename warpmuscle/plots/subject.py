@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.core.arguments import as_number, as_whole
+from warpmuscle.core.arguments import as_integer, as_number
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
@@ -47,7 +47,7 @@ class Choices:
         """A part of a motion from `start` to `end`, s, to which None sets no bound; raises ArgumentError."""
         first = -np.inf if start is None else as_number(start, "start")
         last = np.inf if end is None else as_number(end, "end")
-        return cls(as_whole(replay, "replay", 0), first, last, **further)
+        return cls(as_integer(replay, "replay", 0), first, last, **further)
 
     @property
     def timed(self) -> bool:

@@ -22,7 +22,7 @@ from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.report.summary import AT_BOUND, Share, energy_accounting, heaviness, shares
 from warpmuscle.results.records import Result
 from warpmuscle.scene.accounting import accounting
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 
 _SEARCH_FIGURES = ("convergence", "parameters")
 _MOTION_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation", "control", "joints")
@@ -70,7 +70,7 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     of, terms = shares(result) if result.best is not None and result.evaluations is not None else ("", [])
     rows = _rows(subject, others)
     tell("replay")
-    return whole(
+    return encodable(
         page.render(
             result=result,
             scene=subject.scene,

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.core.array_checks import HUGE, LARGEST_INDEX, check_numbers, check_whole
+from warpmuscle.core.array_checks import HUGE, LARGEST_INDEX, check_integers, check_numbers
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import check_learned
-from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import INTEGER_QUANTITIES, NAMED, QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import (
     ANY_NUMBER,
     COLUMNS,
@@ -98,7 +99,7 @@ def check_column(name: str, array: Any, count: int) -> None:
         check_numbers("evaluations/end_time", array, (count,), 0.0)
     else:
         highest = max(Status) if name == "status" else LARGEST_INDEX
-        check_whole(f"evaluations/{name}", array, (count,), -1 if name == "search" else 0, highest)
+        check_integers(f"evaluations/{name}", array, (count,), -1 if name == "search" else 0, highest)
 
 
 def check_recording(motion: Recording, place: str = "") -> None:
@@ -106,7 +107,7 @@ def check_recording(motion: Recording, place: str = "") -> None:
     for name in QUANTITIES:
         array = motion[name]
         if name in INTEGER_QUANTITIES:
-            check_whole(f"{place}{name}", array, array.shape, 0, 1 if name == "stance" else LARGEST_INDEX)
+            check_integers(f"{place}{name}", array, array.shape, 0, 1 if name == "stance" else LARGEST_INDEX)
         else:
             check_numbers(f"{place}{name}", array, array.shape, -HUGE_SINGLE, HUGE_SINGLE)
     if motion.frames:
@@ -149,8 +150,8 @@ def _check_history(history: History) -> None:
     if len(shape) != 1:
         raise ValueError(f"history/generation has shape {shape}, and should have one axis")
     for name in ("generation", "search", "stage"):
-        check_whole(f"history/{name}", getattr(history, name), shape)
-    check_whole("history/asks_crc32", history.asks_crc32, shape, 0, 2**32 - 1)
+        check_integers(f"history/{name}", getattr(history, name), shape)
+    check_integers("history/asks_crc32", history.asks_crc32, shape, 0, 2**32 - 1)
     for name in ("best", "median", "spread"):
         check_numbers(f"history/{name}", getattr(history, name), shape)
     check_numbers("history/sigma", history.sigma, shape, gaps=True)

@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized
 from warpmuscle.results.joint_poses import joint_angles
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import BallCoordinates, OpenSim, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.displacement import rates

@@ -17,7 +17,8 @@ from warpmuscle.results.layout import FORMAT_VERSION
 from warpmuscle.results.motion_layout import append, has_arrays, load_motions, load_names, load_recording, put_motions
 from warpmuscle.results.motions import Motions
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.recording import QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import opened
 
 ALL = slice(None)
@@ -26,7 +27,7 @@ ALL = slice(None)
 def read_motions(
     path: str | Path, quantities: Sequence[str] | None = None, instances: slice = ALL, run: str | None = None
 ) -> Motions:
-    """The motions of a result file side by side, or some quantities of some of them: only these are read.
+    """Read the motions of a result file; only the chosen quantities and instances are read.
 
     Args:
         quantities: names of those that are wanted; all that are there by default.
@@ -64,7 +65,7 @@ def read_motions(
 
 
 def append_motions(path: str | Path, recordings: Sequence[Recording], names: Sequence[str] = ()) -> None:
-    """Put further motions of the same body behind those of a result file, which is replaced once it is complete.
+    """Append motions of the same character to a result file, which is replaced once the new one is complete.
 
     Args:
         names: of the added ones, if those of the file have names.

@@ -19,7 +19,8 @@ from warpmuscle.core.errors import ArgumentError, ResultError
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.limits import check_size
 from warpmuscle.results.motions import INSTANCE, TEXTS, Motions, absent, difference
-from warpmuscle.results.recording import INTEGER_QUANTITIES, NAMED, QUANTITIES, UNITS, Recording, dimension, has_place
+from warpmuscle.results.recorded_quantities import INTEGER_QUANTITIES, NAMED, QUANTITIES, UNITS, dimension, has_place
+from warpmuscle.results.recording import Recording
 
 ABOUT = {
     "joint_names": "joints, breadth first from the root",

@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_kind, as_whole, in_words
+from warpmuscle.core.arguments import as_integer, as_kind, in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_xarray
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.recording import (
+from warpmuscle.results.recorded_quantities import (
     INTEGER_QUANTITIES,
     NAMED,
     QUANTITIES,
     UNITS,
-    Recording,
     attributes_of,
     dimension,
     has_place,
 )
+from warpmuscle.results.recording import Recording
 
 if TYPE_CHECKING:
     import xarray
@@ -39,7 +39,7 @@ INSTANCE = "instance"
 
 @dataclass(frozen=True, repr=False)
 class Motions:
-    """Motions of n instances of one body over F frames, all quantities of a `Recording` or some of them.
+    """Motions of n instances of one character over F frames, with all or some quantities of a `Recording`.
 
     Attributes:
         time: (F,) s, of the longest. frames: (n,), how many each instance has. names: (n,), empty if they have none.
@@ -84,7 +84,7 @@ class Motions:
     def of(
         cls, recordings: Sequence[Recording], names: Sequence[str] = (), quantities: Sequence[str] | None = None
     ) -> Self:
-        """Motions side by side, all their quantities or those that are named.
+        """Several recordings as one `Motions`, with all of their quantities or the named ones.
 
         Raises:
             ArgumentError: there are none, they are not of one body or clock, or a quantity is unknown.
@@ -105,8 +105,8 @@ class Motions:
         return cls(longest.time, np.array([one.frames for one in recordings]), tuple(names), arrays, texts)
 
     def recording(self, instance: int) -> Recording:
-        """The motion of one instance, with the quantities that are here; raises ArgumentError if there is none."""
-        number = as_whole(instance, INSTANCE, 0)
+        """The motion of one instance, with the quantities kept; raises ArgumentError for an unknown instance."""
+        number = as_integer(instance, INSTANCE, 0)
         if number >= len(self):
             raise ArgumentError(f"instance must be less than {len(self)}, not {number}")
         count = int(self.frames[number])
@@ -134,11 +134,11 @@ class Motions:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Names of the quantities that are not here, of those that motions of this body have."""
+        """Names of the quantities that recordings of this character can have and these motions lack."""
         return tuple(n for n in QUANTITIES if n not in self.arrays and n != "time" and has_place(n, self.texts))
 
     def axes(self) -> list[str]:
-        """Axes of the quantities behind instance and frame, each once."""
+        """Axes of the quantities other than instance and frame, each listed once."""
         return list(dict.fromkeys(axis for name in self.arrays for axis in QUANTITIES[name].axes[1:]))
 
 

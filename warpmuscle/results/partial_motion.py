@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from warpmuscle.core.arguments import as_texts
 from warpmuscle.core.errors import ArgumentError, ResultError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.results.recording import INTEGER_QUANTITIES, QUANTITIES, Recording, is_missing
+from warpmuscle.results.recorded_quantities import INTEGER_QUANTITIES, QUANTITIES, is_missing
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.scene.validation.checks import near
 

@@ -1,47 +1,32 @@
-"""One simulated instance over time, as it is stored, measured and drawn.
-
-`Recording` declares once what each array holds, its axes, its unit and how it is made from what a device wrote; files
-and figures take their labels from it.
-"""
+"""One simulated instance over time, as it is stored, measured and drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
-from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.labelled import Labelled, to_dataframe, to_xarray
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.core.pose import multiply, rotate
-from warpmuscle.kernels.recording.recorded import (
-    ACTIVATION,
-    DESIRED_FORCE,
-    EXCITATION,
-    FIBRE_LENGTH,
-    FIBRE_VELOCITY,
-    FORCE,
-    PATH_LENGTH,
-)
-from warpmuscle.results import simbicon
-from warpmuscle.results.quantity import (
-    BEFORE,
-    BESIDE,
-    END_UNLESS,
-    LENGTH,
-    OVER,
-    SPEED,
-    START,
-    Quantity,
-    RawFrames,
-    of_muscles,
-    quantity,
+from warpmuscle.results.quantity import RawFrames
+from warpmuscle.results.recorded_quantities import (
+    INTEGER_QUANTITIES,
+    NAMED,
+    QUANTITIES,
+    UNITS,
+    RecordedQuantities,
+    attributes_of,
+    dimension,
+    empty,
+    has_place,
+    is_missing,
 )
 
 if TYPE_CHECKING:
@@ -49,12 +34,6 @@ if TYPE_CHECKING:
     import xarray
 
     from warpmuscle.scene import Scene
-
-_FRAME = ("frame",)
-_VECTOR = ("frame", "x y z")
-_JOINT_VECTOR = ("frame", "joint", "x y z")
-_JOINT_QUATERNION = ("frame", "joint", "x y z w")
-
 
 INSTEAD = {
     "plot": "wm.plot(recording, 'hip flexion', scene=scene) draws a curve",
@@ -68,8 +47,8 @@ LISTED = 8  # bodies, joints and muscles that a notebook's table names
 
 
 @dataclass(frozen=True, repr=False)
-class Recording:
-    """One instance over F frames, J joints, B bodies and M muscles; `QUANTITIES` lists its arrays.
+class Recording(RecordedQuantities):
+    """The motion of one instance: F frames, J joints, B bodies, M muscles; `QUANTITIES` lists the arrays.
 
     Joints are in breadth-first order from the root; bodies are the root followed by the children of those joints.
     Coordinates and speeds have the names of `topology.coordinate_names`, angles those of `degrees_of_freedom`; what was
@@ -77,110 +56,6 @@ class Recording:
     Raises ArgumentError, a ValueError, if a shape does not fit.
     """
 
-    joint_names: tuple[str, ...]
-    body_names: tuple[str, ...]
-    muscle_names: tuple[str, ...]
-    time: Floats = quantity("s", _FRAME, "simulated time", lambda raw: raw.time)
-    phase: Floats = simbicon.PHASE
-    stance: Integers = simbicon.STANCE
-    state: Integers = simbicon.STATE
-    root_position: Floats = quantity(
-        "m", _VECTOR, "centre of mass of the root body, world", lambda raw: raw["position"][:, 0]
-    )
-    root_orientation: Floats = quantity(
-        "1", ("frame", "x y z w"), "quaternion, root body to world", lambda raw: raw["orientation"][:, 0]
-    )
-    root_velocity: Floats = quantity(
-        "m/s", _VECTOR, "velocity of the root's centre of mass, world", lambda raw: raw.root_velocity
-    )
-    root_angular_velocity: Floats = quantity(
-        "rad/s", _VECTOR, "angular velocity of the root body, world", lambda raw: raw["angular_velocity"][:, 0]
-    )
-    joint_orientation: Floats = quantity(
-        "1", _JOINT_QUATERNION, "quaternion, child body to parent body",
-        lambda raw: multiply(raw.unturned, raw["orientation"][:, 1:]),
-    )  # fmt: skip
-    joint_angular_velocity: Floats = quantity(
-        "rad/s", _JOINT_VECTOR, "of the child relative to the parent, parent's frame",
-        lambda raw: rotate(raw.unturned, raw["angular_velocity"][:, 1:] - raw["angular_velocity"][:, raw.parents]),
-    )  # fmt: skip
-    joint_torque: Floats = quantity(
-        "N m", _JOINT_VECTOR, "torque on the parent over the step, without stops, its negative on the child, world",
-        lambda raw: raw["torque"][:, 1:], OVER,
-    )  # fmt: skip
-    joint_torque_desired: Floats = quantity(
-        "N m", _JOINT_VECTOR, "torque that the controller wanted at the step's start, as joint_torque",
-        lambda raw: raw["desired_torque"][:, 1:],
-    )  # fmt: skip
-    joint_target: Floats = quantity(
-        "1", _JOINT_QUATERNION, "quaternion, target orientation of the controller, or as recorded",
-        lambda raw: raw["target"][:, 1:],
-    )  # fmt: skip
-    com: Floats = quantity("m", _VECTOR, "centre of mass of the whole body, world", lambda raw: raw["com"][:, 0])
-    com_velocity: Floats = quantity(
-        "m/s",
-        _VECTOR,
-        "velocity of the centre of mass of the whole body, world; on a treadmill relative to its belts",
-        lambda raw: raw["com"][:, 1],
-    )
-    foot_force_left: Floats = quantity(
-        "N", _VECTOR, "ground force on the left foot, of the step that ended at this time",
-        lambda raw: raw["foot_force"][:, 0], BEFORE,
-    )  # fmt: skip
-    foot_force_right: Floats = quantity(
-        "N", _VECTOR, "ground force on the right foot, of the step that ended at this time",
-        lambda raw: raw["foot_force"][:, 1], BEFORE,
-    )  # fmt: skip
-    body_position: Floats = quantity(
-        "m", ("frame", "body", "x y z"), "centre of mass of each body, world",
-        lambda raw: raw["position"] + rotate(raw["orientation"], raw.centers),
-    )  # fmt: skip
-    body_orientation: Floats = quantity(
-        "1", ("frame", "body", "x y z w"), "quaternion, body to world", lambda raw: raw["orientation"]
-    )
-    muscle_path_length: Floats = of_muscles("m", PATH_LENGTH, "length of the muscle with its tendon")
-    muscle_fibre_length: Floats = of_muscles("m", FIBRE_LENGTH, "length of the muscle fibre", LENGTH)
-    muscle_fibre_velocity: Floats = of_muscles("m/s", FIBRE_VELOCITY, "lengthening speed of the muscle fibre", SPEED)
-    muscle_desired_force: Floats = of_muscles(
-        "N", DESIRED_FORCE, "force that the controller or the muscle's own excitation asks for"
-    )
-    muscle_excitation: Floats = of_muscles("1", EXCITATION, "excitation that reaches the muscle, after its delay", OVER)
-    muscle_activation: Floats = of_muscles(
-        "1", ACTIVATION, "activation with which the muscle pulls over the step that starts at this time", END_UNLESS
-    )
-    muscle_force: Floats = of_muscles(
-        "N", FORCE, "tension of the muscle, which accelerates the joints at this time", f"{START}, {BESIDE}"
-    )
-    coordinate: Floats = quantity(
-        "rad or m", ("frame", "coordinate"), "coordinates of root and joints, quaternions of balls among them; "
-        "each has its unit in coordinate_units", lambda raw: raw["coordinates"],
-    )  # fmt: skip
-    speed: Floats = quantity(
-        "rad/s or m/s", ("frame", "speed"), "rates of the coordinates; of a root along and about the world, of a ball "
-        "about its child's axes; each has its unit in speed_units", lambda raw: raw["speeds"],
-    )  # fmt: skip
-    joint_angle: Floats = quantity(
-        "rad", ("frame", "joint_angle"), "angles of root and joints by degree of freedom, as an exported .mot has them",
-        lambda raw: np.zeros((len(raw.time), 0)),  # see `degrees_of_freedom.with_joint_angles`
-    )  # fmt: skip
-    controller_value: Floats = quantity(
-        "own", ("frame", "controller_value"), "what a declared controller lets be recorded of its memory, after the "
-        "controller's update at this time; each has its unit in controller_value_units",
-        lambda raw: raw.arrays.get("memory", np.zeros((len(raw.time), 0))),
-    )  # fmt: skip
-    recorded: Floats = quantity(
-        "as recorded_units", ("frame", "recorded"), "what the scene's own quantities say, see `Scene.recorded`; "
-        "each has its unit in recorded_units", lambda raw: raw["own"],
-    )  # fmt: skip
-    coordinate_names: tuple[str, ...] = ()
-    speed_names: tuple[str, ...] = ()
-    joint_angle_names: tuple[str, ...] = ()
-    controller_value_names: tuple[str, ...] = ()
-    recorded_names: tuple[str, ...] = ()
-    coordinate_units: tuple[str, ...] = ()
-    speed_units: tuple[str, ...] = ()
-    controller_value_units: tuple[str, ...] = ()
-    recorded_units: tuple[str, ...] = ()
     _origin: ClassVar[tuple[Callable[[], Scene], ...]] = ()  # what makes the scene that made it; files keep none
 
     def __post_init__(self) -> None:
@@ -256,9 +131,9 @@ class Recording:
         texts: dict[str, Any] = dict(zip(NAMED.values(), every, strict=True))
         for name in QUANTITIES:
             if not has_place(name, texts):
-                present.setdefault(name, _empty(name, texts, len(arrays.get("time", ()))))
+                present.setdefault(name, empty(name, texts, len(arrays.get("time", ()))))
             elif kept is not None and name not in (*kept, "time"):
-                present.setdefault(name, _empty(name, texts, 0))
+                present.setdefault(name, empty(name, texts, 0))
         if kept is None:
             present.setdefault("joint_torque_desired", arrays.get("joint_torque"))
         if missing := [name for name in QUANTITIES if present.get(name) is None]:
@@ -284,7 +159,7 @@ class Recording:
         recorded_names: tuple[str, ...] = (),
         recorded_units: tuple[str, ...] = (),
     ) -> Self:
-        """A recording of what a device wrote."""
+        """Make a recording from the frames that a device wrote."""
         arrays: dict[str, Any] = {name: quantity.of(raw) for name, quantity in QUANTITIES.items()}
         arrays |= {name: arrays[name].astype(np.int32) for name in INTEGER_QUANTITIES}
         return cls(
@@ -301,38 +176,38 @@ class Recording:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Names of the quantities that were not kept: frames have them, and these arrays have no frames."""
+        """Names of the quantities that were not recorded; their arrays have no frames."""
         return tuple(name for name in QUANTITIES if is_missing(self.__dict__[name], len(self.__dict__["time"])))
 
     @property
     def has_targets(self) -> bool:
-        """Whether joints were to move anywhere but to their reference pose."""
+        """Whether the controller had targets other than the reference pose."""
         return bool(np.any(self.joint_target[..., :3]))
 
     def window(self, start: float, end: float = np.inf) -> Recording:
-        """The frames with start <= time <= end, s; these may be infinite. Raises ArgumentError."""
+        """The frames with start <= time <= end, s, either of which may be infinite; raises ArgumentError."""
         start, end = as_number(start, "start", infinite=True), as_number(end, "end", infinite=True)
         chosen = (self.time >= start) & (self.time <= end)
         return self.at(chosen)
 
     def at(self, frames: Any) -> Self:
-        """Some of its frames, by a slice, numbers or a mask."""
+        """The recording restricted to some frames, given by a slice, indices or a mask."""
         gone = self.missing
         there = {name: self[name] for name in QUANTITIES if name not in gone}
         return self.changed(**{name: array[frames] for name, array in there.items() if len(array) == self.frames})
 
     def changed(self, **arrays: NDArray[Any]) -> Self:
-        """The same motion with other arrays in place of some of its own."""
+        """A copy of the recording with some arrays replaced."""
         changes: dict[str, Any] = {**arrays}
         return replace(self, **changes).made_by(self.origin)
 
     @property
     def origin(self) -> Callable[[], Scene] | None:
-        """What makes the scene that made it, without free parameters; None of a recording from a file."""
+        """A function that returns the scene of the recording, without free parameters; None if read from a file."""
         return self._origin[0] if self._origin else None
 
     def made_by(self, origin: Callable[[], Scene] | None) -> Self:
-        """This recording, which from now on knows the scene that made it."""
+        """Attach the scene that made the recording, and return the recording."""
         if origin is not None:
             object.__setattr__(self, "_origin", (origin,))
         return self
@@ -351,7 +226,7 @@ class Recording:
         return to_xarray(time, arrays, {dimension(axis): words for axis, words in self._words().items()})
 
     def to_dataframe(self, quantities: Sequence[str] | None = None) -> pandas.DataFrame:
-        """A `pandas.DataFrame` with a row a frame, by time in s, and columns such as `com.x` and `muscle_force.rSOL`.
+        """A `pandas.DataFrame` indexed by time, s, one row per frame; columns such as `com.x`, `muscle_force.rSOL`.
 
         Args:
             quantities: names of those that are wanted; all by default.
@@ -384,55 +259,3 @@ class Recording:
         if not isinstance(body, str) or body not in self.body_names:
             raise ArgumentError(f"no body is called {in_words(body)}; there are {', '.join(self.body_names)}")
         return self.body_position[:, self.body_names.index(body)]
-
-
-COUNTED = ("joint", "body", "muscle", "coordinate", "speed", "joint_angle", "controller_value", "recorded")  # axes
-NAMED = {axis: f"{axis}_names" for axis in COUNTED}
-UNITS = {  # of axes whose members have units of their own
-    axis: f"{axis}_units" for axis in ("coordinate", "speed", "controller_value", "recorded")
-}
-_DECLARED = [one for one in fields(Recording) if one.metadata]
-QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
-
-
-def quantities_of(axis: str) -> tuple[str, ...]:
-    """Names of the quantities that are along an axis."""
-    return tuple(name for name, quantity in QUANTITIES.items() if axis in quantity.axes)
-
-
-MUSCLE_QUANTITIES = quantities_of("muscle")
-INTEGER_QUANTITIES = tuple(one.name for one in _DECLARED if one.type == "Integers")
-
-
-def is_missing(array: NDArray[Any], frames: int) -> bool:
-    """Whether the array of a quantity was not kept, in a recording of so many frames."""
-    return len(array) < frames and 0 not in array.shape[1:]
-
-
-def attributes_of(name: str) -> dict[str, str]:
-    """What tables and files say of a quantity."""
-    about = QUANTITIES[name]
-    return {"units": about.units, "description": about.description, "at": about.at}
-
-
-def has_place(name: str, texts: Mapping[str, Sequence[str]]) -> bool:
-    """Whether motions with these names along their axes, by name of the field, have any numbers of a quantity."""
-    return all(texts[NAMED[axis]] for axis in QUANTITIES[name].axes if axis in NAMED)
-
-
-def _empty(name: str, texts: Mapping[str, Sequence[str]], frames: int) -> NDArray[Any]:
-    """The array of a quantity over no frames, or over some where it has no place."""
-    sizes = (len(texts[NAMED[axis]] if axis in NAMED else axis.split()) for axis in QUANTITIES[name].axes[1:])
-    shape = (frames, *sizes)
-    return np.zeros(shape, np.int32 if name in INTEGER_QUANTITIES else np.float64)
-
-
-def dimension(axis: str) -> str:
-    """Name of what stands along an axis, in files and tables: `time`, `muscle_names`, or `xyz`."""
-    return NAMED.get(axis, "time" if axis == "frame" else axis.replace(" ", ""))
-
-
-def label(name: str) -> str:
-    """Axis label of a quantity, such as `root velocity (m/s)`."""
-    unit = QUANTITIES[name].units
-    return name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")

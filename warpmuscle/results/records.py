@@ -197,7 +197,7 @@ class Fit:
 
 @dataclass(frozen=True, repr=False)
 class Result:
-    """All that a run leaves behind; evaluations, best and searched are None for a run that searched nothing."""
+    """The contents of a result file; evaluations, best and searched are None where nothing was searched."""
 
     scene: str  # TOML text
     device: str
@@ -237,7 +237,7 @@ class Result:
         return html_table(("result", ""), [row for row in rows if row[1]])
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A `pandas.DataFrame` with a row a candidate of a search.
+        """A `pandas.DataFrame` with one row per candidate.
 
         Columns are `status` in words, `cost`, `end_time` in s, `search`, `generation`, `stage`, `term.` and the name
         of each term of the objective, unweighted, and each parameter by its path in the scene, in its unit.

@@ -24,7 +24,7 @@ The layout is a contract with readers in other languages; `docs/reference/files.
 - `/curve/{iteration, wall_time, decisions, ...}`: (R,), how the policy was learnt, see `learned.CURVE`
 - `/training`: the options of the training as attributes, `ended`
 - `/training/ancestors/{file, seed, decisions, command}`: (A,), what the policy was learnt from, nearest first
-- `/replay/<k>/...`: motion, see `warpmuscle.results.recording.QUANTITIES`; `name` is an attribute if there are several
+- `/replay/<k>/...`: motion, see `recorded_quantities.QUANTITIES`; `name` is an attribute if there are several
 - `/replay/...` of several motions of one body: arrays (instance, time, ...), see `warpmuscle.results.motion_layout`;
   its attribute `quantities` names those that were kept, if not all were
 
@@ -48,7 +48,7 @@ import h5py
 import numpy as np
 
 from warpmuscle.core import hdf5
-from warpmuscle.core.arguments import as_kind, as_path, as_text, as_truth, as_whole
+from warpmuscle.core.arguments import as_integer, as_kind, as_path, as_text, as_truth
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import replace_file
@@ -146,7 +146,7 @@ def read(path: str | Path, run: str | None = None, *, replay: int | None = None)
     if run is not None:
         as_text(run, "run", error=ResultError)
     with opened(file, run) as group:
-        result = load(group, None if replay is None else as_whole(replay, "replay", 0))
+        result = load(group, None if replay is None else as_integer(replay, "replay", 0))
         check_result(result)
         return result
 
@@ -160,7 +160,7 @@ def glance(path: str | Path) -> tuple[str, Floats, Integers, Integers]:
     with opened_file(Path(path)) as whole:
         file = _of_run(Path(path), whole, None)
         group = hdf5.member(file, "evaluations")
-        columns = [hdf5.own_array(group, name) for name in ("cost", "generation", "stage")]
+        columns = [hdf5.checked_array(group, name) for name in ("cost", "generation", "stage")]
         for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
             check_column(name, column, np.size(columns[0]))
         return str(hdf5.attribute(hdf5.member(file, "searches"), "ended")), columns[0], columns[1], columns[2]
@@ -197,7 +197,7 @@ def opened(path: Path, run: str | None = None) -> Iterator[Any]:
             hdf5.check_contents(group)
             yield group
             return
-        content = hdf5.own_array(group.parent, group.name.rpartition("/")[2])
+        content = hdf5.checked_array(group.parent, group.name.rpartition("/")[2])
     with _opened_bytes(path, run, content) as inner:
         own = _of_run(path, inner, None)
         hdf5.check_contents(own)

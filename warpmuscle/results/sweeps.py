@@ -51,7 +51,7 @@ class SweepColumn:
 
 @dataclass(frozen=True, repr=False)
 class Sweep:
-    """What a sweep of R runs has come to.
+    """Table of the results of a sweep of R runs.
 
     Attributes:
         path: of its file, which runs and candidates are read from when they are asked for.
@@ -86,14 +86,14 @@ class Sweep:
 
     @property
     def best(self) -> str | None:
-        """Name of the run with the least cost, or the greatest return; None if there is none."""
+        """Name of the run with the lowest cost, or of the training with the highest return; None if there is none."""
         sign, name = (-1.0, "gain") if "gain" in self.columns else (1.0, "best_cost")
         costs = sign * self.columns[name].values
         costs = np.where(np.isnan(costs), np.inf, costs)
         return self.runs[int(np.argmin(costs))] if len(costs) and np.isfinite(costs.min()) else None
 
     def to_dataframe(self, candidates: bool = False) -> pandas.DataFrame:
-        """A `pandas.DataFrame` with a row a run, by its name: axes, what became of it, and its best candidate.
+        """A `pandas.DataFrame` with one row per run: its name, axes, outcome and best candidate.
 
         Parameters are columns by their path in the scene, terms `term.` and their name.
 
@@ -339,7 +339,7 @@ def _with_best(
     names = [_texts(hdf5.member(group, "parameters"), "name") for group in groups]
     if len(set(names)) > 1:
         return dict(columns), {}, ()
-    rows = [hdf5.own_array(hdf5.member(group, "best"), "params") for group in groups]
+    rows = [hdf5.checked_array(hdf5.member(group, "best"), "params") for group in groups]
     best = SweepColumn(np.array(rows), "see parameter_unit", "parameters of the best candidate")
     units = _texts(hdf5.member(groups[0], "parameters"), "unit")
     return {**columns, "best_params": best}, {"parameter": names[0]}, units
@@ -363,7 +363,7 @@ def _candidates(file: Any, runs: Sequence[str]) -> dict[str, SweepColumn]:
     found = {"run": _column(whole, "run")} if "run" in names else {}
     for name in names:
         if name != "run" and name != "terms":
-            parts = [hdf5.own_array(group, name) for group in groups]
+            parts = [hdf5.checked_array(group, name) for group in groups]
             attributes = {key: str(whole[name].attrs.get(key, "")) for key in ("units", "description")}
             found[name] = SweepColumn(np.concatenate(parts), **attributes)
     return found

@@ -15,7 +15,7 @@ SIMBICON = "simbicon"
 EVERY_OTHER = "others"  # name of all that have no values of their own
 
 
-def own_value(table: Mapping[str, Mapping[str, Number]], name: str, parameter: str) -> Number | None:
+def declared_value(table: Mapping[str, Mapping[str, Number]], name: str, parameter: str) -> Number | None:
     """The value that a joint, body or muscle has of a parameter, or that every other one has; None if there is none."""
     return table.get(name, {}).get(parameter, table.get(EVERY_OTHER, {}).get(parameter))
 

@@ -181,17 +181,10 @@ def norm_table(scene: Scene, names: Topology, own: Floats | None = None) -> tupl
         Mean angles (BINS, bodies) of each body's joint in half-widths; (bodies,) half-widths per rad of a turn about x,
         0 for joints without a norm; and (bodies,) the leg that the body's joint belongs to, 0 left, 1 right.
     """
-    assert scene.feet is not None
     bands = (RUNNING if scene.objective.gait == "run" else WALKING)[0].angles
-    bodies = len(names.bodies)
-    table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
-    for side in range(len(scene.feet)):
-        for k, (title, sign, joint) in enumerate(zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True)):
-            body, band = names.body_of_joint(joint), bands[title]
-            half_width = float(band.sd(PERCENT_OF_BIN).mean())
-            table[:, body] = (band.mean(PERCENT_OF_BIN) if own is None else own[side, k]) / half_width
-            scale[body] = np.degrees(sign) / half_width
-            sides[body] = side
+    table, scale, sides = _table_of_legs(
+        scene, names, {title: bands[title] for title in LEG_ANGLES}, own, float(np.degrees(1.0))
+    )
     return table, scale, sides
 
 
@@ -208,13 +201,26 @@ def moment_table(scene: Scene, names: Topology, own: Floats | None = None) -> tu
         Mean moments (BINS, bodies) about each body's joint in the mean standard deviation over the cycle; and (bodies,)
         standard deviations per N m/kg about the parent's x axis on the child, 0 for joints without a norm.
     """
+    table, scale, _ = _table_of_legs(scene, names, {title: SEARCHED_MOMENTS[title] for title in LEG_MOMENTS}, own)
+    return table, scale
+
+
+def _table_of_legs(
+    scene: Scene, names: Topology, norms: Mapping[str, Band], own: Floats | None, unit: float = 1.0
+) -> tuple[Floats, Floats, Integers]:
+    """Means (BINS, bodies) of both legs over their norms' mean spread, 1/spread with its sign, and legs (bodies,).
+
+    Args:
+        norms: of hip, knee and ankle. own: (2, 3, BINS), in place of the norms' means.
+        unit: of the norms in one of what is compared with them.
+    """
     assert scene.feet is not None
     bodies = len(names.bodies)
-    table, scale = np.zeros((BINS, bodies)), np.zeros(bodies)
+    table, scale, sides = np.zeros((BINS, bodies)), np.zeros(bodies), np.zeros(bodies, dtype=np.int32)
     for side in range(len(scene.feet)):
-        for k, (title, sign, joint) in enumerate(zip(LEG_MOMENTS, FLEXION, leg_joints(scene, side), strict=True)):
-            body, band = names.body_of_joint(joint), SEARCHED_MOMENTS[title]
-            deviation = float(band.sd(PERCENT_OF_BIN).mean())
-            table[:, body] = (band.mean(PERCENT_OF_BIN) if own is None else own[side, k]) / deviation
-            scale[body] = sign / deviation
-    return table, scale
+        for k, (norm, sign, joint) in enumerate(zip(norms.values(), FLEXION, leg_joints(scene, side), strict=True)):
+            body, spread = names.body_of_joint(joint), float(norm.sd(PERCENT_OF_BIN).mean())
+            table[:, body] = (norm.mean(PERCENT_OF_BIN) if own is None else own[side, k]) / spread
+            scale[body] = unit * sign / spread
+            sides[body] = side
+    return table, scale, sides

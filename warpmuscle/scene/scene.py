@@ -230,7 +230,7 @@ INSTEAD = {
 
 
 class Scene(Part):
-    """A complete experiment."""
+    """A complete simulation experiment: character, muscles, controller, ground, objective and initial state."""
 
     name: str
     character: Character
@@ -268,7 +268,7 @@ class Scene(Part):
 
     @property
     def feet(self) -> tuple[str, str] | None:
-        """Left and right foot of the character; None if it walks on nothing."""
+        """Bodies of the left and the right foot; None for a character without feet."""
         if self.character.feet is not None or self.simbicon is None:
             return self.character.feet
         return self.simbicon.feet
@@ -280,17 +280,17 @@ class Scene(Part):
 
     @property
     def heading(self) -> Number:
-        """Heading that the body is to keep, rad, turned to the left from z: that which its controller has, or 0."""
+        """Heading that the body should keep, rad, counterclockwise from z seen from above: the controller's, or 0."""
         return 0.0 if self.simbicon is None else self.simbicon.desired_heading
 
     @property
     def turns_from_start(self) -> bool:
-        """Whether the body turns from the heading at its start, since nothing makes it take another one."""
+        """Whether headings are relative to the initial one, because the controller does not control the heading."""
         return self.simbicon is not None and not self.simbicon.heading_control
 
     @property
     def pairs(self) -> dict[str, tuple[str, str]]:
-        """Joints, left and right, that belong together, by a name for both."""
+        """Pairs of left and right joints, by the name of the pair."""
         return {} if self.simbicon is None else self.simbicon.pairs
 
     if not TYPE_CHECKING:

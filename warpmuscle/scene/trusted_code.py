@@ -77,7 +77,7 @@ def check_entries(scene: Scene) -> None:
 
 
 def trust(scene: Scene, folder: str | PathLike[str] | None = None) -> None:
-    """Let what a scene names run from now on.
+    """Allow the code that a scene names to run in this process.
 
     Args:
         folder: where its modules are looked for, besides Python's own places and the current folder.

@@ -66,7 +66,7 @@ STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 @dataclass(frozen=True, repr=False)
 class Run:
-    """A scene that was simulated once, its motion, and how it ended; see `simulate`."""
+    """One simulation of a scene: its motion and how it ended; see `simulate`."""
 
     scene: Scene  # without free parameters, as it was simulated
     recording: Recording
@@ -79,7 +79,7 @@ class Run:
 
     @property
     def gait(self) -> Gait | None:
-        """How the body walks; None without feet."""
+        """Measures of the gait; None for a character without feet."""
         if self.scene.feet is None or not self.recording.frames:
             return None
         return measure(self.recording, self.scene)
@@ -110,7 +110,7 @@ class Run:
         return plot(self.result, what, None if path is None else as_path(path, "path"))
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write scene and motion to an HDF5 file (`.h5`), or the motion as the ending of the name says.
+        """Write scene and motion to an HDF5 file (`.h5`), or the motion in the format of the file's suffix.
 
         That is a page (`.html`), a table (`.mot`, `.sto`, `.csv`; see `warpmuscle export`), or a film (`.mp4`, `.gif`).
 

@@ -58,7 +58,7 @@ class Batch(Protocol):
 
     @property
     def devices(self) -> list[Any]:
-        """The single devices that instances are on."""
+        """The devices that hold the instances."""
         return [self.device]
 
     @property
@@ -79,7 +79,7 @@ class Batch(Protocol):
 
     @property
     def instance_bytes(self) -> InstanceBytes:
-        """Memory on the device that every further instance takes."""
+        """Bytes of device memory per additional instance."""
 
     @property
     def recording_bytes(self) -> int:
@@ -276,7 +276,7 @@ class Batch(Protocol):
 
     @property
     def time(self) -> float:
-        """Simulated time that the batch has come to since all of it last started, s."""
+        """Simulated time since the last start of all instances, s."""
         return self.steps_done * self.scene.time_step
 
     @property
@@ -285,7 +285,7 @@ class Batch(Protocol):
         return int(np.isin(self.status(), (Status.RUNNING, Status.COMPLETED)).sum())
 
     def status_names(self) -> tuple[str, ...]:
-        """The status of every instance in words, such as `completed` and `fell`."""
+        """Status of every instance as a word, such as `completed` or `fell`."""
         return words(self.status())
 
     def __enter__(self) -> Self:
@@ -296,7 +296,7 @@ class Batch(Protocol):
         self.close()
 
     def close(self) -> None:
-        """Free its memory on the device; whatever is asked of it then is a RolloutError."""
+        """Free the memory on the device; any later use raises RolloutError."""
         vars(self).clear()
 
     def _repr_html_(self) -> str:

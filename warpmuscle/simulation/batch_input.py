@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from warpmuscle.core.arguments import as_array, as_number, as_whole, in_words
+from warpmuscle.core.arguments import as_array, as_integer, as_number, in_words
 from warpmuscle.core.array_interop import is_array, mask_of
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
@@ -27,7 +27,7 @@ CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances sti
 
 def positive(value: int, what: str) -> int:
     """A positive whole number; RolloutError if it is none."""
-    number = as_whole(value, what, error=RolloutError)
+    number = as_integer(value, what, error=RolloutError)
     if number > MOST:
         raise RolloutError(f"{what} must be {MOST} at most, not {in_words(value)}")
     return number
@@ -37,7 +37,7 @@ def checked_threads(threads: int | None) -> int:
     """CPU threads as asked for, or one a core; RolloutError if there cannot be so many."""
     if threads is None:
         return os.cpu_count() or 1
-    count = as_whole(threads, "threads", error=RolloutError)
+    count = as_integer(threads, "threads", error=RolloutError)
     check_size("threads", count, RolloutError)
     return count
 
@@ -46,7 +46,7 @@ def chosen(record: Sequence[int], instances: int) -> list[int]:
     """Instances to record, each once; RolloutError if there is no such instance."""
     if isinstance(record, str | bytes | dict) or not isinstance(record, Iterable):
         raise RolloutError(f"record must be a list of instances' numbers, not {in_words(record)}")
-    numbers = [as_whole(i, "a number in record", -(2**63), error=RolloutError) for i in record]
+    numbers = [as_integer(i, "a number in record", -(2**63), error=RolloutError) for i in record]
     wrong = [i for i in numbers if not 0 <= i < instances]
     if wrong:
         raise RolloutError(f"record: cannot record instance {wrong[0]} of {instances}")
@@ -92,7 +92,7 @@ def root_noise(scene: Scene, instances: int, deviation: float, seed: int) -> Flo
     """Noise for the linear speeds of the root, m/s: a row an instance, or one row of zeros if there is none."""
     linear = len(root_type(scene.character).moving)
     deviation = as_number(deviation, "velocity_noise", least=0.0, error=RolloutError)
-    seed = as_whole(seed, "seed", 0, error=RolloutError)
+    seed = as_integer(seed, "seed", 0, error=RolloutError)
     if not deviation:
         return np.zeros((1, linear))
     return np.random.default_rng(seed).normal(0.0, deviation, (instances, linear))

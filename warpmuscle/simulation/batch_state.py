@@ -139,7 +139,7 @@ class BatchState:
             self.running = self.running[goes_on]
 
     def complete(self) -> None:
-        """Those that have come to the end of the simulation have completed it."""
+        """Mark the instances that have reached the end of the simulation as completed."""
         status = self.state.status.numpy()
         ended = self.steps_done - self.begun >= self.steps
         status[(status == Status.RUNNING) & ended] = Status.COMPLETED
@@ -151,7 +151,7 @@ class BatchState:
         return [*arrays_of(self.state), *self.extensions.memories]
 
     def snapshot(self) -> Snapshot:
-        """Where all instances stand now, for `restore`."""
+        """The present state of all instances, for `restore`."""
         arrays = [wp.clone(array) for array in self._changing()]
         return Snapshot(arrays, self.steps_done, self.begun.copy(), self.running.copy())
 

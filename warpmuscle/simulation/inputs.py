@@ -184,9 +184,9 @@ class Inputs:
     def _one_knot(self) -> Fields:
         """Excitations of one knot a muscle, which stands in the muscle's column of what comes from outside."""
         first = np.array([self._simulated])
-        spans = structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + 1}, self._device)
+        spans = structs_to_device(structs.TimedExcitation, {"first_knot": first, "end_knot": first + 1}, self._device)
         time = wp.zeros((1, len(self.muscle_names)), dtype=float, device=self._device)
-        return {"muscles.own": spans, "muscles.knot_time": time}
+        return {"muscles.timed": spans, "muscles.knot_time": time}
 
 
 def checked_disturbances(disturbances: Perturbations, instances: int) -> Perturbations:
@@ -221,7 +221,7 @@ def excitation_arrays(
     count = len(simulated)
     first = np.arange(count)[None] * len(t)
     return {
-        "own": structs_to_device(structs.OwnExcitation, {"first_knot": first, "end_knot": first + len(t)}, device),
+        "timed": structs_to_device(structs.TimedExcitation, {"first_knot": first, "end_knot": first + len(t)}, device),
         "knot_time": to_device(np.tile(t, count)[None], float, device),
         "knot_value": to_device(of_simulated.reshape(len(v), -1), float, device),
     }

@@ -6,7 +6,7 @@ from contextlib import suppress
 from threading import Thread
 from typing import Any
 
-from warpmuscle.core.arguments import as_whole
+from warpmuscle.core.arguments import as_integer
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.memory.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
@@ -92,7 +92,7 @@ def kernel_config(
         RolloutError: an impossible number of lanes, or the character is too large for them, or for a GPU.
     """
     if lanes is not None:
-        as_whole(lanes, "lanes", 1, WARP, error=RolloutError)
+        as_integer(lanes, "lanes", 1, WARP, error=RolloutError)
     capacity = capacity_of(len(structure.names.bodies))
     kind = StepKind(
         compiled_kind(scene, structure.names, structure.actuation, capacity, lean=not device.is_cpu),

@@ -18,6 +18,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import free_memory
 from warpmuscle.simulation.extensions import Extensions
 
+FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 USABLE = 0.95  # of the free memory; kernels and the list of running instances need some of it
 GIB = 1024.0**3
 

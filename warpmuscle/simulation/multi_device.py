@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike
 
-from warpmuscle.core.arguments import as_array, as_text, as_texts, as_whole, check_function
+from warpmuscle.core.arguments import as_array, as_integer, as_text, as_texts, check_function
 from warpmuscle.core.array_interop import host_array
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import RolloutError
@@ -52,7 +52,7 @@ def make_rollout(
     lanes: int | None = None,
     trust: bool = False,
 ) -> Batch:
-    """A batch on one device, or shared out over several; both are used alike and give the same bits.
+    """Make a batch on one device or split over several; both have the same interface and give the same bits.
 
     Args:
         device: as for `Rollout`, or "cuda:all", or several such as "cuda:0,cuda:2".
@@ -74,7 +74,7 @@ def make_rollout(
 
 
 class MultiDeviceRollout(Batch):
-    """A batch over several devices of one kind, each of which has an even share of the instances, one behind the other.
+    """A batch split evenly over several devices of one kind, in the order of its instances.
 
     It gives the same bits as a `Rollout`. Arrays on the device are those of its shares.
 
@@ -245,7 +245,7 @@ class MultiDeviceRollout(Batch):
 
     @property
     def steps_done(self) -> int:
-        """Steps that the batch has come to; a share whose instances have all failed goes no further."""
+        """Steps done so far; a device whose instances have all failed goes no further."""
         running = [rollout.steps_done for rollout in self.rollouts if rollout.running]
         return min(running) if running else max(rollout.steps_done for rollout in self.rollouts)
 
@@ -266,7 +266,7 @@ class MultiDeviceRollout(Batch):
         return {name: np.concatenate([terms[name] for terms in every]) for name in every[0]}
 
     def parts(self, instance: int = 0) -> dict[str, Parts]:
-        instance = as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError)
+        instance = as_integer(instance, "instance", 0, self.instances - 1, error=RolloutError)
         rollout, number = self._place(instance)
         return rollout.parts(number)
 
@@ -278,7 +278,7 @@ class MultiDeviceRollout(Batch):
         if instance is None and self._recorded:
             instance = self._recorded[0]
         if instance is not None:
-            instance = as_whole(instance, "instance", 0, error=RolloutError)
+            instance = as_integer(instance, "instance", 0, error=RolloutError)
         if instance is None or instance not in self._recorded:
             which = "nothing was" if instance is None else f"instance {instance} was not"
             raise RolloutError(f"{which} recorded: name it in record=[{instance or 0}]")

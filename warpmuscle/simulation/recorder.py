@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpmuscle.core.arguments import as_texts, as_whole
+from warpmuscle.core.arguments import as_integer, as_texts
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import put, rows
 from warpmuscle.core.errors import RolloutError
@@ -23,7 +23,8 @@ from warpmuscle.model.controllers.table import recorded_places
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.degrees_of_freedom import with_angles_of_all, with_joint_angles
 from warpmuscle.results.quantity import RawFrames
-from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.topology import coordinate_names, coordinate_units
@@ -55,7 +56,7 @@ SIZES: dict[str, tuple[int | str, ...]] = {  # of what a frame has of each array
     "coordinates": ("coordinates",),
     "speeds": ("speeds",),
     "muscle": (MUSCLE_PLACES, "muscles"),
-    "own": ("own",),
+    "custom": ("custom",),
 }
 DTYPES = {place: dtype_at(place) for place in SIZES}
 FEW_BYTES = 2**28  # of recorded motion, for which there always is memory
@@ -83,7 +84,7 @@ def shapes(structure: Structure) -> dict[str, tuple[int, ...]]:
     names, muscles = structure.names, structure.actuation.muscles
     sizes = {"bodies": len(names.bodies), "coordinates": names.coordinates, "speeds": names.speeds}
     sizes["muscles"], sizes["recorded"] = max(len(muscles), 1), len(structure.controller.custom.recorded)
-    sizes["own"] = len(structure.recorded_names)
+    sizes["custom"] = len(structure.recorded_names)
     return {
         name: tuple(sizes[size] if isinstance(size, str) else size for size in shape) for name, shape in SIZES.items()
     }
@@ -151,12 +152,12 @@ class Recorder:
         self.record.every = every if chosen else 0
         lead = (len(chosen), -(-steps // every)) if chosen else (1, 1)
         self._recorded = structure.controller.custom.recorded
-        asked = [n for n in SIZES if kind.whole or n in MOTION or (n == "muscle" and kind.muscles)]
+        asked = [n for n in SIZES if kind.complete or n in MOTION or (n == "muscle" and kind.muscles)]
         self._kept = [n for n in asked if is_written(n, structure)]
         for name, shape in shapes(structure).items():
             room = lead if name in self._kept else (0, 0)
             put(self.record, name, wp.zeros((*room, *shape), dtype=DTYPES[name], device=device))
-        rows_of_step = (lead[0] if kind.whole else 0, len(self.names.bodies))
+        rows_of_step = (lead[0] if kind.complete else 0, len(self.names.bodies))
         self.record.stiffness = wp.zeros(rows_of_step, dtype=symmetric, device=device)
 
     def clear(self) -> None:
@@ -195,7 +196,7 @@ class Recorder:
         if instance is None and self.chosen:
             return self.chosen[0]
         if instance is not None:
-            instance = as_whole(instance, "instance", 0, error=RolloutError)
+            instance = as_integer(instance, "instance", 0, error=RolloutError)
         if instance is None or instance not in self.chosen:
             which = "nothing was" if instance is None else f"instance {instance} was not"
             raise RolloutError(f"{which} recorded: name it in Rollout(..., record=[{instance or 0}])")
@@ -212,7 +213,7 @@ class Recorder:
 
     def _motion(self, scene: Scene, instance: int, steps: int, start: float) -> Recording:
         """A motion without its angles by name."""
-        if not self.kind.whole:
+        if not self.kind.complete:
             raise RolloutError("only some quantities were recorded: take them from `Rollout.recorded`")
         names, capacity = self.names, self.record.coordinates.shape[1]
         count = min(-(-steps // self.every), capacity)
@@ -239,7 +240,7 @@ class Recorder:
         for name, array in arrays.items():  # of a character without joints that move
             if not array.size and array.shape[:2] > (row, 0):
                 kept[name] = array.numpy()[row, first:count].astype(float)
-        return {"own": np.zeros((count - first, 0))} | kept
+        return {"custom": np.zeros((count - first, 0))} | kept
 
     def _centers(self, scene: Scene, instance: int) -> Floats:
         """Centres of mass from the joints, body axes, (bodies, 3), m."""

@@ -7,66 +7,59 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import msgspec
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_kind, as_number, as_truth, check_function
+from warpmuscle.core.arguments import as_kind, as_number, check_function
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import times_repeated
-from warpmuscle.core.errors import Error, RolloutError
+from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.recording.record import NOTHING
-from warpmuscle.model.build import Fields, ModelInputs, build_model, parts_of, replaced, update_model, with_fields
+from warpmuscle.model.build import Fields, ModelInputs, build_model, parts_of, replaced, with_fields
 from warpmuscle.model.controllers.program import has_program
 from warpmuscle.model.parts import check_custom, recorded_functions
 from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_parameters, known_numbers, start_values, substitute
+from warpmuscle.scene.parameters import Parameter, free_parameters, known_numbers, start_values
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.simulation import memory
 from warpmuscle.simulation.batch_input import (
     checked_threads,
-    checked_values,
     chosen,
     chunk_steps,
     end_step,
-    in_silence,
-    named_values,
     noise_and_mask,
     positive,
 )
 from warpmuscle.simulation.batch_state import BatchState, Snapshot
-from warpmuscle.simulation.commands import Course, checked_commands, levelled, place_of_root, turned_below
+from warpmuscle.simulation.commands import Course
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.launcher import Launcher, kernel_config
-from warpmuscle.simulation.memory import check_memory, struct_bytes
-from warpmuscle.simulation.perturbations import Perturbations, with_bodies
 from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
-from warpmuscle.simulation.rollout_results import RolloutResults
+from warpmuscle.simulation.rollout_settings import RolloutSettings
 from warpmuscle.simulation.stepper import Stepper
 from warpmuscle.simulation.terrain_starts import TerrainStarts
 
 if TYPE_CHECKING:
     from warpmuscle.simulation.program.step_program import StepProgram
 
-FEW = 8192  # instances, some 0.3 GiB, for which there always is memory, so that nobody has to find out about it
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
 MOST = 0.95  # of the instances
 
 
-class Rollout(RolloutResults):
+class Rollout(RolloutSettings):
     """Independent simulations of one scene, each with its own parameters, stepped together on one device.
 
-    Instances that fail stop; the others go on undisturbed. The same parameters give the same bits on the same kind of
-    device whatever the number of instances, the instance's place among them, or the number of CPU threads.
+    Instances that fail stop; the others continue unaffected. Equal parameters give equal bits on the same kind of
+    device, whatever the number of instances, the index of the instance or the number of CPU threads.
 
     Example:
         rollout = Rollout(load("fwalk"), instances=100)
@@ -108,7 +101,7 @@ class Rollout(RolloutResults):
             record: instances whose motion is kept.
             record_rate: frames per second of simulated time.
             quantities: what is kept of them, for `recorded`: "coordinates", "speeds" and names of muscle quantities
-                (see `recording.QUANTITIES`); by default everything, for `recording`.
+                (see `recorded_quantities.QUANTITIES`); by default everything, for `recording`.
             threads: CPU threads, by default one a core; without effect on a GPU.
             lanes: GPU threads that share an instance, by default 8 to 32; without effect on the CPU.
             trust: let code run that the scene names; not needed where `load` was told so.
@@ -132,12 +125,12 @@ class Rollout(RolloutResults):
         recorded, asked = chosen(record, self.instances), record_kind(quantities)
         # On a GPU, code that is not there saves time; elsewhere one kernel for all saves compiling another.
         kind = asked if recorded or self.device.is_cpu else NOTHING
-        if kind.whole:
-            kind = kind._replace(own=recorded_functions(structure.parts, scene.character))
+        if kind.complete:
+            kind = kind._replace(custom=recorded_functions(structure.parts, scene.character))
         config = kernel_config(scene, structure, self.instances, self.device, lanes, kind)
         self.steps, self.lanes, self.block_dim = round(scene.duration / scene.time_step), config.lanes, config.block_dim
-        if self.instances > FEW:
-            check_memory(self.instances, self.instance_bytes.state, self.device)
+        if self.instances > memory.FEW:
+            memory.check_memory(self.instances, self.instance_bytes.state, self.device)
         self.side_by_side = config.several_warps
         self.state = state_struct(scene, structure, self.instances, self.device, self.side_by_side)
         self._extensions = Extensions(structure, self.instances, self.device)
@@ -168,150 +161,11 @@ class Rollout(RolloutResults):
             self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device)
         self.reset()
 
-    @property
-    def numeric(self) -> Scene:
-        if self._numeric is None:  # nobody has asked since parameters were set
-            self._numeric = self._substituted(self._values)
-        return self._numeric
-
-    @numeric.setter
-    def numeric(self, scene: Scene) -> None:
-        self._numeric = self._few = scene
-
     def _record(self, scene: Scene) -> Recording:
         """The motion of one simulation of another scene on this device."""
         rollout = Rollout(scene, 1, str(self.device), record=[0], record_rate=200.0)
         rollout.run()
         return rollout.recording()
-
-    @in_silence
-    def change(self, numeric: Scene) -> None:
-        """Go on from where the batch stands with other numbers; what starts count with the next `reset`.
-
-        Args:
-            numeric: the batch's scene with numbers in place of its free parameters (see `parameters.substitute`).
-        """
-        self.model = build_model(numeric, self.structure, self.device, self._inputs.of_model)
-        self._extensions.use(numeric)
-        self._inputs.use(numeric)
-        self.numeric = numeric
-
-    def change_controller(self, numeric: Scene) -> None:
-        """Go on with other numbers of the controller, which are all that differs from the present ones."""
-        self.change_parts(numeric, ["controller"])
-
-    @in_silence
-    def change_parts(self, numeric: Scene, parts: Sequence[str]) -> None:
-        """Go on with other numbers of these parts of the model, see `model.build.update_model`; no others differ."""
-        self.numeric = numeric
-        for part in parts:
-            self._update(part)
-        if "controller" in parts:
-            self._extensions.use_controller(numeric)
-
-    def change_forces(self, numeric: Scene) -> None:
-        """Go on with other numbers of the scene's forces, which are all that differs from the present ones."""
-        self.numeric = numeric
-        self._extensions.use(numeric)
-
-    def _update(self, part: str) -> None:
-        """Let a part of the model have what the batch is told now."""
-        update_model(self.model, [part], self.numeric, self.structure, self.device, self._inputs.of_model)
-
-    def _substituted(self, values: Floats) -> Scene:
-        """The scene with values of its parameters, as commanded, with masses and strengths of disturbed instances."""
-        return with_bodies(substitute(self.scene, values, self._commands, self._known), self._inputs.disturbances)
-
-    def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
-        if isinstance(values, Mapping):
-            values = named_values(values, self.parameters, self._values, self.instances)
-        array = checked_values(values, self.instances, len(self.parameters))
-        if array.ndim == 2 and self.instances > FEW:
-            held = struct_bytes(self.state, self.model, self._extensions.struct)
-            check_memory(self.instances, self.instance_bytes.total, self.device, held)
-        before = self._numeric, self._few
-        try:
-            if self._following is not None:
-                self._follow(array, self._following)
-            else:
-                self.model = structs.Model()  # so that its memory is free for the new one
-                self.change(self._substituted(array))
-            self._values = array
-        except Error:
-            self._numeric, self._few = before
-            self.change(self.numeric)
-            raise
-        finally:
-            self.reset()
-
-    @in_silence
-    def _follow(self, array: Floats, parts: Sequence[str]) -> None:
-        """Take values of parameters that appear in these parts alone; those of neighbours may be the same."""
-        disturbed = self._inputs.disturbances
-        alike = array.ndim == 2 and not self._commands and not self._extensions.of_controller
-        times = times_repeated(array) if alike and disturbed.mass is None and disturbed.strength is None else 1
-        few = self._substituted(array[::times] if times > 1 else array)
-        self._numeric, self._few = None if times > 1 else few, few
-        each = len(array) // times, times
-        update_model(self.model, parts, few, self.structure, self.device, self._inputs.of_model, each)
-        if "controller" in parts:
-            self._extensions.use_controller(few)
-
-    def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
-        checked = checked_commands(commands, self.scene, self.instances)
-        as_truth(restart, "restart", error=RolloutError)
-        self._course.leave(checked)
-        self._command(checked, restart)
-
-    def _command(self, checked: Mapping[str, Floats], restart: bool) -> None:
-        before = self.numeric
-        self._commands = {**self._commands, **checked}
-        numeric = self._substituted(self._values)
-        if restart:
-            self.change(numeric)
-            self.reset()
-        else:
-            place = place_of_root(self.coordinate_names, self.state.coordinates.numpy())
-            ground = turned_below(before.ground, numeric.ground, place)
-            self._ground_turned = ground is not numeric.ground
-            self.change(msgspec.structs.replace(numeric, ground=ground))
-
-    def _level_ground(self, mask: NDArray[np.bool_] | None) -> None:
-        """Put the ground back to where the scene has it, below instances that start again, by default all."""
-        ground, numeric = self.numeric.ground, self._substituted(self._values)
-        again = np.ones(self.instances, dtype=bool) if mask is None else mask
-        self._ground_turned = not again.all()
-        if self._ground_turned:
-            numeric = msgspec.structs.replace(numeric, ground=levelled(ground, numeric.ground, again))
-        self.change(numeric)
-
-    def set_excitations(self, time: ArrayLike, values: ArrayLike, *, restart: bool = True) -> None:
-        as_truth(restart, "restart", error=RolloutError)
-        self._inputs.set_excitations(time, values)
-        self._launcher.read_excitations()
-        self._update("excitations")
-        if restart:
-            self.reset()
-
-    def set_motion(self, time: ArrayLike, values: ArrayLike, of: ArrayLike | None = None) -> None:
-        self._inputs.set_motion(time, values, of, self.steps * self.scene.time_step)
-        self._update("motion")
-        self.reset()
-
-    def set_initial(
-        self, coordinates: ArrayLike | None = None, speeds: ArrayLike | None = None, activation: ArrayLike | None = None
-    ) -> None:
-        self._inputs.set_initial(coordinates, speeds, activation)
-        self.reset()
-
-    def disturb(self, disturbances: Perturbations) -> None:
-        self._inputs.set_disturbances(disturbances)
-        self._batch.push(disturbances, self.scene.time_step)
-        if disturbances.mass is not None or disturbances.strength is not None:
-            self.change(self._substituted(self._values))
-        else:
-            self._update("slope")
-        self.reset()
 
     def reset(self, velocity_noise: Any = 0.0, seed: int = 0, mask: Any = None) -> None:
         self.restart(*noise_and_mask(self.scene, self.instances, velocity_noise, seed, mask))
@@ -364,7 +218,7 @@ class Rollout(RolloutResults):
             self.complete()
 
     def advance(self, step: int, kernel: FusedKernel | None = None) -> None:
-        """Bring all instances that still run to this step, in one launch unless some of them end before."""
+        """Advance all running instances to this step, in one launch unless some end earlier."""
         batch = self._batch
         while step > batch.steps_done and self.running:
             end = batch.next_end
@@ -390,15 +244,15 @@ class Rollout(RolloutResults):
         return min(step, self._program.until(done, begun))
 
     def complete(self) -> None:
-        """Those that have come to the end of the simulation have completed it."""
+        """Mark the instances that have reached the end of the simulation as completed."""
         self._batch.complete()
 
     def snapshot(self) -> Snapshot:
-        """Where all instances stand now, for `restore`."""
+        """The present state of all instances, for `restore`."""
         return self._batch.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Put all instances back to where they stood; what the batch was told stays as it is now."""
+        """Restore the states of a snapshot; parameters, commands and other settings stay as they are now."""
         as_kind(Snapshot, snapshot, "snapshot", error=RolloutError)
         self._batch.restore(snapshot)
 
@@ -406,7 +260,7 @@ class Rollout(RolloutResults):
         self._launcher.kernel().load()
 
     def stepper(self, change: Callable[[KernelConfig], KernelConfig], fields: Fields, model: Any = None) -> Stepper:
-        """Steps of all instances without a question to the device; see there.
+        """A `Stepper`, which advances all instances without waiting for the device.
 
         Args:
             change: makes the configuration of its kernel from the usual one.
@@ -427,7 +281,7 @@ class Rollout(RolloutResults):
         return build_model(numeric, self.structure, self.device, inputs)
 
     def load_step(self, excitations: bool = False, torques: bool = False) -> None:
-        """Have the kernel ready that `step` launches with excitations, torques, or both; see `load`."""
+        """Compile and load the kernel that `step` launches with excitations, torques or both; see `load`."""
         self._launcher.kernel(self._launcher.config_from_outside(excitations, torques)).load()
 
     @property

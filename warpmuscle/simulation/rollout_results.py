@@ -8,7 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 import warp as wp
 
-from warpmuscle.core.arguments import as_number, as_text, as_whole
+from warpmuscle.core.arguments import as_integer, as_number, as_text
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels import structs
@@ -43,7 +43,7 @@ class RolloutResults(Batch):
 
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
-        """Memory on the device that every further instance takes."""
+        """Bytes of device memory per additional instance."""
         return instance_bytes(self.scene, self.structure)
 
     @property
@@ -55,14 +55,14 @@ class RolloutResults(Batch):
         return tuple(self._recorder.chosen)
 
     def observation(self) -> dict[str, wp.array]:
-        """What a controller may want to know, by name, as Warp arrays of the rollout's device, without a copy.
+        """State that controllers may observe, by name, as Warp arrays on the rollout's device, without a copy.
 
         They are the state itself, which steps change in place: `wp.to_torch`, `wp.to_jax` or `np.from_dlpack` make
         other libraries see it. Do not write to them. They need not be contiguous.
 
         Returns:
             coordinates, speeds: (instances, ...), as in `coordinate_names` and `speed_names`.
-            phase, stance, machine_state: (instances,) of a SIMBICON controller; not there where the scene has none.
+            phase, stance, machine_state: (instances,), only of scenes with a SIMBICON controller.
             foot_force: (instances, 2, 3) N, left and right foot, of the step before.
             activation, muscle_force: (instances, simulated muscles), N.
             step, status: (instances,) steps since its start, and `Status`.
@@ -98,7 +98,7 @@ class RolloutResults(Batch):
         return self._outcome.cost()
 
     def parts(self, instance: int = 0) -> dict[str, Parts]:
-        return self._outcome.parts(as_whole(instance, "instance", 0, self.instances - 1, error=RolloutError))
+        return self._outcome.parts(as_integer(instance, "instance", 0, self.instances - 1, error=RolloutError))
 
     def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
         start = as_number(start, "start", error=RolloutError)
@@ -107,7 +107,7 @@ class RolloutResults(Batch):
         return self._made(found, number)
 
     def recordings(self, instances: Sequence[int]) -> list[Recording]:
-        """The motions of several recorded instances, as of `recording`, in less time than one by one."""
+        """Recordings of several instances, faster than one call of `recording` each."""
         numbers = [self._recorder.instance(instance) for instance in instances]
         steps = self.state.step.numpy()[numbers].tolist()
         found = self._recorder.recordings(self.numeric, numbers, steps)
@@ -125,7 +125,7 @@ class RolloutResults(Batch):
 
     @property
     def controller_state(self) -> Floats:
-        """States that the scene's custom controller keeps, (instances, floats); none if it has none."""
+        """Memory of the scene's declared controller, (instances, floats); (instances, 0) if it has none."""
         floats = self.structure.controller.custom.memory(len(self.names.bodies))
         memory = self._extensions.struct.first.memory if floats else None
         return np.zeros((self.instances, 0)) if memory is None else np.asarray(memory.numpy()[:, 0])

@@ -25,7 +25,7 @@ from warpmuscle.model.path_table import path_table
 from warpmuscle.model.paths import paths_struct, route_struct
 from warpmuscle.model.polynomials import monomial_room
 from warpmuscle.model.routes import path_kind
-from warpmuscle.results.recording import MUSCLE_QUANTITIES
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.recorder import Recorder
 from warpmuscle.simulation.rollout import Rollout
@@ -59,7 +59,7 @@ class Contacts(NamedTuple):
 
 
 class Stages(Rollout):
-    """A rollout whose states are set from outside and whose stages are run one by one.
+    """A batch whose states are set by the caller and whose stages of a step are run one at a time.
 
     All results are float32 NumPy arrays; bodies and joints are numbered as in `names`.
 
@@ -196,7 +196,7 @@ class Stages(Rollout):
         return self.contacts()[:2]
 
     def contacts(self) -> Contacts:
-        """Contacts of every body with the ground, and how they give as it accelerates."""
+        """Contacts of every body with the ground: forces, and the inertia that they add in an implicit step."""
         b = len(self.names.bodies)
         kernel = stages.contact_forces_of(
             LAWS[self.scene.ground.law], self.structure.skeleton.terrain, self.structure.skeleton.moves
@@ -223,7 +223,7 @@ class Stages(Rollout):
         )  # fmt: skip
 
     def muscle_torques(self, desired: ArrayLike) -> tuple[Floats, dict[str, Floats]]:
-        """Let the simulated muscles answer to desired joint torques (n, J, 3), world, for one step.
+        """Run the simulated muscles for one step towards desired joint torques (n, J, 3), world.
 
         Activations, delay lines and fibre lengths are kept from call to call; `reset` puts them back to their start.
 

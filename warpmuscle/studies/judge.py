@@ -29,8 +29,8 @@ from warpmuscle.scene.controller import Command
 from warpmuscle.scene.masses import body_mass, total_mass
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.perturbations import drawn, none
-from warpmuscle.studies.beside_people import of_force, of_norms
 from warpmuscle.studies.hard_trials import of_measures, trials, variability
+from warpmuscle.studies.people_comparison import of_force, of_norms
 from warpmuscle.studies.robustness import IMPULSES, push_trials
 from warpmuscle.studies.single_disturbances import MASS, NOISE, SEED, felled_by
 from warpmuscle.studies.verdicts import (

@@ -5,9 +5,9 @@ from __future__ import annotations
 from warpmuscle.gait.measures import feet_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.studies.beside_people import of_force
 from warpmuscle.studies.hard_trials import of_measures
 from warpmuscle.studies.judge import Judgement, bars_of, bodies_and_norms, gait_of, measured
+from warpmuscle.studies.people_comparison import of_force
 from warpmuscle.studies.verdicts import FURTHER_RUN, FURTHER_WALK, HUMPS, RUN, WALK, Finding, Verdict
 
 RECORDED = "a recording, of which nothing is simulated"

@@ -27,7 +27,7 @@ from warpmuscle.results.records import COLUMNS, Evaluations, Result
 
 PATTERN = "*.finished"
 OPEN = 4  # windows whose numbers are kept in memory
-WHOLE = ("status", "search", "generation", "stage")
+INTEGERS = ("status", "search", "generation", "stage")
 _HEAD = struct.Struct("<QI")
 
 
@@ -84,7 +84,7 @@ def _records(key: Any, runs: Sequence[tuple[str, Path, Result]]) -> tuple[Arrays
         name: np.concatenate([getattr(evaluations, name) for evaluations, _, _, _ in found])
         for name in (*COLUMNS, "terms")
     }
-    return head, body | {name: body[name].astype(np.int32) for name in WHOLE}
+    return head, body | {name: body[name].astype(np.int32) for name in INTEGERS}
 
 
 def _parts_of(result: Result) -> tuple[Evaluations, int, float, str]:

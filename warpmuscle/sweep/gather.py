@@ -123,11 +123,11 @@ def put_run(folder: Folder, runs: Any, entry: RunEntry, finished: FinishedRuns) 
     with hdf5.opened_bytes(content, wrong, "damaged result file") as file:
         group, parameters = hdf5.member(file, "evaluations"), hdf5.member(file, "parameters")
         there = set(group)
-        columns = {name: hdf5.own_array(group, name) for name in (*COLUMNS, "terms") if name in there}
+        columns = {name: hdf5.checked_array(group, name) for name in (*COLUMNS, "terms") if name in there}
         best = hdf5.member(file, "best") if "best" in file else None
         found = None
         if best is not None:
-            found = int(hdf5.own_array(best, "index")), float(hdf5.own_array(best, "cost"))
+            found = int(hdf5.checked_array(best, "index")), float(hdf5.checked_array(best, "cost"))
         labels = {"params": _texts(parameters, "name")}
         if "terms" in columns:
             labels["terms"] = _texts(group, "term_names")
@@ -146,7 +146,7 @@ def put_bytes(path: Path, runs: Any, name: str) -> bytes:
 
 
 def _texts(group: Any, name: str) -> tuple[str, ...]:
-    return tuple(text.decode() for text in np.atleast_1d(hdf5.own_array(group, name)).tolist())
+    return tuple(text.decode() for text in np.atleast_1d(hdf5.checked_array(group, name)).tolist())
 
 
 class _Table:

@@ -19,11 +19,11 @@ from warpmuscle.results.journal import journal_path
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import glance
 from warpmuscle.sweep.folder import has_ended
-from warpmuscle.sweep.lockstep import Finished, Pruning, run_together
-from warpmuscle.sweep.one_batch import run_in_one_batch
-from warpmuscle.sweep.pruning.referee import PRUNED
+from warpmuscle.sweep.lockstep import Finished, Pruning, run_in_lockstep
 from warpmuscle.sweep.pruning.rule import Rule
+from warpmuscle.sweep.pruning.scheduler import PRUNED
 from warpmuscle.sweep.rounds import known_of
+from warpmuscle.sweep.shared_batches import run_in_one_batch
 from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.union import groups
 
@@ -59,7 +59,7 @@ def run_here(
     fresh = [task for task in left if task.name not in names]
     known = known_of(folder, [task.name for task in fresh])
     pruning = None if rule is None else Pruning(rule, _ended_rivals(tasks, fresh, folder))
-    return failed | run_together(fresh, folder, known, device, threads, tell, finished, pruning)
+    return failed | run_in_lockstep(fresh, folder, known, device, threads, tell, finished, pruning)
 
 
 def _ended_rivals(tasks: Sequence[Task], fresh: Sequence[Task], folder: Path) -> dict[str, list[Floats]]:

@@ -24,17 +24,17 @@ from warpmuscle.optimization.replay import Replay
 from warpmuscle.optimization.run import make_search_loop
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.results.records import ParameterTable, Result, best_of, parameter_table
-from warpmuscle.results.stamped import Stamps
+from warpmuscle.results.result_templates import Stamps
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.finished import FinishedJournal
 from warpmuscle.sweep.folder import RunState
-from warpmuscle.sweep.one_batch import SharedBatches
-from warpmuscle.sweep.pruning.referee import Referee
 from warpmuscle.sweep.pruning.rule import Rule
+from warpmuscle.sweep.pruning.scheduler import Referee
 from warpmuscle.sweep.rounds import Known, Rounds
+from warpmuscle.sweep.shared_batches import SharedBatches
 from warpmuscle.sweep.task import Task
 from warpmuscle.sweep.union import MergedScene, groups, searched_scenes, unchanged, weighed_scenes
 
@@ -62,7 +62,7 @@ class _Prepared:
     parameters: ParameterTable
 
 
-def run_together(
+def run_in_lockstep(
     tasks: Sequence[Task], folder: Path, known: dict[str, Known], device: str | None, threads: int | None,
     tell: Tell | None, finished: Finished | None = None, pruning: Pruning | None = None,
 ) -> dict[str, str]:  # fmt: skip

@@ -13,10 +13,10 @@ PATIENCE = 5.0  # s
 def origin() -> dict[str, str]:
     """Date, host, and commit if this program runs from a checkout."""
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    return {"began": now, "host": socket.gethostname()} | ({"commit": commit} if (commit := own_commit()) else {})
+    return {"began": now, "host": socket.gethostname()} | ({"commit": commit} if (commit := package_commit()) else {})
 
 
-def own_commit(root: Path = Path(__file__).parents[2]) -> str:
+def package_commit(root: Path = Path(__file__).parents[2]) -> str:
     """Hash of the commit, with `+` behind it if tracked files have changed since; empty where there is no checkout."""
     if not (root / ".git").exists():
         return ""

@@ -66,12 +66,12 @@ from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.sweep.axes import Choice, axes_of, entry_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
-from warpmuscle.sweep.refinement.asked import WITHOUT_POINTS, Refinement, refinement_of
+from warpmuscle.sweep.refinement.options import WITHOUT_POINTS, Refinement, refinement_of
 from warpmuscle.sweep.samples import Sample, sampled
 from warpmuscle.sweep.study.table import Study, StudyTable, study_of
 from warpmuscle.sweep.training_plan import TrainingPlan, training_plan
 
-OWN = ("seed", "scene")  # keys of a run that are none of its scene
+OF_RUN = ("seed", "scene")  # keys of a run that are none of its scene
 
 Search: Any = msgspec.defstruct(
     "Search",
@@ -262,7 +262,9 @@ class _Base:
                 if training is None:
                     raise self._error("there is no [training] in this file", override)
                 training[key.removeprefix("training.")] = override.value
-        in_scene = [o for key, o in changes.items() if not key.startswith(("search.", "training.")) and key not in OWN]
+        in_scene = [
+            o for key, o in changes.items() if not key.startswith(("search.", "training.")) and key not in OF_RUN
+        ]
         if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= GREATEST_SEED:
             raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
         what = repr((scene_name, [(o.key, o.value) for o in in_scene]))

@@ -25,7 +25,7 @@ from warpmuscle.core.machine import this_machine
 from warpmuscle.results.checks import check_evaluations
 from warpmuscle.results.journal import MAGIC, packed, unpacked
 from warpmuscle.results.records import Evaluations, joined, version_of
-from warpmuscle.sweep.one_batch import Asked
+from warpmuscle.sweep.shared_batches import Asked
 
 PATTERN = "*.rounds"
 ROWS = ("row", "search", "cost", "status", "end_time")  # of a record, a value a candidate

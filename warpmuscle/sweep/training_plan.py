@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from warpmuscle.core.arguments import as_number, as_whole
+from warpmuscle.core.arguments import as_integer, as_number
 from warpmuscle.core.errors import Error
 from warpmuscle.learning.options import PPOOptions, options_of
 
@@ -35,7 +35,7 @@ def training_plan(values: Mapping[str, Any]) -> TrainingPlan:
     if all(end is None for end in ends.values()):
         raise Error("a training needs an end: iterations, until (s of wall time) or target (a share that walks)")
     if ends["iterations"] is not None:
-        ends["iterations"] = as_whole(ends["iterations"], "iterations")
+        ends["iterations"] = as_integer(ends["iterations"], "iterations")
     if ends["until"] is not None:
         ends["until"] = as_number(ends["until"], "until", above=0.0)
     if ends["target"] is not None:

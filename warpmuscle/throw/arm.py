@@ -193,7 +193,11 @@ class Arm:
     @cached_property
     def simulated(self) -> Scene:
         """The scene with muscles on the driven joints, its prescribed joints kinematic, and its root if it can move."""
-        motion = {name: own for name, own in self.scene.motion.items() if name not in self.joints or self._beside(name)}
+        motion = {
+            name: individual
+            for name, individual in self.scene.motion.items()
+            if name not in self.joints or self._beside(name)
+        }
         if root_type(self.scene.character).speeds:
             motion["root"] = Motion([0.0], position=[self.scene.initial_state.root_position])
         drives = {name: "kinematic" if name in self.prescribed else "muscle" for name in self.joints}
@@ -207,11 +211,13 @@ class Arm:
         """The scene's actuation with other drives of the angles that muscles move."""
         table = dict(self.scene.actuation)
         for name, drive in drives.items():
-            own = table.get(name, Actuation("muscle"))
+            individual = table.get(name, Actuation("muscle"))
             count = len(joint_type(self.scene.character.joints[name]).speeds)
-            words: list[Drive] = [own.drive] * count if isinstance(own.drive, str) else list(own.drive)
+            words: list[Drive] = (
+                [individual.drive] * count if isinstance(individual.drive, str) else list(individual.drive)
+            )
             words[self.axes[name]] = cast("Drive", drive)
-            table[name] = msgspec.structs.replace(own, drive=words if count > 1 else words[0])
+            table[name] = msgspec.structs.replace(individual, drive=words if count > 1 else words[0])
         return table
 
     @cached_property

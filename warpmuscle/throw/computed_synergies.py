@@ -11,7 +11,7 @@ from warpmuscle.scene.parameters import start_values
 from warpmuscle.synergy.factorization import factorize, reconstruct
 from warpmuscle.synergy.static_optimization import StaticOptimization
 from warpmuscle.throw.arm import Arm, needed_torques
-from warpmuscle.throw.lacks import Lack, lacking
+from warpmuscle.throw.missing_torque import Lack, lacking
 from warpmuscle.throw.motion import ArmMotions
 from warpmuscle.throw.signals import Synergies, computed_activation, to_excitation
 

@@ -74,7 +74,7 @@ class Fitted:
     """Parameters and signals of a fit to n motions."""
 
     unknowns: Floats  # (P,) see `Arm.unknowns`
-    own: Floats  # (n, size) signals at their knots and start, see `Follower.size`
+    individual: Floats  # (n, size) signals at their knots and start, see `Follower.size`
     replay: Replay
     stages: list[Stage] = field(default_factory=list)
 
@@ -125,7 +125,7 @@ class _Fitting:
         self._start = start
         self._extracted = follower.extracted
         self._capacity = Capacity(follower.arm, follower.motions)
-        self._own, self._shared = self._extracted.copy(), start.copy()
+        self._individual, self._shared = self._extracted.copy(), start.copy()
         self._stages: list[Stage] = []
         self._begin = time.perf_counter()
 
@@ -133,7 +133,7 @@ class _Fitting:
         s = self._settings
         self._stage("start", 0)
         self._equations()
-        outcome = self._fit(self._training, s.parameter_steps, own=False, shared=True, damping=1.0)
+        outcome = self._fit(self._training, s.parameter_steps, individual=False, shared=True, damping=1.0)
         self._shared = outcome.shared
         self._stage("parameters", outcome.simulations)
         if self._unstable:
@@ -146,22 +146,24 @@ class _Fitting:
                 self._stage("parameters and signals", simulations)
             simulations = self._signals(self._all, s.signal_steps).simulations + self._by_windows(self._missed())
         if s.common:
-            simulations += self._together_again()
+            simulations += self._fit_jointly_again()
         simulations += self._at_other_prices(2 * s.signal_steps)
         return self._stage(LAST, simulations)
 
     def _both(self, exact: bool = False) -> int:
         """Fit parameters and signals together to the motions that parameters are fitted to."""
-        both = self._fit(self._training, self._settings.common_steps, own=True, shared=True, damping=0.1, exact=exact)
-        self._own[self._training], self._shared = both.own, both.shared
+        both = self._fit(
+            self._training, self._settings.common_steps, individual=True, shared=True, damping=0.1, exact=exact
+        )
+        self._individual[self._training], self._shared = both.individual, both.shared
         return both.simulations
 
-    def _together_again(self) -> int:
+    def _fit_jointly_again(self) -> int:
         """Fit parameters and signals again where these parameters leave too many of their own motions behind.
 
         Kept if more motions meet all bars, or as many at a lower cost; returns how many simulations that took.
         """
-        own, shared, good = self._own.copy(), self._shared, self._agreement().good()
+        individual, shared, good = self._individual.copy(), self._shared, self._agreement().good()
         if np.mean(good[self._training]) >= ENOUGH:
             return 0
         before = (-good.sum(), self._costs(self._all).sum())
@@ -170,7 +172,7 @@ class _Fitting:
             simulations += self._signals(self._all, self._settings.signal_steps).simulations
         simulations += self._by_windows(self._missed())
         if (-self._agreement().good().sum(), self._costs(self._all).sum()) >= before:
-            self._own, self._shared = own, shared
+            self._individual, self._shared = individual, shared
         return simulations
 
     def _missed(self) -> NDArray[np.intp]:
@@ -178,7 +180,7 @@ class _Fitting:
         return np.flatnonzero(~self._agreement().good())
 
     def _agreement(self) -> Agreement:
-        return self._follower.agreement(self._own, self._shared)[0]
+        return self._follower.agreement(self._individual, self._shared)[0]
 
     def _at_other_prices(self, steps: int) -> int:
         """Fit signals of motions that miss a bar at another price of leaving the extracted ones.
@@ -198,40 +200,40 @@ class _Fitting:
     @contextmanager
     def _kept_if_better(self, which: NDArray[np.intp]) -> Iterator[None]:
         """Keep what becomes of some motions' signals where more bars are met, or as many at a lower cost."""
-        own, before, met = self._own.copy(), self._costs(which), self._agreement().met()[which]
+        individual, before, met = self._individual.copy(), self._costs(which), self._agreement().met()[which]
         yield
         now = self._agreement().met()[which]
         worse = which[(now < met) | ((now == met) & (self._costs(which) >= before))]
-        self._own[worse] = own[worse]
+        self._individual[worse] = individual[worse]
 
     def _by_windows(self, which: NDArray[np.intp]) -> int:
         """Fit signals of some motions window by window, see `windows`; returns how many simulations that took."""
         if not len(which):
             return 0
         with self._kept_if_better(which):
-            self._own[which], simulations = by_windows(self._follower, which, self._shared, self._distance())
+            self._individual[which], simulations = by_windows(self._follower, which, self._shared, self._distance())
         return simulations
 
     def _costs(self, which: NDArray[np.intp]) -> Floats:
         """Sums of squared residuals of some motions."""
         shared = np.tile(self._shared, (len(which), 1))
-        return np.asarray(np.sum(self._follower.residuals(which, self._own[which], shared) ** 2, axis=1))
+        return np.asarray(np.sum(self._follower.residuals(which, self._individual[which], shared) ** 2, axis=1))
 
     def _signals(self, which: NDArray[np.intp], steps: int, price: float = 1.0, exact: bool = False) -> Outcome:
         """Fit signals of some motions over a horizon that grows: what is late in a long motion hangs on all before."""
         end, simulations = self._follower.horizon, 0
         for horizon in [*np.arange(HORIZON, end - 0.5 * HORIZON, HORIZON).tolist(), end]:
             self._follower.horizon = horizon
-            outcome = self._fit(which, steps, own=True, shared=False, price=price, exact=exact)
-            self._own[which] = outcome.own
+            outcome = self._fit(which, steps, individual=True, shared=False, price=price, exact=exact)
+            self._individual[which] = outcome.individual
             simulations += outcome.simulations
-        return Outcome(outcome.own, outcome.shared, outcome.cost, outcome.history, simulations)
+        return Outcome(outcome.individual, outcome.shared, outcome.cost, outcome.history, simulations)
 
-    def again(self, own: Floats, shared: Floats) -> tuple[Floats, Floats]:
+    def again(self, individual: Floats, shared: Floats) -> tuple[Floats, Floats]:
         """Signals (n, size) and parameters (P,) fitted from others on."""
-        self._own, self._shared, self._start = own.copy(), shared, shared
+        self._individual, self._shared, self._start = individual.copy(), shared, shared
         self._both()
-        return self._signals(self._all, self._settings.signal_steps).own, self._shared
+        return self._signals(self._all, self._settings.signal_steps).individual, self._shared
 
     def _equations(self) -> None:
         """Parameters by the equations of motion; what is regularised towards from now on."""
@@ -252,7 +254,7 @@ class _Fitting:
         which: NDArray[np.intp],
         steps: int,
         *,
-        own: bool,
+        individual: bool,
         shared: bool,
         damping: float = 1e-2,
         price: float = 1.0,
@@ -267,12 +269,12 @@ class _Fitting:
         """
         follower, s = self._follower, self._settings
         self._progress(
-            {(False, True): "parameters", (True, True): "parameters and signals"}.get((own, shared), "signals")
+            {(False, True): "parameters", (True, True): "parameters and signals"}.get((individual, shared), "signals")
         )
         size = follower.size
         signals = Unknowns(
-            self._own[which], np.zeros(size), np.ones(size), FINE_STEP if exact else SIGNAL_STEP, None,
-            [Prior(self._distance(price), self._extracted[which])], own,
+            self._individual[which], np.zeros(size), np.ones(size), FINE_STEP if exact else SIGNAL_STEP, None,
+            [Prior(self._distance(price), self._extracted[which])], individual,
         )  # fmt: skip
         count = len(self._shared)
         prior = Prior(s.prior * np.eye(count), self._start)
@@ -305,9 +307,9 @@ class _Fitting:
 
     def _stage(self, name: str, simulations: int) -> Fitted:
         """What a stage came to, with those before it."""
-        agreement, replay = self._follower.agreement(self._own, self._shared)
+        agreement, replay = self._follower.agreement(self._individual, self._shared)
         self._stages.append(Stage(name, agreement, time.perf_counter() - self._begin, simulations))
-        fitted = Fitted(self._shared.copy(), self._own.copy(), replay, self._stages.copy())
+        fitted = Fitted(self._shared.copy(), self._individual.copy(), replay, self._stages.copy())
         if simulations:
             self._keep(fitted)
         return fitted
@@ -323,7 +325,7 @@ def trade(
     """Accuracy against fidelity: parameters and signals fitted again at other prices of leaving the extracted ones."""
     settings = settings or Settings()
     curve = []
-    own, shared = fitted.own, fitted.unknowns
+    individual, shared = fitted.individual, fitted.unknowns
     for price in prices:
         fitting = _Fitting(
             follower,
@@ -331,6 +333,6 @@ def trade(
             training,
             replace(settings, fidelity=price),
         )
-        own, shared = fitting.again(own, shared)
-        curve.append((price, follower.agreement(own, shared)[0]))
+        individual, shared = fitting.again(individual, shared)
+        curve.append((price, follower.agreement(individual, shared)[0]))
     return curve

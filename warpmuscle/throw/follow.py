@@ -76,21 +76,26 @@ class Follower:
         knots = self.knots.fitted(self.synergies.signals)
         return np.concatenate([knots.reshape(len(knots), -1), self.synergies.start], axis=1)
 
-    def shaped(self, own: Floats) -> Floats:
+    def shaped(self, individual: Floats) -> Floats:
         """Values at the knots (B, N, K) of rows of `size` values."""
         count = self.synergies.count
-        return own[:, :-count].reshape(len(own), count, len(self.knots))
+        return individual[:, :-count].reshape(len(individual), count, len(self.knots))
 
-    def excitation(self, own: Floats) -> Floats:
+    def excitation(self, individual: Floats) -> Floats:
         """Excitations (B, M, K) at the knots by signals (B, size)."""
-        return self.synergies.excitation(self.shaped(own).transpose(0, 2, 1)).transpose(0, 2, 1)
+        return self.synergies.excitation(self.shaped(individual).transpose(0, 2, 1)).transpose(0, 2, 1)
 
-    def start(self, own: Floats) -> Floats:
+    def start(self, individual: Floats) -> Floats:
         """Activations (B, M) at t = 0 by signals (B, size)."""
-        return self.synergies.excitation(own[:, -self.synergies.count :])
+        return self.synergies.excitation(individual[:, -self.synergies.count :])
 
     def replay(
-        self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False, until: float | None = None
+        self,
+        which: NDArray[np.intp],
+        individual: Floats,
+        shared: Floats,
+        rough: bool = False,
+        until: float | None = None,
     ) -> Replay:
         """Copies (B,) of motions under signals (B, size), with parameters (B, P) or (P,) as `Arm.unknowns`.
 
@@ -100,14 +105,16 @@ class Follower:
         values = self.arm.values(shared)
         if values.ndim == 2 and np.all(values == values[0]):
             values = values[0]
-        angle, speed = simulator.run(which, self.knots.time, self.excitation(own), values, self.start(own), until=until)
+        angle, speed = simulator.run(
+            which, self.knots.time, self.excitation(individual), values, self.start(individual), until=until
+        )
         return Replay(angle, speed)
 
-    def residuals(self, which: NDArray[np.intp], own: Floats, shared: Floats, rough: bool = False) -> Floats:
+    def residuals(self, which: NDArray[np.intp], individual: Floats, shared: Floats, rough: bool = False) -> Floats:
         """(B, R); their squares sum up to 1 - r2 of all angles, and a part of that of velocities, up to the horizon."""
         samples = slice(1, int(np.sum(self.motions.time <= self.horizon + 1e-9)))
         until = self.horizon if samples.stop < len(self.motions.time) else None
-        replay = self.replay(which, own, shared, rough, until)
+        replay = self.replay(which, individual, shared, rough, until)
         parts = []
         for order, simulated in ((0, replay.angle), (1, replay.speed)):
             recorded = self.motions.angles[order][which][:, samples, self.arm.free]
@@ -121,11 +128,11 @@ class Follower:
         missed = np.sum(parts**2, axis=2) / np.array([1.0, self._velocity_weight**2])[:, None]
         return np.asarray(np.all(missed <= CLOSE[:, None], axis=(1, 2)))
 
-    def agreement(self, own: Floats, shared: Floats) -> tuple[Agreement, Replay]:
+    def agreement(self, individual: Floats, shared: Floats) -> tuple[Agreement, Replay]:
         """How well every motion is followed."""
         motions, free = self.motions, self.arm.free
-        replay = self.replay(np.arange(len(motions)), own, shared)
-        signals = self.knots.sampled(self.shaped(own)), self.synergies.signals, motions.valid
+        replay = self.replay(np.arange(len(motions)), individual, shared)
+        signals = self.knots.sampled(self.shaped(individual)), self.synergies.signals, motions.valid
         together, single = correlation(*signals)
         r2, velocity_r2 = (
             determination(simulated[:, 1:, free], motions.angles[order][:, 1:, free], motions.valid[:, 1:])

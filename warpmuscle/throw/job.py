@@ -21,9 +21,9 @@ from warpmuscle.throw.computed_synergies import ALONE, computed_excitation, comp
 from warpmuscle.throw.fit import FIDELITY, Fitted, Settings, fit_motions, trade
 from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import LIMITS, Goal
-from warpmuscle.throw.lacks import Lack, lacking
 from warpmuscle.throw.measured import Calibration, calibrate, measured_envelopes, measured_synergies
 from warpmuscle.throw.metrics import Agreement
+from warpmuscle.throw.missing_torque import Lack, lacking
 from warpmuscle.throw.motion import ArmMotion, resample
 from warpmuscle.throw.published import Published, as_published
 from warpmuscle.throw.recordings.arm_motions import mean_motion, motion_of, notes, read_motions
@@ -124,13 +124,14 @@ class Job:
 
     def _strengthened(self, scene: Scene) -> Arm:
         """The arm with the muscles that compute activations, if they are of the same names over the same joints."""
-        groups, own = load(GROUPS).character.muscles, scene.character.muscles
-        same = own.keys() == groups.keys() and all(
-            [p.joint for p in own[name].pulleys] == [p.joint for p in groups[name].pulleys] for name in own
+        groups, individual = load(GROUPS).character.muscles, scene.character.muscles
+        same = individual.keys() == groups.keys() and all(
+            [p.joint for p in individual[name].pulleys] == [p.joint for p in groups[name].pulleys]
+            for name in individual
         )
         if not same:
             return self.arm
-        muscles = {name: _about(groups[name], own[name]) for name in own}
+        muscles = {name: _about(groups[name], individual[name]) for name in individual}
         character = msgspec.structs.replace(scene.character, muscles=muscles)
         return Arm(msgspec.structs.replace(scene, character=character), self.options.prescribed)
 
@@ -218,7 +219,9 @@ class Job:
         """
         if self.fitted is None:
             raise Error("fit a throw before making new ones")
-        thrower = Thrower(self.follower, self.fitted.own[0], self.fitted.unknowns, release, seed=self.options.seed)
+        thrower = Thrower(
+            self.follower, self.fitted.individual[0], self.fitted.unknowns, release, seed=self.options.seed
+        )
         chosen = None if adapt is None else self._most_active(adapt)
         self.throws = []
         for goal in goals:
@@ -232,7 +235,7 @@ class Job:
     def _most_active(self, count: int) -> tuple[int, ...]:
         """The synergies whose signals vary most in the first throw, each in parts of what it excites."""
         assert self.fitted is not None
-        signals = self.follower.shaped(self.fitted.own[:1])[0]
+        signals = self.follower.shaped(self.fitted.individual[:1])[0]
         spread = signals.std(axis=1) * np.linalg.norm(self.follower.synergies.weights, axis=0)
         return tuple(sorted(np.argsort(-spread)[:count].tolist()))
 

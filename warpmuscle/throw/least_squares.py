@@ -56,7 +56,7 @@ class Unknowns:
 class Outcome:
     """What a fit came to."""
 
-    own: Floats  # (n, U)
+    individual: Floats  # (n, U)
     shared: Floats  # (S,)
     cost: Floats  # (n,) sum of squares, without the shared priors
     history: list[Floats] = field(default_factory=list)  # cost (n,) after each iteration
@@ -65,7 +65,7 @@ class Outcome:
 
 def fit(
     residuals: Residuals,
-    own: Unknowns,
+    individual: Unknowns,
     shared: Unknowns,
     *,
     iterations: int = 20,
@@ -85,7 +85,7 @@ def fit(
             nothing that is free.
         rough: residuals for the derivatives alone, if others are cheaper and nearly as good for that.
     """
-    solver = _Solver(residuals, rough, own, shared, damping)
+    solver = _Solver(residuals, rough, individual, shared, damping)
     stalled = 0
     for _ in range(iterations):
         if enough is not None and not shared.free:
@@ -99,7 +99,11 @@ def fit(
         stalled = stalled + 1 if gain < tolerance else 0
         if stalled >= 2:
             break
-    solver.outcome.own, solver.outcome.shared, solver.outcome.cost = solver.own, solver.shared, solver.cost
+    solver.outcome.individual, solver.outcome.shared, solver.outcome.cost = (
+        solver.individual,
+        solver.shared,
+        solver.cost,
+    )
     return solver.outcome
 
 
@@ -107,26 +111,28 @@ class _Solver:
     """The state of a fit between steps."""
 
     def __init__(
-        self, residuals: Residuals, rough: Residuals | None, own: Unknowns, shared: Unknowns, damping: float
+        self, residuals: Residuals, rough: Residuals | None, individual: Unknowns, shared: Unknowns, damping: float
     ) -> None:
-        self._residuals, self._rough, self._own, self._shared = residuals, rough, own, shared
-        self.own, self.shared = own.start.copy(), shared.start.copy()
-        self._damping = np.full(len(self.own), damping)
+        self._residuals, self._rough, self._individual, self._shared = residuals, rough, individual, shared
+        self.individual, self.shared = individual.start.copy(), shared.start.copy()
+        self._damping = np.full(len(self.individual), damping)
         self._first_damping = damping
-        self.active = np.ones(len(self.own), dtype=bool)
-        self.outcome = Outcome(self.own, self.shared, np.zeros(len(self.own)))
-        self.residual = self._evaluate(np.arange(len(self.own)), self.own, np.tile(self.shared, (len(self.own), 1)))
-        self.cost = self._cost(np.arange(len(self.own)), self.own, self.residual)
+        self.active = np.ones(len(self.individual), dtype=bool)
+        self.outcome = Outcome(self.individual, self.shared, np.zeros(len(self.individual)))
+        self.residual = self._evaluate(
+            np.arange(len(self.individual)), self.individual, np.tile(self.shared, (len(self.individual), 1))
+        )
+        self.cost = self._cost(np.arange(len(self.individual)), self.individual, self.residual)
         self._shared_cost = self._cost_of_shared(self.shared)
 
-    def _evaluate(self, which: NDArray[np.intp], own: Floats, shared: Floats) -> Floats:
+    def _evaluate(self, which: NDArray[np.intp], individual: Floats, shared: Floats) -> Floats:
         self.outcome.simulations += len(which)
-        return self._residuals(which, own, shared)
+        return self._residuals(which, individual, shared)
 
-    def _cost(self, which: NDArray[np.intp], own: Floats, residual: Floats) -> Floats:
+    def _cost(self, which: NDArray[np.intp], individual: Floats, residual: Floats) -> Floats:
         cost = np.sum(residual**2, axis=1)
-        for prior in self._own.priors:
-            cost = cost + Prior(prior.matrix, _rows(prior.reference, which)).cost(own)
+        for prior in self._individual.priors:
+            cost = cost + Prior(prior.matrix, _rows(prior.reference, which)).cost(individual)
         return np.asarray(cost)
 
     def _cost_of_shared(self, shared: Floats) -> float:
@@ -145,7 +151,7 @@ class _Solver:
         which = np.flatnonzero(self.active)
         jacobian = self._jacobian(which)
         before = self.cost[which].sum() + self._shared_cost
-        step = self._step_together if self._shared.free else self._step_alone
+        step = self._joint_step if self._shared.free else self._step_alone
         step(which, jacobian)
         after = self.cost[which].sum() + self._shared_cost
         return float((before - after) / max(before, 1e-300))
@@ -153,15 +159,17 @@ class _Solver:
     def _jacobian(self, which: NDArray[np.intp]) -> Floats:
         """Of the residuals of some fits by all free unknowns, (m, R, U + S), by one batch of copies."""
         parts = []
-        count = (self.own.shape[1] if self._own.free else 0) + (len(self.shared) if self._shared.free else 0)
-        own = np.repeat(self.own[which][:, None], count, axis=1)
+        count = (self.individual.shape[1] if self._individual.free else 0) + (
+            len(self.shared) if self._shared.free else 0
+        )
+        individual = np.repeat(self.individual[which][:, None], count, axis=1)
         shared = np.broadcast_to(self.shared, (len(which), count, len(self.shared))).copy()
         first = 0
-        if self._own.free:
-            index = np.arange(self.own.shape[1])
-            middle = 0.5 * (self._own.low + self._own.high)
-            parts.append(np.where(self.own[which] > middle, -1.0, 1.0) * self._own.step)
-            own[:, index, index] += parts[0]
+        if self._individual.free:
+            index = np.arange(self.individual.shape[1])
+            middle = 0.5 * (self._individual.low + self._individual.high)
+            parts.append(np.where(self.individual[which] > middle, -1.0, 1.0) * self._individual.step)
+            individual[:, index, index] += parts[0]
             first = len(index)
         if self._shared.free:
             index = np.arange(len(self.shared))
@@ -170,15 +178,15 @@ class _Solver:
             shared[:, first + index, index] += parts[-1]
         offsets = np.concatenate(parts, axis=1)
         copies = np.repeat(which, count)
-        own, shared = own.reshape(len(copies), -1), shared.reshape(len(copies), -1)
+        individual, shared = individual.reshape(len(copies), -1), shared.reshape(len(copies), -1)
         base = self.residual[which]
         if self._rough is None:
-            moved = self._residuals(copies, own, shared)
+            moved = self._residuals(copies, individual, shared)
         else:  # the unmoved ones go with them, to be differenced alike
             copies = np.concatenate([copies, which])
-            own = np.concatenate([own, self.own[which]])
+            individual = np.concatenate([individual, self.individual[which]])
             shared = np.concatenate([shared, np.tile(self.shared, (len(which), 1))])
-            moved = self._rough(copies, own, shared)
+            moved = self._rough(copies, individual, shared)
             moved, base = moved[: -len(which)], moved[-len(which) :]
         self.outcome.simulations += len(copies)
         moved = moved.reshape(len(which), count, -1)
@@ -186,13 +194,13 @@ class _Solver:
 
     def _blocks(self, which: NDArray[np.intp], jacobian: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Of the fits' own unknowns: matrices (m, U, U), half gradients (m, U), and which may move (m, U)."""
-        x = self.own[which]
+        x = self.individual[which]
         matrix = jacobian.transpose(0, 2, 1) @ jacobian
         slope = np.einsum("irk,ir->ik", jacobian, self.residual[which])
-        for prior in self._own.priors:
+        for prior in self._individual.priors:
             matrix = matrix + prior.matrix
             slope = slope + Prior(prior.matrix, _rows(prior.reference, which)).slope(x)
-        return matrix, slope, _movable(x, slope, self._own)
+        return matrix, slope, _movable(x, slope, self._individual)
 
     def _step_alone(self, which: NDArray[np.intp], jacobian: Floats) -> None:
         """A step of every fit by itself."""
@@ -201,23 +209,32 @@ class _Solver:
         for _ in range(ATTEMPTS):
             fits = which[waiting]
             move = _boxed_step(
-                matrix[waiting], slope[waiting], movable[waiting], self._damping[fits], self.own[fits], self._own
+                matrix[waiting],
+                slope[waiting],
+                movable[waiting],
+                self._damping[fits],
+                self.individual[fits],
+                self._individual,
             )
-            own = np.clip(self.own[fits] + move, self._own.low, self._own.high)
-            residual = self._evaluate(fits, own, np.tile(self.shared, (len(fits), 1)))
-            cost = self._cost(fits, own, residual)
+            individual = np.clip(self.individual[fits] + move, self._individual.low, self._individual.high)
+            residual = self._evaluate(fits, individual, np.tile(self.shared, (len(fits), 1)))
+            cost = self._cost(fits, individual, residual)
             good = cost < self.cost[fits]
             better = fits[good]
-            self.own[better], self.residual[better], self.cost[better] = own[good], residual[good], cost[good]
+            self.individual[better], self.residual[better], self.cost[better] = (
+                individual[good],
+                residual[good],
+                cost[good],
+            )
             self._damping[better] = np.maximum(self._damping[better] / 4.0, LEAST_DAMPING)
             waiting = waiting[~good]
             self._damping[which[waiting]] = np.minimum(self._damping[which[waiting]] * 5.0, MOST_DAMPING)
             if len(waiting) <= 0.2 * len(which):
                 return
 
-    def _step_together(self, which: NDArray[np.intp], jacobian: Floats) -> None:
+    def _joint_step(self, which: NDArray[np.intp], jacobian: Floats) -> None:
         """A step of all fits and what they share."""
-        count = self.own.shape[1] if self._own.free else 0
+        count = self.individual.shape[1] if self._individual.free else 0
         border = jacobian[:, :, count:]
         corner = np.einsum("irk,irl->kl", border, border)
         slope = np.einsum("irk,ir->k", border, self.residual[which])
@@ -229,25 +246,29 @@ class _Solver:
         for _ in range(ATTEMPTS):
             damping = float(self._damping.max())
             reduced, right = corner + damping * np.diag(1.0 / scale**2), -slope
-            own_part = own_border = None
+            individual_part = individual_border = None
             if blocks is not None:
                 matrix, own_slope, free = blocks
                 coupling = np.where(free[:, :, None], jacobian[:, :, :count].transpose(0, 2, 1) @ border, 0.0)
                 sides = np.concatenate([coupling, -np.where(free, own_slope, 0.0)[:, :, None]], axis=2)
-                solved = np.linalg.solve(_masked(matrix, free, np.full(len(which), damping), self._own), sides)
-                own_border, own_part = solved[:, :, :-1], solved[:, :, -1]
-                reduced = reduced - np.einsum("iuk,iul->kl", coupling, own_border)
-                right = right - np.einsum("iuk,iu->k", coupling, own_part)
+                solved = np.linalg.solve(_masked(matrix, free, np.full(len(which), damping), self._individual), sides)
+                individual_border, individual_part = solved[:, :, :-1], solved[:, :, -1]
+                reduced = reduced - np.einsum("iuk,iul->kl", coupling, individual_border)
+                right = right - np.einsum("iuk,iu->k", coupling, individual_part)
             move = np.zeros(len(self.shared))
             move[movable] = np.linalg.solve(reduced[np.ix_(movable, movable)], right[movable])
             shared = np.clip(self.shared + move, self._shared.low, self._shared.high)
-            own = self.own[which]
-            if own_part is not None and own_border is not None:
-                own = np.clip(own + own_part - own_border @ (shared - self.shared), self._own.low, self._own.high)
-            residual = self._evaluate(which, own, np.tile(shared, (len(which), 1)))
-            cost, shared_cost = self._cost(which, own, residual), self._cost_of_shared(shared)
+            individual = self.individual[which]
+            if individual_part is not None and individual_border is not None:
+                individual = np.clip(
+                    individual + individual_part - individual_border @ (shared - self.shared),
+                    self._individual.low,
+                    self._individual.high,
+                )
+            residual = self._evaluate(which, individual, np.tile(shared, (len(which), 1)))
+            cost, shared_cost = self._cost(which, individual, residual), self._cost_of_shared(shared)
             if cost.sum() + shared_cost < self.cost[which].sum() + self._shared_cost:
-                self.shared, self.own[which], self.residual[which] = shared, own, residual
+                self.shared, self.individual[which], self.residual[which] = shared, individual, residual
                 self.cost[which], self._shared_cost = cost, shared_cost
                 self._damping = np.maximum(self._damping / 4.0, LEAST_DAMPING)
                 return

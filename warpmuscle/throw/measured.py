@@ -122,8 +122,8 @@ def _along(
         )
     found = np.zeros((*motions.valid.shape, values.shape[1]))
     for row, (trial, motion) in enumerate(zip(trials, recorded, strict=True)):
-        own = result.activations.trial == trial
-        time = result.activations.time[own] - motion.start
+        individual = result.activations.trial == trial
+        time = result.activations.time[individual] - motion.start
         covered = min(time[-1], motion.time[-1]) - max(time[0], 0.0)
         if covered < COVERED * motion.time[-1]:
             raise SignalError(
@@ -131,7 +131,7 @@ def _along(
                 f"{motion.name}, {motion.start:g} to {motion.start + motion.time[-1]:g} s", file=path,
             )  # fmt: skip
         for k in range(values.shape[1]):
-            found[row, :, k] = np.interp(motions.time, time, values[own, k])
+            found[row, :, k] = np.interp(motions.time, time, values[individual, k])
     return found
 
 

@@ -41,15 +41,15 @@ class Course:
     def of(follower: Follower, fitted: Fitted) -> Course:
         """From the fitted signals and the simulated angles."""
         arm, motions = follower.arm, follower.motions
-        signals = follower.knots.sampled(follower.shaped(fitted.own))
-        activation = to_activation(arm, follower.synergies.excitation(signals), follower.start(fitted.own))
+        signals = follower.knots.sampled(follower.shaped(fitted.individual))
+        activation = to_activation(arm, follower.synergies.excitation(signals), follower.start(fitted.individual))
         table = arm.muscle_table(fitted.unknowns[None])
         q = states(arm, motions)[0]
         q[:, :, arm.coordinate_places] = fitted.replay.angle
         force, torque = [], []
-        for own, angle, speed in zip(activation, fitted.replay.angle, fitted.replay.speed, strict=True):
-            force.append(table.forces(own, angle, speed)[0])
-            torque.append(table.torques(own, angle, speed)[0].sum(axis=1))
+        for individual, angle, speed in zip(activation, fitted.replay.angle, fitted.replay.speed, strict=True):
+            force.append(table.forces(individual, angle, speed)[0])
+            torque.append(table.torques(individual, angle, speed)[0].sum(axis=1))
         hand = np.stack([hand_position(arm, one)[:, [2, 1]] for one in q])
         return Course(activation, np.stack(force), np.stack(torque), needed_torques(arm, motions), hand)
 
@@ -185,7 +185,7 @@ def _draw_signals(panels: Any, follower: Follower, fitted: Fitted, row: int, wid
     """Signals of a motion as extracted and fitted, in one panel a synergy."""
     inside = follower.motions.valid[row] > 0.0
     time = follower.motions.time[inside]
-    signals = follower.knots.sampled(follower.shaped(fitted.own[row : row + 1]))[0]
+    signals = follower.knots.sampled(follower.shaped(fitted.individual[row : row + 1]))[0]
     for k, axes in enumerate(panels):
         axes.plot(time, follower.synergies.signals[row][inside, k], color=RECORDED, linewidth=2.0 * width, alpha=0.25)
         axes.plot(time, signals[inside, k], color=SIMULATED, linewidth=width)

@@ -41,7 +41,7 @@ def draw_fit(
     if published is not None:
         curves.append(("as published", published.replay.angle[motion], published.signals[motion], OTHER))
     if fitted is not None:
-        signals = follower.knots.sampled(follower.shaped(fitted.own))
+        signals = follower.knots.sampled(follower.shaped(fitted.individual))
         curves.append(("better fit", fitted.replay.angle[motion], signals[motion], SIMULATED))
     with matplotlib().rc_context(STYLE):
         count = max(len(arm.driven), synergies.count)
@@ -131,7 +131,7 @@ def _draw_flight(axes: Any, follower: Follower, throw: Throw, color: str) -> Non
 
 def _draw_changes(row: Any, follower: Follower, throw: Throw, color: str) -> None:
     knots = follower.knots.time
-    before, after = (follower.shaped(signals[None])[0] for signals in (throw.known, throw.own))
+    before, after = (follower.shaped(signals[None])[0] for signals in (throw.known, throw.individual))
     for k, axes in enumerate(row):
         axes.plot(knots, before[k], color=RECORDED, linewidth=2.6, alpha=0.35)
         axes.plot(knots, after[k], color=color, linewidth=1.2)

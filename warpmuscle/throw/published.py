@@ -152,13 +152,13 @@ class _Published:
             Simulator(alone, self._motions, device=self._device, threads=self._threads, time_step=time_step)
             for time_step in (max(ROUGH_STEP, arm.scene.time_step), None)
         )
-        own = self._own_parameters(name)
+        individual = self._parameters_of_joint(name)
         excitation = self._synergies.excitation(self._synergies.signals).transpose(0, 2, 1)
         place = arm.joints.index(name)
 
         def r2(simulator: Simulator, which: NDArray[np.intp], cube: Floats) -> Floats:
             values = unknowns[which].copy()
-            values[:, own] = cube
+            values[:, individual] = cube
             angle, _ = simulator.run(which, self._motions.time, excitation[which], arm.values(values))
             recorded, valid = self._motions.angles[0][which], self._motions.valid[which]
             return determination(angle[:, :, [place]], recorded[:, :, [place]], valid)[:, 0]
@@ -168,12 +168,12 @@ class _Published:
             return missed
 
         result = unknowns.copy()
-        result[:, own] = _minimize(cost, np.clip(unknowns[:, own], 0.0, 1.0), evaluations)
-        reached = r2(exact, np.arange(len(result)), result[:, own])
+        result[:, individual] = _minimize(cost, np.clip(unknowns[:, individual], 0.0, 1.0), evaluations)
+        reached = r2(exact, np.arange(len(result)), result[:, individual])
         self._others += rough.simulations + exact.simulations
         return result, reached
 
-    def _own_parameters(self, joint: str) -> list[int]:
+    def _parameters_of_joint(self, joint: str) -> list[int]:
         """Places of the parameters of the muscles that pull on a joint."""
         starts = tuple(f"character.muscles.{name}." for name, joints in self._arm.crossed.items() if joint in joints)
         return [i for i, parameter in enumerate(self._arm.parameters) if parameter.name.startswith(starts)]
@@ -191,27 +191,27 @@ class _Published:
         for k in range(len(self._motions.time) - 1):
             target = self._motions.angles[0][:, k + 1, self._arm.free]
 
-            def residuals(which: NDArray[np.intp], own: Floats, _: Floats, target: Floats = target) -> Floats:
-                return self._tried(stepper, which, own) - target[which]
+            def residuals(which: NDArray[np.intp], individual: Floats, _: Floats, target: Floats = target) -> Floats:
+                return self._tried(stepper, which, individual) - target[which]
 
-            own = Unknowns(
+            individual = Unknowns(
                 np.clip(signals[:, k], 0.0, 1.0), np.zeros(size), np.ones(size), 1e-2, None,
                 [Prior(1e-9 * np.eye(size), signals[:, k])],
             )  # fmt: skip
-            found = fit(residuals, own, nothing, iterations=GREEDY_STEPS, damping=GREEDY_DAMPING, tolerance=1e-3)
-            signals[:, k] = found.own
-            stepper.commit(self._synergies.excitation(found.own))
+            found = fit(residuals, individual, nothing, iterations=GREEDY_STEPS, damping=GREEDY_DAMPING, tolerance=1e-3)
+            signals[:, k] = found.individual
+            stepper.commit(self._synergies.excitation(found.individual))
             angles.append(stepper.angle[:, 0])
             speeds.append(stepper.speed[:, 0])
         signals[:, -1] = signals[:, -2]
         self._others += stepper.tried // max(len(self._motions.time) - 1, 1)
         return signals, Replay(np.stack(angles, axis=1), np.stack(speeds, axis=1))
 
-    def _tried(self, stepper: Stepper, which: NDArray[np.intp], own: Floats) -> Floats:
+    def _tried(self, stepper: Stepper, which: NDArray[np.intp], individual: Floats) -> Floats:
         """Next angles (B, J) of candidates (B, N), which belong to motions `which`, sorted."""
         excitation = np.zeros((len(self._motions), stepper.copies, len(self._arm.muscles)))
         place = np.arange(len(which)) - np.searchsorted(which, which)
-        excitation[which, place] = self._synergies.excitation(own)
+        excitation[which, place] = self._synergies.excitation(individual)
         angle, _ = stepper.attempt(excitation)
         return np.asarray(angle[which, place][:, self._arm.free])
 

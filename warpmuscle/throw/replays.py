@@ -74,9 +74,9 @@ def fitted_replays(follower: Follower, fitted: Fitted, throws: Sequence[Throw] =
     """Every motion as it was fitted, and behind them the throws that were made out of the first."""
     motions = follower.motions
     which = np.array([*range(len(motions)), *(0 for _ in throws)], dtype=np.intp)
-    own = np.concatenate([fitted.own, *(made.own[None] for made in throws)])
+    individual = np.concatenate([fitted.individual, *(made.individual[None] for made in throws)])
     values = follower.arm.values(fitted.unknowns)
-    excitation, start = follower.excitation(own), follower.start(own)
+    excitation, start = follower.excitation(individual), follower.start(individual)
     found = follower.simulator.recordings(which, follower.knots.time, excitation, values, start)
     names = (*motions.names, *(_name(made) for made in throws))
     recorded = zip(found, which, strict=True)

@@ -86,10 +86,10 @@ def synergy_rows(agreement: Agreement) -> list[TableRow]:
     """
     rows = []
     for k in range(agreement.by_synergy.shape[1]):
-        own = agreement.by_synergy[:, k]
-        if not np.isfinite(own).any():
+        individual = agreement.by_synergy[:, k]
+        if not np.isfinite(individual).any():
             continue
-        cells = [f"{np.nanmedian(own):.3f} ({np.nanmin(own):.3f})"]
+        cells = [f"{np.nanmedian(individual):.3f} ({np.nanmin(individual):.3f})"]
         if agreement.null_by_synergy is not None and np.isfinite(agreement.lead[:, k]).any():
             lead = agreement.lead[:, k]
             cells += [f"{np.nanmedian(agreement.null_by_synergy[:, k]):.3f}"]
@@ -245,17 +245,17 @@ def _put_fit(group: Any, follower: Follower, fitted: Fitted) -> None:
     group.attrs["scene"] = toml.dumps(with_values(arm.scene, np.clip(values, *_ends(arm))))
     _put_parameters(group, arm, values, "parameter", "fitted parameters of the scene")
     store(group, "knots", follower.knots.time, "s", "knot", description="times of the knots of the fitted signals")
-    own = follower.shaped(fitted.own)
+    individual = follower.shaped(fitted.individual)
     store(
-        group, "knot_values", own, axes="motion, synergy, knot",
+        group, "knot_values", individual, axes="motion, synergy, knot",
         description="fitted signals of the synergies at the knots",
     )  # fmt: skip
     store(
-        group, "start", fitted.own[:, -follower.synergies.count :], axes="motion, synergy",
+        group, "start", fitted.individual[:, -follower.synergies.count :], axes="motion, synergy",
         description="signals that the activations start by",
     )  # fmt: skip
     store(
-        group, "C", follower.knots.sampled(own), axes="motion, sample, synergy",
+        group, "C", follower.knots.sampled(individual), axes="motion, sample, synergy",
         description="fitted signals of the synergies",
     )  # fmt: skip
     store(group, "angle", fitted.replay.angle, "rad", series, description="angles of the joints as simulated")

@@ -108,9 +108,9 @@ class _Problem:
         """W (M, N) given signals (n, N, K + 1) of some motions."""
         muscles, count = self._gain.shape[3], signals.shape[1]
         normal, right = np.zeros((muscles * count, muscles * count)), np.zeros(muscles * count)
-        for number, own in zip(which, signals, strict=True):
+        for number, individual in zip(which, signals, strict=True):
             inside = self._inside[number]
-            active = (self._basis @ own.T) * inside[:, None]
+            active = (self._basis @ individual.T) * inside[:, None]
             design = (self._gain[number][:, :, :, None] * active[:, None, None, :]).reshape(-1, muscles * count)
             normal += design.T @ design + PRICE * np.kron(np.eye(muscles), active.T @ active)
             right += design.T @ (self._needed[number] * inside[:, None]).ravel()

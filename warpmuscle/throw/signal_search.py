@@ -48,7 +48,7 @@ class Throws(Protocol):
     """What a search needs of a `synthesis.Thrower`, whose methods these are."""
 
     follower: Follower
-    own: Floats
+    individual: Floats
     frames: Integers
     hats: Floats
 
@@ -99,18 +99,18 @@ class SignalSearch:
 
     def __init__(self, thrower: Throws, goal: Goal, synergies: tuple[int, ...], others: Sequence[Floats]) -> None:
         self._thrower, self._goal, self._synergies, self._others = thrower, goal, synergies, others
-        self._hats, self._frames, self._known = thrower.hats, thrower.frames, thrower.own
+        self._hats, self._frames, self._known = thrower.hats, thrower.frames, thrower.individual
         self._weight = 1.0  # of limits, up to the release
         self.simulations = 0
 
     def run(self, seed: int) -> tuple[tuple[Floats, int], int]:
         """Signals (size,) and the frame of release of the best throw, and how many were simulated."""
-        best = Best(self._thrower.own, int(self._thrower.frames[0]))
+        best = Best(self._thrower.individual, int(self._thrower.frames[0]))
         for way in WAYS:
             if way.nearly and not best.ball <= GOOD < best.miss:
                 continue
             self._weight = way.weight
-            self._known = self._thrower.own if way.anew else best.signals
+            self._known = self._thrower.individual if way.anew else best.signals
             found = self._descend(seed + 1000 * way.draw, way, Best(self._known, best.frame))
             best = min(self._judged(found), self._judged(best), key=lambda one: (one.miss > GOOD, one.cost))
             if best.miss <= GOOD:
@@ -198,7 +198,7 @@ class SignalSearch:
         before = np.maximum.accumulate(past, axis=1)[rows, self._frames[choice]]
         ball, held = missed[rows, choice], tamed(before).sum(axis=1)
         after = tamed(past.max(axis=1)).sum(axis=1) - held
-        change = np.mean((signals - thrower.own) ** 2, axis=1)
+        change = np.mean((signals - thrower.individual) ** 2, axis=1)
         cost = ball + self._weight * held + after + EFFORT * thrower.effort(signals) + CHANGE * change
         for other in self._others:
             apart = np.sqrt(np.mean((signals - other) ** 2, axis=1))

@@ -41,7 +41,7 @@ class Throw:
     ground: float  # m, height of the ground
     gravity: float  # m/s^2
     known: Floats  # (size,) signals of the throw that it began as, see `Follower.size`
-    own: Floats  # (size,) signals
+    individual: Floats  # (size,) signals
     replay: Replay  # of one motion
     synergies: tuple[int, ...]  # whose signals changed
     change: float  # root mean square of that change
@@ -91,7 +91,7 @@ class Thrower:
     """Makes throws out of one that is known.
 
     Attributes:
-        follower: what the known throw was fitted with. own: (size,) its signals.
+        follower: what the known throw was fitted with. individual: (size,) its signals.
         values: (P,) of the scene's parameters.
         recorded: coordinates (T, C), speeds and accelerations (T, S) of the motion that the known throw follows.
         release: s, when the known throw would carry farthest, or the time that was asked for.
@@ -102,7 +102,7 @@ class Thrower:
     def __init__(
         self,
         follower: Follower,
-        own: Floats,
+        individual: Floats,
         shared: Floats,
         release: float | None = None,
         motion: int = 0,
@@ -111,11 +111,11 @@ class Thrower:
         """Begin with a fitted throw.
 
         Args:
-            own: (size,) its signals. shared: (P,) its parameters. motion: its number among the follower's.
+            individual: (size,) its signals. shared: (P,) its parameters. motion: its number among the follower's.
             release: s; by default any time about the one when a ball that is let go with the hand above the shoulder
                 flies farthest.
         """
-        self.follower, self.own, self._motion, self._seed = follower, own.copy(), motion, seed
+        self.follower, self.individual, self._motion, self._seed = follower, individual.copy(), motion, seed
         arm, motions = follower.arm, follower.motions.rows([motion])
         self.values = arm.values(shared)
         self.recorded = tuple(part[0] for part in states(arm, motions))
@@ -132,7 +132,7 @@ class Thrower:
         self._below = float(self._shoulder[0, 0])
         self._step = float(motions.time[1] - motions.time[0])
         self._last = last = int(np.flatnonzero(motions.valid[0] > 0.0)[-1])
-        self.known = self.simulated(own[None])
+        self.known = self.simulated(individual[None])
         if release is None:
             best = self._best_frame(last)
             first, final = best - round(EARLIER / self._step), best + round(LATER / self._step)
@@ -201,7 +201,7 @@ class Thrower:
         found: list[Throw] = []
         for number in range(count):
             progress(f"throwing {goal}" + (f", solution {number + 1} of {count}" if count > 1 else ""))
-            found.append(self._throw(goal, synergies, [made.own for made in found]))
+            found.append(self._throw(goal, synergies, [made.individual for made in found]))
         return found
 
     def throw(self, goal: Goal, synergies: tuple[int, ...] | None = None) -> Throw:
@@ -228,19 +228,19 @@ class Thrower:
         chosen = tuple(range(self.follower.synergies.count)) if synergies is None else synergies
         search = SignalSearch(self, goal, chosen, others)
         best, simulations = search.run(self._seed + len(others))
-        own, frame = best
-        replay = self.simulated(own[None])
+        individual, frame = best
+        replay = self.simulated(individual[None])
         flight, clearance = self.flights(replay, np.array([frame]), goal.height)
         one = replace(flight, **{name: getattr(flight, name)[:, 0] for name in
                                  ("position", "velocity", "distance", "duration", "short")})  # fmt: skip
         follower = self.follower
         free, valid = follower.arm.free, follower.motions.valid[[self._motion]]
         resemblance = determination(replay.angle[:, :, free], self.known.angle[:, :, free], valid)[0]
-        change = float(np.sqrt(np.mean((own - self.own) ** 2)))
+        change = float(np.sqrt(np.mean((individual - self.individual) ** 2)))
         return Throw(
-            goal, one, frame * self._step, self._below, self._ground, self.gravity, self.own, own, replay, chosen,
-            change, resemblance, float(self.effort(own[None])[0]), float(clearance[0, 0]), *self.past(replay, frame),
-            simulations,
+            goal, one, frame * self._step, self._below, self._ground, self.gravity, self.individual, individual, replay,
+            chosen, change, resemblance, float(self.effort(individual[None])[0]), float(clearance[0, 0]),
+            *self.past(replay, frame), simulations,
         )  # fmt: skip
 
     def past(self, replay: Replay, frame: int) -> tuple[dict[str, float], dict[str, float]]:

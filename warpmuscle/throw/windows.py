@@ -26,31 +26,31 @@ def by_windows(follower: Follower, which: NDArray[np.intp], shared: Floats, dist
     Args:
         shared: (P,) parameters. distance: (size, size) price of squared distances from the extracted signals.
     """
-    own, end, simulations = follower.extracted[which], follower.horizon, 0
+    individual, end, simulations = follower.extracted[which], follower.horizon, 0
     for until in [*np.arange(WINDOW, end - 0.5 * MOVE, MOVE).tolist(), end]:
         follower.horizon = until
-        simulations += _window(follower, which, own, shared, distance)
-    return own, simulations
+        simulations += _window(follower, which, individual, shared, distance)
+    return individual, simulations
 
 
-def _window(follower: Follower, which: NDArray[np.intp], own: Floats, shared: Floats, distance: Floats) -> int:
+def _window(follower: Follower, which: NDArray[np.intp], individual: Floats, shared: Floats, distance: Floats) -> int:
     """Fit the signals of the window that ends with the follower's horizon, in place."""
     until, time, count = follower.horizon, follower.knots.time, follower.synergies.count
     near = (time > until - WINDOW - 1e-9) & (time < until + MOVE - 1e-9)
     chosen = np.concatenate([np.tile(near, count), np.full(count, until <= WINDOW + 1e-9)])
     free, others = np.flatnonzero(chosen), np.flatnonzero(~chosen)
     extracted = follower.extracted[which]
-    block, away = distance[np.ix_(free, free)], (own - extracted)[:, others]
+    block, away = distance[np.ix_(free, free)], (individual - extracted)[:, others]
     reference = extracted[:, free] - np.linalg.solve(block, distance[np.ix_(free, others)] @ away.T).T
 
     def residuals(rows: NDArray[np.intp], x: Floats, z: Floats) -> Floats:
-        whole = own[rows]
+        whole = individual[rows]
         whole[:, free] = x
         return follower.residuals(which[rows], whole, np.tile(shared, (len(rows), 1)))
 
     size = len(free)
-    signals = Unknowns(own[:, free], np.zeros(size), np.ones(size), FINE_STEP, None, [Prior(block, reference)])
+    signals = Unknowns(individual[:, free], np.zeros(size), np.ones(size), FINE_STEP, None, [Prior(block, reference)])
     nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
     found = fit(residuals, signals, nothing, iterations=STEPS, tolerance=TOLERANCE)
-    own[:, free] = found.own
+    individual[:, free] = found.individual
     return found.simulations

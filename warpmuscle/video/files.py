@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import check_output, replace_file, replacing
-from warpmuscle.video.beside import Beside, Sheet
 from warpmuscle.video.film import Film
 from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors
+from warpmuscle.video.side_by_side import Beside, Sheet
 
 ENDINGS = (".mp4", ".gif", ".webp")
 Tell = Callable[[int, int], None]  # of frames done, of all
@@ -90,7 +90,7 @@ def _write_mp4(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None
         code = encoder.wait()
     if code != 0:
         raise OSError(0, _why_ended(code))
-    if not _is_whole(path):
+    if not _is_complete(path):
         raise OSError(0, "ffmpeg wrote a part only")
 
 
@@ -103,7 +103,7 @@ def _why_ended(code: int) -> str:
     return f"ffmpeg ended with code {code}"
 
 
-def _is_whole(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     """Whether an .mp4 consists of whole boxes, the frames and their index among them (ISO/IEC 14496-12, 4.2)."""
     size, at, kinds = path.stat().st_size, 0, set()
     with open(path, "rb") as file:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 
 Value = bool | float | str
 STEPS = 200  # of a slider
@@ -52,7 +52,13 @@ class Slider:
     def for_page(self) -> dict[str, Any]:
         """What the page is sent about it besides its name."""
         step = self.step or (self.max - self.min) / STEPS
-        return {"min": self.min, "max": self.max, "step": step, "unit": whole(self.unit), "group": whole(self.group)}
+        return {
+            "min": self.min,
+            "max": self.max,
+            "step": step,
+            "unit": encodable(self.unit),
+            "group": encodable(self.group),
+        }
 
 
 @dataclass
@@ -91,7 +97,7 @@ class Choice:
 
     def for_page(self) -> dict[str, Any]:
         """What the page is sent about it besides its name."""
-        return {"options": [whole(option) for option in self.options]}
+        return {"options": [encodable(option) for option in self.options]}
 
 
 @dataclass
@@ -131,7 +137,7 @@ def use(control: Control, value: object) -> Value | None:
 def for_page(controls: Sequence[Control]) -> list[dict[str, Any]]:
     """What the page is sent about controls, by their number."""
     return [
-        {"kind": type(one).__name__.lower(), "name": whole(one.name), "value": one.value, "hint": whole(one.hint),
-         "section": whole(one.section), **one.for_page()}
+        {"kind": type(one).__name__.lower(), "name": encodable(one.name), "value": one.value,
+         "hint": encodable(one.hint), "section": encodable(one.section), **one.for_page()}
         for one in controls
     ]  # fmt: skip

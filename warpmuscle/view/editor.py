@@ -21,11 +21,11 @@ from warpmuscle.view.editing.names import shown_unit
 from warpmuscle.view.editing.numbers import Editable, editable, slider_range
 from warpmuscle.view.edits import Edits, Point, edited, key_now
 from warpmuscle.view.messages import Edit
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 
 MOST_POINTS = 64  # of a curve
 UNDOS = 200  # that can be taken back
-TOGETHER = 1.0  # s between two changes of one number that are taken back as one
+ONE_CHANGE = 1.0  # s between two changes of one number that are taken back as one
 NAMED = 8  # changes that the description of a saved scene names
 
 ASKS = ("save", "settings", "points")  # edits that change nothing
@@ -124,7 +124,7 @@ class Editor:
         now = self._clock()
         if edits == self.edits:
             return
-        if self._last[0] != target or now - self._last[1] > TOGETHER or not self._before:
+        if self._last[0] != target or now - self._last[1] > ONE_CHANGE or not self._before:
             self._before = [*self._before, self.edits][-UNDOS:]
         self._undone, self._last = [], (target, now)
         self.edits, self.pending = edits, True
@@ -178,20 +178,20 @@ class Editor:
             low, high = slider_range(field, one.unit, value)
             unit, factor = shown_unit(one.unit)
             entry = self._named(one, groups) | {"value": value, "min": low, "max": high}
-            entry |= {"unit": whole(unit), "factor": factor}
-            numbers.append(entry | ({"follows": whole(follows[one.key])} if follows.get(one.key) else {}))
+            entry |= {"unit": encodable(unit), "factor": factor}
+            numbers.append(entry | ({"follows": encodable(follows[one.key])} if follows.get(one.key) else {}))
         curves = [
             self._named(one, groups)
             | self._knots(one.key, one.across, one.along, self._begin)
             | {"straight": one.straight, "duration": places.get(one.duration, -1)}
             for one in self.curves
         ]
-        names = [whole(group) for group in groups]
+        names = [encodable(group) for group in groups]
         return {"groups": names, "numbers": numbers, "curves": curves, "most": MOST_POINTS}
 
     def _named(self, one: Editable, groups: list[str]) -> dict[str, Any]:
-        return {"group": groups.index(one.group), "name": whole(one.name), "unit": whole(one.unit),
-                "key": whole(one.key)}  # fmt: skip
+        return {"group": groups.index(one.group), "name": encodable(one.name), "unit": encodable(one.unit),
+                "key": encodable(one.key)}  # fmt: skip
 
     def values(self) -> dict[str, Any]:
         """What differs from the scene as it was, and what can be taken back."""
@@ -244,7 +244,7 @@ class Editor:
         """Name and text of a TOML file of the scene as it is now."""
         name = f"{self._first.name}_edited"
         text = toml.dumps(msgspec.structs.replace(self.scene, name=name, description=self._description()))
-        return re.sub(r"[^\w-]+", "_", name, flags=re.ASCII)[:80] + ".toml", whole(text)
+        return re.sub(r"[^\w-]+", "_", name, flags=re.ASCII)[:80] + ".toml", encodable(text)
 
     def settings(self) -> str:
         """A command that simulates the scene with the changes."""
@@ -258,15 +258,15 @@ class Editor:
             else:  # the scene has no such curve
                 inner = ", ".join(f"{name} = {value}" for name, value in lists.items())
                 values.append(f"{curve.key}={{ {inner} }}")
-        options = "".join(f" \\\n  --set {shlex.quote(whole(value))}" for value in values)
-        return f"warpmuscle simulate {shlex.quote(whole(self._first.name))}{options}"
+        options = "".join(f" \\\n  --set {shlex.quote(encodable(value))}" for value in values)
+        return f"warpmuscle simulate {shlex.quote(encodable(self._first.name))}{options}"
 
     def points(self, target: int) -> str:
         """A curve as it is now, as lines of a scene's TOML file."""
         curve = self.curves[target]
         knots = self._knots(curve.key, curve.across, curve.along, self._numbers())
         at, along = _list(knots["at"]), _list(knots["along"])
-        return whole(f"# {curve.key}\n{curve.across} = {at}\n{curve.along} = {along}\n")
+        return encodable(f"# {curve.key}\n{curve.across} = {at}\n{curve.along} = {along}\n")
 
     def _description(self) -> str:
         """How the scene came about."""

@@ -14,7 +14,7 @@ from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Condition, ViaPoint
 from warpmuscle.scene.validation.paths import is_route
-from warpmuscle.scene.wrapping.drawn import drawn_count, drawn_route
+from warpmuscle.scene.wrapping.polylines import drawn_count, drawn_route
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from warpmuscle.core.arguments import as_kind, as_path, as_truth, as_whole, in_words
+from warpmuscle.core.arguments import as_integer, as_kind, as_path, as_truth, in_words
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.results.partial_motion import demanding
@@ -52,7 +52,7 @@ def show(
     meshes: str | PathLike[str] | None = None,
     over: bool = False,
 ) -> Page:
-    """Recorded motion as a page that a notebook shows and `save` writes.
+    """Show recorded motion as a page in a notebook, or `save` it.
 
     Args:
         motion: a result or its file, all of whose motions are shown side by side; a run; one recording; a rollout that
@@ -96,7 +96,7 @@ def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> li
         own = scene_of(scene)
         return [Sight(own.name, demanding(motion, "this recording"), substitute(own, start_values(own)))]
     if replay is not None:
-        replay = as_whole(replay, "replay", 0)
+        replay = as_integer(replay, "replay", 0)
     if isinstance(motion, HasRecordings):
         if not motion.recorded_instances:
             raise ArgumentError("this rollout has recorded nothing to show: name instances in Rollout(..., record=[0])")

@@ -12,7 +12,7 @@ from warpmuscle.scene.initial_pose import plain_vector
 from warpmuscle.scene.objects.motion import ObjectMotion, object_motion
 from warpmuscle.scene.objects.part import AnyObject
 from warpmuscle.scene.objects.shape import rounded
-from warpmuscle.scene.treadmill.way import mean_shift
+from warpmuscle.scene.treadmill.belt_motion import mean_shift
 from warpmuscle.view.pieces import Block, Limb, Piece
 
 

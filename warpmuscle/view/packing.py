@@ -104,6 +104,6 @@ def without_comments(script: str) -> str:
     return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
-def whole(text: str) -> str:
+def encodable(text: str) -> str:
     """A text without the halves of letters that names of files and of Python may hold, which no page can."""
     return text.encode(errors="replace").decode()

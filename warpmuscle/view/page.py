@@ -30,7 +30,7 @@ from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
 from warpmuscle.view.objects import object_pieces
-from warpmuscle.view.packing import Packer, Pool, packed_json, whole, without_comments
+from warpmuscle.view.packing import Packer, Pool, encodable, packed_json, without_comments
 from warpmuscle.view.pieces import device_pieces, surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
@@ -130,7 +130,7 @@ def page_of(
         meshes: folder with the files that models are drawn with. facts: what is known of each track, if anything.
         over: whether they are shown over one another, starting in one place, rather than side by side.
     """
-    packer, title = Packer(), whole(title)
+    packer, title = Packer(), encodable(title)
     pool = Pool() if len(tracks) > CROWD else None
     dolls = _Dolls(packer, len(tracks) > FEW, meshes)
     contents: list[dict[str, Any]] = []

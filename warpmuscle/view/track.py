@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
-from warpmuscle.gait.over_belts import over_belts
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
@@ -27,7 +27,7 @@ from warpmuscle.view.curves import FULL_FORCE
 from warpmuscle.view.measured.content import at_times
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.objects import motions_of
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -129,7 +129,7 @@ def track_of(
     recording = over_belts(thinned(recording, rate), scene)
     f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
     return Track(
-        label=whole(label or scene.name),
+        label=encodable(label or scene.name),
         doll=doll,
         recording=recording,
         slid=_slid(recording, scene, doll),

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.results.recording import NAMED, QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import NAMED, QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.masses import center_of_mass

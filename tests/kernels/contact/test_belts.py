@@ -13,7 +13,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import BallObject, Body, Box, Character, Failure, Ground, InitialState, Scene, Sphere, Treadmill
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.objects.motion import object_motion
-from warpmuscle.scene.treadmill.way import BELTS, mean_shift, share
+from warpmuscle.scene.treadmill.belt_motion import BELTS, mean_shift, share
 from warpmuscle.simulation.rollout import Rollout
 
 G = 9.8

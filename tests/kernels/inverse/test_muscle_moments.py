@@ -27,7 +27,7 @@ def test_a_ligament_counts_as_a_fibre_at_rest_and_muscles_move_as_their_paths_do
     speed, none = to_device(np.full((2, 3), SPEED), float, "cpu"), wp.zeros((0, 0, 0), dtype=float, device="cpu")
     fibre = to_device(np.full((2, 2, 3), 7.0), float, "cpu")
     active, passive = (to_device(np.full((2, 3), 7.0), float, "cpu") for _ in range(2))
-    kernel = fibre_forces_of(kind.curves, kind.own)
+    kernel = fibre_forces_of(kind.curves, kind.special_curves)
     wp.launch(kernel, (2, 3), [model, none, length, speed], [fibre, active, passive], device="cpu")
     np.testing.assert_array_equal(fibre.numpy()[:, :, 1], [[1.0, 1.0], [0.0, 0.0]])
     np.testing.assert_array_equal(active.numpy()[:, 1], 0.0)

@@ -54,13 +54,14 @@ def drawn() -> dict[str, Any]:
         "start_step": random.integers(0, 40, N), "status": (np.arange(N) % 5 == 4).astype(int) * 2,
         "length": random.integers(1, 12, N), "torque_integral": random.random((N, BODIES)) * 9.0,
         "muscle_terms": random.random((N, 3, MUSCLES)), "body_terms": random.random((N, 2, BODIES)),
-        "whole_terms": random.random((N, 2)), "earned": random.normal(size=N), "sums": random.normal(size=(N, LOGGED)),
+        "instance_terms": random.random((N, 2)),
+        "earned": random.normal(size=N), "sums": random.normal(size=(N, LOGGED)),
         "weight": random.uniform(0.3, 1.5, COUNT) * np.where(np.arange(COUNT) % 3 == 2, -1.0, 1.0),
     }  # fmt: skip
 
 
 OBJECTIVE = {
-    "torque": 0.013, "muscle": (0.4, 0.0, -0.7), "body": (0.2, -0.3), "whole": (1.1, -0.6), "basal": 0.021,
+    "torque": 0.013, "muscle": (0.4, 0.0, -0.7), "body": (0.2, -0.3), "instance": (1.1, -0.6), "basal": 0.021,
     "energy": 1, "transport": 2.3, "mass": 71.0, "basal_power": 83.0, "time_step": 0.005,
 }  # fmt: skip
 
@@ -70,7 +71,7 @@ def objective(d: dict[str, Any], i: int) -> float:
     w, steps = OBJECTIVE, d["step"][i] - d["start_step"][i]
     muscle = d["muscle_terms"][i].sum(axis=1)
     total = w["torque"] * d["torque_integral"][i].sum() + np.dot(w["muscle"], muscle) + w["basal"] * steps
-    total += np.dot(w["body"], d["body_terms"][i].sum(axis=1)) + np.dot(w["whole"], d["whole_terms"][i])
+    total += np.dot(w["body"], d["body_terms"][i].sum(axis=1)) + np.dot(w["instance"], d["instance_terms"][i])
     gone = d["coordinates"][i, [0, 2]] - d["start_place"][i, [0, 2]]
     energy = (muscle[w["energy"]] + w["basal_power"] * steps) * w["time_step"]
     return total + w["transport"] * energy / (w["mass"] * max(np.hypot(*gone), 1.0))
@@ -132,7 +133,7 @@ def judged(d: dict[str, Any], effort: int) -> tuple[Gains, Episodes]:
     state = filled(
         State, coordinates=d["coordinates"], foot_force=d["foot_force"], step=d["step"], status=d["status"],
         torque_integral=d["torque_integral"], muscle_terms=d["muscle_terms"], body_terms=d["body_terms"],
-        whole_terms=d["whole_terms"], muscles=filled(MuscleState, activation=d["activation"]),
+        instance_terms=d["instance_terms"], muscles=filled(MuscleState, activation=d["activation"]),
     )  # fmt: skip
     names = ("command", "phase", "heading", "side", "place", "start_place", "start_step", "length")
     episodes = filled(Episodes, **{name: d[name] for name in names}, mask=np.zeros(N, bool))
@@ -216,3 +217,9 @@ def test_a_place_that_is_no_number_or_very_far_is_a_failure(drawn: dict[str, Any
     assert gains.terminated.numpy()[:2].all()
     np.testing.assert_allclose(gains.reward.numpy()[:2], drawn["weight"][-1], rtol=1e-6)
     assert np.isfinite(gains.sums.numpy()).all()
+
+
+def test_a_reward_without_a_value_is_named(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(rewards, "TERMS", (*TERMS, "grace"))
+    with pytest.raises(TypeError, match=r"the reward grace .* has no value in task_terms"):
+        rewards._check_rewards()

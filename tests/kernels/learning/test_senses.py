@@ -1,5 +1,7 @@
 """Every kind of observation against float64, of free, planar and fixed roots, and what random states begin with."""
 
+import inspect
+import re
 from typing import Any
 
 import numpy as np
@@ -188,3 +190,12 @@ def test_what_is_told_is_as_old_as_the_delay_and_noise_has_its_deviation():
         heard = result.numpy()[:, 3] - ring[:, (decision - 2) % SLOTS, 3]
         assert heard.std() == pytest.approx(0.25, rel=0.06)
         assert abs(heard.mean()) < 0.02
+
+
+def test_every_kind_of_feature_has_a_value():
+    """One that no function asks for would be observed as 0, or as another one."""
+    text = inspect.getsource(senses)
+    kinds = re.search(r"^\((.*?)\) = range\(", text, re.DOTALL | re.MULTILINE)[1].replace(",", " ").split()
+    assert len(kinds) == senses.GROUND + 1
+    asked = set(re.findall(r"kind [=>]= ([A-Z_]+)", text))
+    assert set(kinds) == asked

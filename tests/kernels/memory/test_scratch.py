@@ -46,7 +46,7 @@ from warpmuscle.model.controllers.simbicon import SIMBICON
 BODIES, SLOTS, FOLLOWED, PUSHES, ENTRIES = 15, 5, 5, 3, 40
 FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices": 9, "symmetric": 6}
 TERMS = term_sums.ObjectiveKind(
-    tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.WHOLE_TERMS)
+    tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.INSTANCE_TERMS)
 )
 MUSCLES = [
     muscle_stage_of(

@@ -9,7 +9,7 @@ from muscle_arm import leg
 from random_states import random_states
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels.muscle import activation, muscle_control
-from warpmuscle.kernels.structs import CLIP, DROP, KEEP, MuscleRow, Muscles, MuscleState, OwnExcitation
+from warpmuscle.kernels.structs import CLIP, DROP, KEEP, MuscleRow, Muscles, MuscleState, TimedExcitation
 from warpmuscle.scene import MuscleModel
 from warpmuscle.simulation.stages import Stages
 
@@ -80,7 +80,7 @@ def test_ideal_muscles_have_the_force_that_they_should_have_even_beyond_f_max():
 @wp.kernel(enable_backward=False)
 def timed(muscles: Muscles, time: wp.array[float], excitation: wp.array2d[float]):
     i, m = wp.tid()
-    excitation[i, m] = muscle_control.timed_excitation(muscles, muscles.own[0, m], 0, time[i])
+    excitation[i, m] = muscle_control.timed_excitation(muscles, muscles.timed[0, m], 0, time[i])
 
 
 def test_own_excitation_is_straight_between_knots_constant_beyond_and_periodic():
@@ -90,7 +90,7 @@ def test_own_excitation_is_straight_between_knots_constant_beyond_and_periodic()
         values = np.concatenate([knot[column] for knot in knots])[None].astype(np.float32)
         setattr(muscles, name, wp.array(values, dtype=float, device="cpu"))
     columns = {"first_knot": [[0, 3, 4]], "end_knot": [[3, 4, 6]], "period": [[knot[2] for knot in knots]]}
-    muscles.own = structs_to_device(OwnExcitation, columns, "cpu")
+    muscles.timed = structs_to_device(TimedExcitation, columns, "cpu")
     time = np.linspace(-0.301, 2.31, 1000)
     given, got = wp.array(time.astype(np.float32), dtype=float, device="cpu"), wp.zeros((1000, 3), device="cpu")
     wp.launch(timed, got.shape, [muscles, given], [got], device="cpu")

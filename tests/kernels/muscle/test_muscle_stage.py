@@ -14,7 +14,8 @@ from warpmuscle.formats import load
 from warpmuscle.kernels import stages as single_stages
 from warpmuscle.kernels.curve.curves import LEE
 from warpmuscle.kernels.muscle import muscle, muscle_stage
-from warpmuscle.results.recording import MUSCLE_QUANTITIES, Recording
+from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
+from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation, Excitation, JointState, Muscle, MuscleModel, PolynomialPath, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
@@ -120,7 +121,7 @@ def test_muscles_that_are_taken_from_a_queue_do_what_they_do_in_turn(monkeypatch
 
     in_turn = pulled_by(3)
     monkeypatch.setattr(muscle_stage, "next_turn", counted_turn)
-    queued = partial(muscle_stage.muscle_stage_of.__wrapped__, together=1)
+    queued = partial(muscle_stage.muscle_stage_of.__wrapped__, lanes_in_warp=1)
     monkeypatch.setattr(single_stages, "muscle_stage_of", queued)
     monkeypatch.setattr(single_stages, "muscle_torques", single_stages.muscle_torques.__wrapped__)
     for got, expected in zip(pulled_by(3), in_turn, strict=True):

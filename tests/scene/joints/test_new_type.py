@@ -109,3 +109,35 @@ def test_names_files_and_messages_know_it(tmp_path):
         register(TYPES["screw"])
     with pytest.raises(RolloutError, match="single stages know no screw joint"):
         Stages(scene, 1, "cpu")
+
+
+class Motionless(Coordinate):
+    """A type that says nothing of its motion."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "kernel", "message"),
+    [
+        (Motionless, f"{__name__}:screw_motion", "joint type 'odd' has no method `motion`"),
+        (Screw, "", "joint type 'odd' names no `kernel`"),
+        (Screw, f"{__name__}:scew_motion", "joint type 'odd': its kernel .*scew_motion' is no Warp function"),
+        (Screw, "no_such_module:f", "joint type 'odd': its kernel 'no_such_module:f' is no Warp function"),
+    ],
+)
+def test_what_a_type_forgets_is_named(kind: type[Coordinate], kernel: str, message: str):
+    scene = nut()
+    scene.character.joints["thread"].type = "odd"
+    entry = kind(
+        name="odd", kernel=kernel, coordinates=("",), speeds=("",), axes=1, limits=1, angles=("",),
+        angle_names=("turn",),
+    )  # fmt: skip
+
+    def used() -> None:
+        register(entry)
+        Rollout(scene, 1, "cpu")
+
+    try:
+        with pytest.raises(Error, match=message):
+            used()
+    finally:
+        TYPES.pop("odd", None)

@@ -14,7 +14,7 @@ from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, angle_changes, changes, scores
-from warpmuscle.sweep.adaptation.plan import check_own, sweep_text
+from warpmuscle.sweep.adaptation.plan import check_not_edited, sweep_text
 from warpmuscle.sweep.adaptation.predicted import Prediction
 from warpmuscle.sweep.adaptation.records import Record, read_records, reference_of
 from warpmuscle.sweep.plan import read
@@ -147,7 +147,7 @@ def test_a_file_of_ones_own_is_not_replaced_by_the_sweep_that_is_made(tmp_path: 
     assert (tmp_path / "mine.toml").read_text() == 'base = "reflex_planar"\n'
     again = sweep_text(records_of(tmp_path, LEVEL), load("reflex_planar"), "reflex_planar", 1, {}, 5.0)
     (tmp_path / "mine.toml").write_text(again)
-    check_own(tmp_path / "mine.toml")
+    check_not_edited(tmp_path / "mine.toml")
 
 
 def test_settings_hold_in_all_runs_but_of_what_conditions_say(tmp_path: Path):

@@ -9,16 +9,16 @@ from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.sweep.patient.compared import (
     COST,
     Walk,
+    angle_distance,
     changed_numbers,
     in_spread,
     judged_distances,
-    own_distance,
     searched_distances,
-    whole_distance,
+    stride_distance,
     within,
 )
 from warpmuscle.sweep.patient.file import UNCHANGED
-from warpmuscle.sweep.patient.gait import UNITS, Gait, together, unit_of
+from warpmuscle.sweep.patient.gait import UNITS, Gait, pooled, unit_of
 from warpmuscle.sweep.patient.recorded import Patient, _spread
 
 CYCLE = np.linspace(0.0, 2.0 * np.pi, 101)
@@ -45,7 +45,7 @@ def test_a_distance_is_in_the_patients_own_standard_deviations():
     assert in_spread(curve, one, "Knee flexion", "left") == pytest.approx(2.0)
     assert within(curve - 0.1, one, "Knee flexion", "left") == 100.0
     assert within(curve + 0.1, one, "Knee flexion", "left") == 0.0
-    assert whole_distance(gait(8.0), one) == pytest.approx(2.0)
+    assert angle_distance(gait(8.0), one) == pytest.approx(2.0)
 
 
 def test_a_spread_is_at_least_what_measuring_leaves():
@@ -55,8 +55,8 @@ def test_a_spread_is_at_least_what_measuring_leaves():
 
 def test_own_strides_are_held_against_the_mean_of_the_others():
     # 6 away from the mean of the others at both ends, not at all in the middle, in standard deviations of 4
-    assert own_distance(patient(-4.0, 0.0, 4.0), "Knee flexion", "right") == pytest.approx((1.5 + 0.0 + 1.5) / 3.0)
-    assert own_distance(patient(0.0), "Knee flexion", "right") is None
+    assert stride_distance(patient(-4.0, 0.0, 4.0), "Knee flexion", "right") == pytest.approx((1.5 + 0.0 + 1.5) / 3.0)
+    assert stride_distance(patient(0.0), "Knee flexion", "right") is None
 
 
 def test_searched_and_judged_curves_tell_before_and_after_over_seeds():
@@ -70,7 +70,7 @@ def test_searched_and_judged_curves_tell_before_and_after_over_seeds():
     assert moment.found.median == pytest.approx(4.0)
     assert moment.likeness is not None
     assert moment.likeness.median == pytest.approx(1.0)
-    assert moment.own == pytest.approx(4.0)  # root mean square of 6, 0 and 6 in the mean
+    assert moment.of_strides == pytest.approx(4.0)  # root mean square of 6, 0 and 6 in the mean
 
 
 def test_changes_are_between_walks_of_the_same_seed():
@@ -97,6 +97,6 @@ def test_numbers_have_their_side_and_unit():
 
 
 def test_strides_of_several_recordings_are_one_gait():
-    both = together([gait(0.0, 2.0, speed=1.0), gait(4.0, speed=1.3)])
+    both = pooled([gait(0.0, 2.0, speed=1.0), gait(4.0, speed=1.3)])
     assert both.curves["Hip flexion"]["left"].shape == (3, 101)
     assert both.speed == pytest.approx(1.1)

@@ -203,7 +203,7 @@ def test_the_gait_that_is_tracked_is_the_patients(done, folder: Path, patient: P
     (file,) = folder.glob("patient.patient/gait-*.npz")
     with np.load(file) as arrays:
         turn = 2.0 * np.degrees(np.arctan2(arrays["lKnee"][:, 0], arrays["lKnee"][:, 3]))
-    assert turn == pytest.approx(patient.together["Knee flexion"]["left"][:-1], abs=1e-3)
+    assert turn == pytest.approx(patient.pooled["Knee flexion"]["left"][:-1], abs=1e-3)
     result = read_result(folder / "patient.patient" / "match.h5", "seed=1")
     tracking = toml.loads(result.scene).tracking
     assert tracking is not None

@@ -30,7 +30,7 @@ HIP = "controller.states.0.trajectories.SWING_Hip.components"
 def test_a_path_has_the_name_that_people_give_it(key, group, whole):
     scene = load("walk56")
     found = called(tuple(key.split(".")), scene)
-    assert (found.group, found.whole) == (group, whole)
+    assert (found.group, found.full) == (group, whole)
 
 
 @pytest.mark.parametrize("name", ["walk56", "reflex_walk", "throw18", "walk56_commands", "bwalk_stairs"])
@@ -39,7 +39,7 @@ def test_no_two_numbers_of_a_scene_have_one_name(name):
     numbers, curves = editable(scene)
     names = Counter((one.group, one.name) for one in (*numbers, *curves))
     assert [name for name, count in names.items() if count > 1] == []
-    wholes = Counter(called(tuple(one.name.split(".")), scene).whole for one in free_parameters(scene))
+    wholes = Counter(called(tuple(one.name.split(".")), scene).full for one in free_parameters(scene))
     assert [name for name, count in wholes.items() if count > 1] == []
 
 

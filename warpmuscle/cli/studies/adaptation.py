@@ -63,12 +63,12 @@ def adaptation(
     sweep_file, page_file, table_file = files_beside(output, (".toml", ".html", ".csv"))
     start_driver(device)
     from warpmuscle.formats import load
-    from warpmuscle.sweep.adaptation.plan import check_own, sweep_text
+    from warpmuscle.sweep.adaptation.plan import check_not_edited, sweep_text
     from warpmuscle.sweep.adaptation.records import read_records
     from warpmuscle.sweep.plan import read
 
     records = _chosen(read_records(data), conditions, data)
-    check_own(sweep_file)
+    check_not_edited(sweep_file)
     search = {"candidates": candidates, "sigma": sigma}
     search |= {} if population is None else {"population": population}
     search |= {} if until is None else {"until": seconds(until)}

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from warpmuscle.throw.fit import Fitted
     from warpmuscle.throw.job import Job
-    from warpmuscle.throw.lacks import Lack
+    from warpmuscle.throw.missing_torque import Lack
     from warpmuscle.throw.report import TableRow
 
 
@@ -51,7 +51,7 @@ def _print_calibration(job: Job) -> None:
 
 
 def _print_lacks(when: str, job: Job, lacks: Sequence[Lack], whose: str) -> None:
-    from warpmuscle.throw.lacks import shortcoming
+    from warpmuscle.throw.missing_torque import shortcoming
 
     text = shortcoming(job.arm, lacks, len(job.motions), whose)
     if text:

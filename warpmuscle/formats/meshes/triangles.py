@@ -50,7 +50,7 @@ def numbers(text: bytes, what: str) -> Floats:
         raise MeshError(f"{what}: something is not a number") from None
 
 
-def whole(values: Floats, what: str) -> Integers:
+def as_integers(values: Floats, what: str) -> Integers:
     """The same as whole numbers; raises MeshError for others."""
     if not np.all(np.abs(values) < 2.0**53):
         raise MeshError(f"{what}: something is not a whole number")

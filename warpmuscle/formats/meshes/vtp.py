@@ -16,7 +16,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.limits import LIMITS
-from warpmuscle.formats.meshes.triangles import MeshError, Triangles, fans, numbers, whole
+from warpmuscle.formats.meshes.triangles import MeshError, Triangles, as_integers, fans, numbers
 
 APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
 TYPES = {
@@ -63,7 +63,7 @@ def triangles(data: bytes) -> Triangles:
             corners.append(points.reshape(-1, 3))
             cells = [arrays.named(piece, "Polys", name) for name in ("connectivity", "offsets")]
             if cells[0] is not None and cells[1] is not None:
-                made = fans(whole(cells[0], "connectivity"), whole(cells[1], "offsets"))
+                made = fans(as_integers(cells[0], "connectivity"), as_integers(cells[1], "offsets"))
                 faces.append(made + offset)
             offset += len(corners[-1])
     return Triangles(np.concatenate(corners), np.concatenate(faces))

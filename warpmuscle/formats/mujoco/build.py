@@ -10,15 +10,15 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.mujoco.actuators import driven_joint, put_drives
 from warpmuscle.formats.mujoco.compiled import compiled
 from warpmuscle.formats.mujoco.contact import build_contact
-from warpmuscle.formats.mujoco.drives import driven_joint, put_drives
 from warpmuscle.formats.mujoco.loops import loops_on_world, put_loops
-from warpmuscle.formats.mujoco.lost import tell_lost
 from warpmuscle.formats.mujoco.muscles import build_muscles
 from warpmuscle.formats.mujoco.reference import BALL, FREE, HINGE, SLIDE, Reference
 from warpmuscle.formats.mujoco.skeleton import Follower, build_character, followers, free_root, held_joints
 from warpmuscle.formats.mujoco.tendons import Tendons
+from warpmuscle.formats.mujoco.unsupported import tell_lost
 from warpmuscle.formats.osim.placement import vector
 from warpmuscle.scene import Actuation, Failure, InitialState, JointState, Scene
 from warpmuscle.scene.joints import joint_type

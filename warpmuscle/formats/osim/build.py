@@ -15,10 +15,10 @@ from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
-from warpmuscle.formats.osim.drawn import build_meshes
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
 from warpmuscle.formats.osim.loops.build import close_loops, put_loops
 from warpmuscle.formats.osim.loops.cut import cut_loops
+from warpmuscle.formats.osim.mesh_files import build_meshes
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Coordinate, Model

@@ -9,11 +9,11 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.actions.controls import PRESCRIBED, read_controls
 from warpmuscle.formats.osim.actions.read import READERS, taken
-from warpmuscle.formats.osim.drawn import read_all
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.formats.osim.forces import NUMBERS, lost_force, read_contact, read_force, read_marker, words_of
 from warpmuscle.formats.osim.frames import FRAMES, Frames
 from warpmuscle.formats.osim.loops.read import TYPES, read_loop
+from warpmuscle.formats.osim.mesh_files import read_all
 from warpmuscle.formats.osim.muscles.stand_ins import STOOD_FOR, stand_in
 from warpmuscle.formats.osim.paths import CLASSES, read_muscle, read_surfaces
 from warpmuscle.formats.osim.properties import Properties

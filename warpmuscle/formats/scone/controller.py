@@ -12,7 +12,7 @@ from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, key_of
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Character, GaitStates, Scene
-from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, OwnThresholds, Shape, Side, State
+from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, LegThresholds, Shape, Side, State
 from warpmuscle.scene.number import Number
 
 STATE_NAMES: dict[str, State] = dict(
@@ -136,7 +136,7 @@ class _Reader:
     def _thresholds(self, node: Node, states: GaitStates, symmetric: bool) -> None:
         """At what legs come from state to state, each at its own numbers unless they are alike."""
         if not symmetric:
-            states.right = states.right or OwnThresholds()
+            states.right = states.right or LegThresholds()
         for key, name in THRESHOLDS.items():
             found = node.find(key)
             if found is None:

@@ -56,7 +56,7 @@ class EmgMoments:
         self._known = known
         self._model = with_fields(structs.Model(), {"muscles": muscles_struct(body.scene, body.muscles, device)})
         kind = muscle_kind(model, muscles)
-        self._forces = kernels.emg_forces_of(kind.curves, kind.own)
+        self._forces = kernels.emg_forces_of(kind.curves, kind.special_curves)
         entries = [np.flatnonzero(body.lever_speed == speed) for speed in speeds]
         self._first = to_device(np.cumsum([0, *map(len, entries)]), int, device)
         every = np.concatenate(entries)

@@ -51,7 +51,7 @@ def run_reactions(
     device: str | None = None,
     trust: bool = False,
 ) -> RunReactions:
-    """What joints transmit in a simulated run, in all recorded frames; signs and axes as of `joint_reactions`.
+    """Joint reactions of a simulated run in all recorded frames; signs and axes as in `joint_reactions`.
 
     Muscles pull along their lines of action, and the ground pushes on feet. What drives a joint besides, such as
     torques of motors, springs and stops, acts through the joint, and is part of its moment. Forces that the frame does

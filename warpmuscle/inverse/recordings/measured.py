@@ -121,7 +121,7 @@ def _named(path: str | Path, group: Any, axis: str, name: str, frames: int) -> t
 
 
 def _numbers(path: str | Path, group: Any, name: str, shape: tuple[int, ...]) -> Floats:
-    found = hdf5.own_array(group, name)
+    found = hdf5.checked_array(group, name)
     if not isinstance(found, np.ndarray) or found.dtype.kind != "f":
         raise ResultError(f"{path}: {group.name}/{name} holds no numbers")
     if len(found.shape) != len(shape) or (shape != (-1,) and found.shape != shape):

@@ -22,7 +22,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import prepare, wanted_times
-from warpmuscle.inverse.own_ground.follow import ground_tracker
+from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
@@ -39,7 +39,7 @@ def track(
     device: str | None = None,
     **options: object,
 ) -> Tracked | list[Tracked]:
-    """Excitations that let a model follow motions, of one trial or of many at once.
+    """Muscle excitations with which a model tracks recorded motions, for one trial or many at once.
 
     Args:
         model, coordinates, loads, filter, device: see `inverse_dynamics`.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.inverse.own_ground.ground_run import GroundRun
+from warpmuscle.inverse.simulated_ground.ground_run import GroundRun
 from warpmuscle.results.recording import Recording
 
 

@@ -22,7 +22,7 @@ import warp as wp
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, nonnegative
 
 WELD, POINT, POINT_ON_LINE, DISTANCE = 0, 1, 2, 3
 DAMPING, STIFFNESS = 0.5, 0.2
@@ -41,7 +41,7 @@ class Between:
     speed: wp.vec3  # m/s, of the body's point over the other one's
     lag: wp.vec3  # m/s, what that gained in the last half step
     drift: wp.vec3  # m/s^2, what speeds alone add to W . a in the acceleration of that
-    whole_drift: wp.vec3  # m/s^2, and what they make of W . a themselves
+    total_drift: wp.vec3  # m/s^2, and what they make of W . a themselves
 
 
 @wp.struct
@@ -53,13 +53,13 @@ class StepLength:
 
 
 @func
-def wanted_acceleration(error: float, rate: float, drift: float, whole_drift: float, step: StepLength) -> float:
+def wanted_acceleration(error: float, rate: float, drift: float, total_drift: float, step: StepLength) -> float:
     """What W . a should be of a number g = error, which accelerates by W . a + drift.
 
     Args:
-        rate: of g, by speeds in the middle of the last step. whole_drift: of g, where no speed changes.
+        rate: of g, by speeds in the middle of the last step. total_drift: of g, where no speed changes.
     """
-    astray = rate - step.half * whole_drift
+    astray = rate - step.half * total_drift
     return -drift - (DAMPING * astray + STIFFNESS * error / step.h) / step.h
 
 
@@ -81,7 +81,7 @@ def push_along(row: int, axis: wp.vec3, error: float, more: float, step: StepLen
     """
     drift = wp.dot(axis, b.drift) + more
     rate = wp.dot(axis, b.speed - b.lag)
-    wanted = wanted_acceleration(error, rate, drift, wp.dot(axis, b.whole_drift) + more, step)
+    wanted = wanted_acceleration(error, rate, drift, wp.dot(axis, b.total_drift) + more, step)
     store_row(row, axis, wp.cross(b.arm, axis), wp.cross(b.other_arm, axis), wanted, work)
 
 
@@ -90,9 +90,9 @@ def speeds_alone(body: int, place: wp.vec3, model: ModelRef, work: ScratchRef) -
     """Angular acceleration of a body, and acceleration of its point at a place, where no speed changes."""
     turning = wp.vec3(0.0)
     moving = wp.vec3(0.0)
-    i = whole(body)
+    i = nonnegative(body)
     while i > 0:
-        parent = whole(model.skeleton.plan[i].parent)
+        parent = nonnegative(model.skeleton.plan[i].parent)
         v = work.angular_velocity[parent]
         turning += work.bias[i]
         moving += wp.cross(v, wp.cross(v, work.position[i] - work.position[parent]))
@@ -122,7 +122,7 @@ def between_points(
     b.lag = b.lag - work.lag_velocity[other] - wp.cross(work.lag_angular[other], other_arm)
     b.drift = wp.cross(w, wp.cross(w, arm)) - wp.cross(v, wp.cross(v, other_arm))
     alone = speeds_alone(body, place, model, work) - speeds_alone(other, other_place, model, work)
-    b.whole_drift = wp.spatial_bottom(alone)
+    b.total_drift = wp.spatial_bottom(alone)
     return b
 
 
@@ -146,9 +146,9 @@ def constraint_rows(instance: int, number: int, step: StepLength, model: ModelRe
     """The rows of one constraint."""
     plan = model.constraints.plan[number]
     given = at(model.constraints.row, instance, number)
-    body = whole(plan.body)
-    other = whole(plan.other)
-    row = whole(plan.first_row)
+    body = nonnegative(plan.body)
+    other = nonnegative(plan.other)
+    row = nonnegative(plan.first_row)
     arm = work.rotation[body] * given.place
     other_arm = work.rotation[other] * given.other_place
     b = between_points(body, other, arm, other_arm, model, work)

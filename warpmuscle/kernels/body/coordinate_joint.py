@@ -30,7 +30,7 @@ from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.body.two_coordinates import move_by_two
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, whole
+from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, nonnegative
 
 
 @func
@@ -66,7 +66,7 @@ def along_coordinate(
 @func
 def place_on_path(body: int, skeleton: Skeleton, work: ScratchRef):
     """What a joint of one coordinate adds to the motion of its child, whose joint point moves; S goes to world axes."""
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     parent_rotation = work.rotation[parent]
     moving = parent_rotation * work.coordinate_moving[body]
     now = work.coordinate_state[body]
@@ -90,7 +90,7 @@ def place_any(skeleton: Skeleton, body: int, work: ScratchRef):
 @func
 def joint_drift(body: int, skeleton: Skeleton, work: ScratchRef) -> wp.vec3:
     """Acceleration of a body's joint of one coordinate at a constant speed."""
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     w = work.angular_velocity[parent]
     r = work.position[body] - work.position[parent]
     return wp.cross(w, wp.cross(w, r)) + work.coordinate_drift[body]
@@ -100,7 +100,7 @@ def joint_drift(body: int, skeleton: Skeleton, work: ScratchRef) -> wp.vec3:
 def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, work: ScratchRef):
     """Eliminate a joint of one coordinate: rank-1 downdate by S (Featherstone 2008, eq. 7.43); none if prescribed."""
     x = with_children(body, model.skeleton, work)
-    r = work.position[body] - work.position[whole(model.skeleton.plan[body].parent)]
+    r = work.position[body] - work.position[nonnegative(model.skeleton.plan[body].parent)]
     bias = work.bias[body]
     drift = joint_drift(body, model.skeleton, work)
     x.n += symmetric_times(x.a, bias) + x.b * drift
@@ -123,7 +123,7 @@ def reduce_coordinate(instance: int, body: int, free: bool, model: ModelRef, wor
 @func
 def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: ScratchRef):
     """Acceleration of a body and of its joint of one coordinate, unless that is prescribed, from its parent's."""
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     alpha = work.angular_acceleration[parent]
     a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
     x = wp.float32(0.0)
@@ -195,8 +195,8 @@ def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False, of_two: b
     def move_any(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):
         move_joint(instance, body, half, model, state, work)
         if has_motion(model.skeleton.plan[body].joint_type):
-            speed = whole(model.skeleton.plan[body].speed_start)
-            q = state.coordinates[instance, whole(model.skeleton.plan[body].coordinate_start)]
+            speed = nonnegative(model.skeleton.plan[body].speed_start)
+            q = state.coordinates[instance, nonnegative(model.skeleton.plan[body].coordinate_start)]
             v = state.speeds[instance, speed]
             gain = half * state.accelerations[instance, speed]
             m = joint_motion(instance, body, q, model, work)

@@ -35,8 +35,8 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     Skeleton,
     at,
-    rolled,
-    whole,
+    nonnegative,
+    not_unrolled,
 )
 
 
@@ -62,7 +62,7 @@ def with_children(body: int, skeleton: Skeleton, work: ScratchRef) -> Articulate
     x.f = work.bias_force[body]
     first = skeleton.plan[body].first_child
     for child in range(first, first + skeleton.plan[body].child_count):
-        rolled()
+        not_unrolled()
         x.a += work.block_a[child]
         x.b += work.block_b[child]
         x.c += work.block_c[child]
@@ -190,7 +190,7 @@ def reduce_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate the joint of one body and leave the rest for its parent."""
     skeleton = model.skeleton
     x = with_children(body, skeleton, work)
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     bias = work.bias[body]
     parent_angular = work.angular_velocity[parent]
@@ -260,7 +260,7 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: S
 def accelerate_body(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body and of its joint (left in factor_c) from its parent's; the foot force of the step."""
     skeleton = model.skeleton
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     kind = skeleton.plan[body].joint_type
     alpha = work.angular_acceleration[parent]
     a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
@@ -285,7 +285,7 @@ def move_body(
     Args:
         parent_alpha: angular acceleration of the parent. parent_a: acceleration that it gives the joint.
     """
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     parent_angular = work.angular_velocity[parent]
     alpha = parent_alpha + work.bias[body] + relative
@@ -311,7 +311,7 @@ def backward_pass_of(reduce: Any) -> Any:
     def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for step in range(1, model.level_count):
             level = model.level_count - step
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 reduce(instance, body, model, work)
             synchronize()
 
@@ -329,7 +329,7 @@ def forward_pass_of(accelerate: Any) -> Any:
     @func
     def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for level in range(1, model.level_count):
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 accelerate(instance, body, model, work)
             synchronize()
 

@@ -43,7 +43,7 @@ from warpmuscle.kernels.structs import (
     ModelRef,
     ScratchRef,
     StateRef,
-    whole,
+    nonnegative,
 )
 
 
@@ -130,7 +130,7 @@ def equations_of(hybrid: bool, constrained: bool = False) -> Any:
         d = wp.dot(work.followed_moment[k], work.followed_along[l])
         d += wp.dot(work.followed_force[k], work.followed_response[l])
         for place in range(couplings.acted_start[k], couplings.acted_start[k + 1]):
-            body = whole(couplings.acted[place])
+            body = nonnegative(couplings.acted[place])
             other = entry_of(body, l, model)
             if other >= 0:
                 mine = entry_of(body, k, model)
@@ -145,11 +145,11 @@ def equations_of(hybrid: bool, constrained: bool = False) -> Any:
 
     @func
     def equations(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        count = whole(model.couplings.followed)
+        count = nonnegative(model.couplings.followed)
         for place in range(lane, count * count, lanes):
             k = place // count
             l = place % count  # noqa: E741
-            driver = whole(model.couplings.unknown_driver[k])
+            driver = nonnegative(model.couplings.unknown_driver[k])
             free = free_unknown(k, driver, model)
             d = wp.where(k == l, 1.0, 0.0)
             if free:
@@ -239,7 +239,7 @@ def accelerate_followed_of(hybrid: bool) -> Any:
         if own < 0:
             accelerate_free(instance, body, model, work)
         else:
-            parent = whole(model.skeleton.plan[body].parent)
+            parent = nonnegative(model.skeleton.plan[body].parent)
             alpha = work.angular_acceleration[parent]
             a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
             x = work.followed_acceleration[own]

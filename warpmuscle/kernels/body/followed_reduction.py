@@ -29,7 +29,7 @@ from warpmuscle.kernels.structs import (
     ModelRef,
     ScratchRef,
     at,
-    whole,
+    nonnegative,
 )
 
 
@@ -48,7 +48,7 @@ class FreeJoint:
 @func
 def entry_of(body: int, k: int, model: ModelRef) -> int:
     """Where what a body leaves of a followed coordinate is; -1: nothing that hangs on the body has to do with it."""
-    return model.couplings.entry[whole(body) * model.couplings.followed + k]
+    return model.couplings.entry[nonnegative(body) * model.couplings.followed + k]
 
 
 @func
@@ -142,9 +142,9 @@ def leave_followed_of(constrained: bool) -> Any:
             own: which followed coordinate moves the joint, whose S is then the first axis of j; -1: none.
         """
         bias = work.bias[body]
-        first = whole(model.couplings.entry_start[body])
+        first = nonnegative(model.couplings.entry_start[body])
         for entry in range(first + helper, model.couplings.entry_start[body + 1], helpers):
-            k = whole(model.couplings.entry_unknown[entry])
+            k = nonnegative(model.couplings.entry_unknown[entry])
             u = collect(body, k, model, work)
             moment = wp.spatial_top(u)
             force = wp.spatial_bottom(u)
@@ -191,7 +191,7 @@ def followed_of(hybrid: bool) -> Any:
     @func
     def followed(body: int, model: ModelRef) -> int:
         own = row_of(body, model)
-        if own >= 0 and model.motion.remaining[whole(model.couplings.joint[body].driver)] == FIXED:
+        if own >= 0 and model.motion.remaining[nonnegative(model.couplings.joint[body].driver)] == FIXED:
             own = -1
         return own
 
@@ -230,7 +230,7 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
         torque = -work.torque[body]
         if helper < helpers:
             x = with_children(body, skeleton, work)
-            parent = whole(skeleton.plan[body].parent)
+            parent = nonnegative(skeleton.plan[body].parent)
             r = work.position[body] - work.position[parent]
             w = work.angular_velocity[parent]
             bias = work.bias[body]
@@ -292,8 +292,8 @@ def followed_pass_of(reduce: Any) -> Any:
     def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for step in range(1, model.level_count):
             level = model.level_count - step
-            first = whole(model.level_start[level])
-            end = whole(model.level_start[level + 1])
+            first = nonnegative(model.level_start[level])
+            end = nonnegative(model.level_start[level + 1])
             width = wp.min(end - first, lanes)
             helpers = wp.min(lanes // width, model.couplings.followed)
             start = int(first)

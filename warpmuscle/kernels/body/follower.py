@@ -35,7 +35,7 @@ from warpmuscle.kernels.body.integration import integrate_body
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.structs import FIXED, FOLLOWER, ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import FIXED, FOLLOWER, ModelRef, ScratchRef, StateRef, at, nonnegative
 
 
 @wp.struct
@@ -53,13 +53,13 @@ class Gathered:
     """A joint's body with all that hangs on it."""
 
     x: Articulated
-    own: Cluster  # U, D and u of the joint itself with its followers on the body
+    joint: Cluster  # U, D and u of the joint itself with its followers on the body
 
 
 @func
 def driver_of(body: int, model: ModelRef) -> int:
     """The body whose joint's coordinate moves the joint of a body: itself, or another one if it follows that."""
-    return whole(model.couplings.joint[body].driver)
+    return nonnegative(model.couplings.joint[body].driver)
 
 
 @func
@@ -99,10 +99,10 @@ def with_followers(body: int, driver: int, model: ModelRef, work: ScratchRef) ->
     s = work.coordinate_turning[body]
     t = work.coordinate_moving[body]
     on = followers_on(body, driver, body, model, work)
-    g.own.moment = symmetric_times(g.x.a, s) + g.x.b * t + on.moment
-    g.own.force = wp.transpose(g.x.b) * s + symmetric_times(g.x.c, t) + on.force
-    g.own.d = wp.dot(s, g.own.moment + on.moment) + wp.dot(t, g.own.force + on.force) + on.d
-    g.own.u = on.u - wp.dot(s, g.x.n) - wp.dot(t, g.x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
+    g.joint.moment = symmetric_times(g.x.a, s) + g.x.b * t + on.moment
+    g.joint.force = wp.transpose(g.x.b) * s + symmetric_times(g.x.c, t) + on.force
+    g.joint.d = wp.dot(s, g.joint.moment + on.moment) + wp.dot(t, g.joint.force + on.force) + on.d
+    g.joint.u = on.u - wp.dot(s, g.x.n) - wp.dot(t, g.x.f) - wp.dot(on.moment, bias) - wp.dot(on.force, drift)
     return g
 
 
@@ -110,8 +110,8 @@ def with_followers(body: int, driver: int, model: ModelRef, work: ScratchRef) ->
 def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
     """Leave all of a follower's inertia for its parent, and U, D and u for the joint that it follows."""
     g = with_followers(body, driver_of(body, model), model, work)
-    r = work.position[body] - work.position[whole(model.skeleton.plan[body].parent)]
-    work.factor_a[body] = wp.matrix_from_cols(g.own.moment, g.own.force, wp.vec3(g.own.d, g.own.u, 0.0))
+    r = work.position[body] - work.position[nonnegative(model.skeleton.plan[body].parent)]
+    work.factor_a[body] = wp.matrix_from_cols(g.joint.moment, g.joint.force, wp.vec3(g.joint.d, g.joint.u, 0.0))
     leave_for_parent(body, r, g.x.a, g.x.b, g.x.c, g.x.n, g.x.f, work)
 
 
@@ -119,20 +119,20 @@ def reduce_follower(body: int, model: ModelRef, work: ScratchRef):
 def reduce_driver(instance: int, body: int, model: ModelRef, work: ScratchRef):
     """Eliminate the coordinate of a joint and of those that follow it: `reduce_coordinate` of a cluster."""
     g = with_followers(body, body, model, work)
-    parent = whole(model.skeleton.plan[body].parent)
+    parent = nonnegative(model.skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     axis = coordinate_axis(instance, body, model, work)
     beside = followers_on(parent, body, body, model, work)
-    d = g.own.d + beside.d
+    d = g.joint.d + beside.d
     d = 1.0 / (d + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
-    q = (g.own.u + beside.u - wp.dot(axis, work.torque[body])) * d
-    leave_downdated(body, r, g.x, g.own.moment + beside.moment, g.own.force + beside.force, d, q, work)
+    q = (g.joint.u + beside.u - wp.dot(axis, work.torque[body])) * d
+    leave_downdated(body, r, g.x, g.joint.moment + beside.moment, g.joint.force + beside.force, d, q, work)
 
 
 @func
 def accelerate_follower(body: int, model: ModelRef, work: ScratchRef):
     """Acceleration of a body from its parent's and that of the coordinate which its joint follows."""
-    parent = whole(model.skeleton.plan[body].parent)
+    parent = nonnegative(model.skeleton.plan[body].parent)
     alpha = work.angular_acceleration[parent]
     a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
     x = work.factor_c[driver_of(body, model)][0]
@@ -166,11 +166,11 @@ def backward_pass_of_clusters(reduce: Any) -> Any:
     def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for step in range(1, model.level_count):
             level = model.level_count - step
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 if model.skeleton.plan[body].joint_type == FOLLOWER:
                     reduce_follower(body, model, work)
             synchronize()
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 if model.skeleton.plan[body].joint_type != FOLLOWER:
                     reduce(instance, body, model, work)
             synchronize()
@@ -185,11 +185,11 @@ def forward_pass_of_clusters(accelerate: Any) -> Any:
     @wp.func
     def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for level in range(1, model.level_count):
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 if model.skeleton.plan[body].joint_type != FOLLOWER:
                     accelerate(instance, body, model, work)
             synchronize()
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 if model.skeleton.plan[body].joint_type == FOLLOWER:
                     accelerate_follower(body, model, work)
             synchronize()

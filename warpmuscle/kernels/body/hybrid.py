@@ -35,7 +35,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
-    whole,
+    nonnegative,
 )
 
 
@@ -53,7 +53,7 @@ def reduce_remaining(instance: int, body: int, model: ModelRef, work: ScratchRef
     """
     skeleton = model.skeleton
     x = with_children(body, skeleton, work)
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     r = work.position[body] - work.position[parent]
     parent_angular = work.angular_velocity[parent]
     drift = wp.cross(parent_angular, wp.cross(parent_angular, r))
@@ -82,7 +82,7 @@ def accelerate_remaining(instance: int, body: int, model: ModelRef, work: Scratc
     if kind == model.skeleton.plan[body].joint_type:
         accelerate_body(instance, body, model, work)
     else:
-        parent = whole(model.skeleton.plan[body].parent)
+        parent = nonnegative(model.skeleton.plan[body].parent)
         alpha = work.angular_acceleration[parent]
         a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
         x = wp.vec3(0.0)

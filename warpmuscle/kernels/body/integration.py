@@ -16,7 +16,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
-    whole,
+    nonnegative,
 )
 
 
@@ -148,8 +148,8 @@ def integrate_body(
     h = model.time_step
     half = 0.5 * h
     plan = model.skeleton.plan[i]
-    first = whole(plan.coordinate_start)
-    speed = whole(plan.speed_start)
+    first = nonnegative(plan.coordinate_start)
+    speed = nonnegative(plan.speed_start)
     x = work.factor_c[i]
     if i == 0:
         integrate_root(instance, model, state, work, kick, largest)

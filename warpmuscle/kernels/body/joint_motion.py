@@ -20,7 +20,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
-    whole,
+    nonnegative,
 )
 
 AT_ONCE = 16  # pieces of a function whose starts are fetched without waiting for one another
@@ -162,7 +162,7 @@ def displacements_stage(instance: int, lane: int, lanes: int, model: ModelRef, s
     for k in range(lane, couplings.function.shape[1], lanes):
         body = at(couplings.function, instance, k).body
         if body > 0:
-            q = state.coordinates[instance, whole(model.skeleton.plan[body].coordinate_start)]
+            q = state.coordinates[instance, nonnegative(model.skeleton.plan[body].coordinate_start)]
             rates = displacement_rates(couplings, instance, k, q)
             row = k - couplings.joint[body].first
             if row < 3:

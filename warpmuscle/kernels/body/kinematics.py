@@ -21,16 +21,16 @@ from warpmuscle.kernels.structs import (
     StateRef,
     at,
     component,
-    rolled,
+    nonnegative,
+    not_unrolled,
     set_component,
-    whole,
 )
 
 
 @func
 def coordinate_quat(state: StateRef, instance: int, first: int) -> wp.quat:
     """The quaternion stored at coordinates first..first + 3."""
-    first = whole(first)
+    first = nonnegative(first)
     return wp.quat(
         state.coordinates[instance, first],
         state.coordinates[instance, first + 1],
@@ -42,14 +42,14 @@ def coordinate_quat(state: StateRef, instance: int, first: int) -> wp.quat:
 @func
 def speed_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at speeds first..first + 2."""
-    first = whole(first)
+    first = nonnegative(first)
     return wp.vec3(state.speeds[instance, first], state.speeds[instance, first + 1], state.speeds[instance, first + 2])
 
 
 @func
 def coordinate_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at coordinates first..first + 2."""
-    first = whole(first)
+    first = nonnegative(first)
     return wp.vec3(
         state.coordinates[instance, first],
         state.coordinates[instance, first + 1],
@@ -60,7 +60,7 @@ def coordinate_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
 @func
 def acceleration_vector(state: StateRef, instance: int, first: int) -> wp.vec3:
     """The vector stored at accelerations first..first + 2."""
-    first = whole(first)
+    first = nonnegative(first)
     return wp.vec3(
         state.accelerations[instance, first],
         state.accelerations[instance, first + 1],
@@ -80,7 +80,7 @@ def joint_orientation(skeleton: Skeleton, state: StateRef, instance: int, body: 
     plan = skeleton.plan[body]
     row = at(skeleton.row, instance, body)
     kind = plan.joint_type
-    first = whole(plan.coordinate_start)
+    first = nonnegative(plan.coordinate_start)
     q = wp.quat(0.0, 0.0, 0.0, 1.0)
     if body == 0:
         if kind == ROOT_PLANAR:
@@ -137,7 +137,7 @@ def move_joint(instance: int, body: int, half: float, model: ModelRef, state: St
     plan = skeleton.plan[body]
     row = at(skeleton.row, instance, body)
     kind = plan.joint_type
-    first = whole(plan.speed_start)
+    first = nonnegative(plan.speed_start)
     work.anchor[body] = row.anchor
     work.turned[body] = joint_orientation(skeleton, state, instance, body)
     rate = wp.vec3(0.0)
@@ -164,7 +164,7 @@ def move_joint(instance: int, body: int, half: float, model: ModelRef, state: St
 @func
 def place_body(skeleton: Skeleton, body: int, work: ScratchRef):
     """Pose and velocity of a body, and the lag of its velocity, from those of its parent and its joint's motion."""
-    parent = whole(skeleton.plan[body].parent)
+    parent = nonnegative(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
     rotation = rotation_matrix(q)
     parent_rotation = work.rotation[parent]
@@ -189,7 +189,7 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
     """Sum of a component of the first `count` vectors, in order."""
     total = wp.float32(0.0)
     for i in range(count):
-        rolled()
+        not_unrolled()
         total += component(values, i, axis)
     return total
 
@@ -213,16 +213,16 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
         if lane == 0:
             place_root(skeleton, state, instance, half, work)
         for body in range(1 + lane, model.body_count, lanes):
-            rolled()
+            not_unrolled()
             move(instance, body, half, model, state, work)
         synchronize()
         for level in range(1, model.level_count):
-            for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 place(skeleton, body, work)
             synchronize()
         mass = at(skeleton.total_mass, instance, 0)
         for i in range(lane, model.body_count, lanes):
-            rolled()
+            not_unrolled()
             row = at(skeleton.row, instance, i)
             m = row.mass
             c = work.rotation[i] * row.com
@@ -230,7 +230,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
             work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
         synchronize()
         for k in range(lane, 6, lanes):
-            rolled()
+            not_unrolled()
             axis = k % 3
             if k < 3:
                 set_component(work.center, 0, axis, component_sum(work.moment, model.body_count, axis) / mass)

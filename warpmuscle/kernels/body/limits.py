@@ -5,7 +5,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import symmetric_outer
 from warpmuscle.kernels.body.kinematics import coordinate_quat
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import BALL, UNIVERSAL, ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import BALL, UNIVERSAL, ModelRef, ScratchRef, StateRef, at, nonnegative
 
 
 @func
@@ -111,9 +111,9 @@ def limit_stage(instance: int, body: int, model: ModelRef, state: StateRef, work
     damping = limits.damping
     axis_a = row.axis_a
     axis_b = row.axis_b
-    parent = whole(plan.parent)
-    first = whole(plan.coordinate_start)
-    speed = whole(plan.speed_start)
+    parent = nonnegative(plan.parent)
+    first = nonnegative(plan.coordinate_start)
+    speed = nonnegative(plan.speed_start)
     half = 0.5 * model.time_step
     if kind == BALL:
         q = coordinate_quat(state, instance, first)

@@ -11,7 +11,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.bending import DEGREE, SERIES, STRAIGHT
 from warpmuscle.kernels.body.joint import hinge_rotation
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, nonnegative
 
 RATE_ONLY, ROD = 1, 2  # bits of `Coupling.kind`
 Series = wp.types.vector(length=DEGREE + 1, dtype=wp.float32)
@@ -134,8 +134,8 @@ def move_by_two(instance: int, body: int, model: ModelRef, state: StateRef, work
     if coupling.beside < 0:
         return
     other = model.skeleton.plan[coupling.beside]
-    p = state.coordinates[instance, whole(other.coordinate_start)]
-    p_rate = state.speeds[instance, whole(other.speed_start)]
+    p = state.coordinates[instance, nonnegative(other.coordinate_start)]
+    p_rate = state.speeds[instance, nonnegative(other.speed_start)]
     now = work.coordinate_state[body]
     v = now[1]
     turning = wp.vec3(0.0)

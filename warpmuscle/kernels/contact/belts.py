@@ -50,8 +50,8 @@ def record_belts(instance: int, step: int, row: int, frame: int, column: int, mo
     """Write the speeds of the left and the right belt in a step, m/s, from a column on."""
     belts = at(model.contacts.belts, instance, 0)
     share = share_now(instance, step, belts, model)
-    record.own[row, frame, column] = belts.left * share
-    record.own[row, frame, column + 1] = belts.right * share
+    record.custom[row, frame, column] = belts.left * share
+    record.custom[row, frame, column + 1] = belts.right * share
 
 
 @func

@@ -14,7 +14,7 @@ from warpmuscle.kernels.force.extensions import extension_list
 from warpmuscle.kernels.force.forces import ForceKind
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import any_lane, synchronize
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, rolled
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, not_unrolled
 
 
 @wp.struct
@@ -82,7 +82,7 @@ def push_each_other_of(touch_between: Any, extension_struct: Any) -> Any:
             touches = wp.length_sq(touch.force) > 0.0
             if any_lane(touches):
                 for turn in range(lanes):
-                    rolled()
+                    not_unrolled()
                     if turn == lane and touches:
                         push(instance, extension.first[pair], -touch.force, touch.first_arm, model, work)
                         push(instance, extension.second[pair], touch.force, touch.second_arm, model, work)

@@ -42,7 +42,7 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
-    rolled,
+    not_unrolled,
 )
 
 
@@ -70,7 +70,7 @@ class CustomController(NamedTuple):
     description: str = ""
     legs: bool = False  # whether it moves two legs: feet, hinged knees, hips of the root, joints of usual types
 
-    def own(self, function: Any) -> tuple[str, Any]:
+    def values_of(self, function: Any) -> tuple[str, Any]:
         """Which of `by_joint`, `by_body` and `by_muscle` a function takes, and the structure; ("", None) if none."""
         for place in PLACES:
             struct = getattr(self, place)
@@ -153,7 +153,7 @@ def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, wor
 def no_torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """Neither targets nor torques. Ends with a barrier."""
     for i in range(lane, model.body_count, lanes):
-        rolled()
+        not_unrolled()
         work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
         work.torque[i] = wp.vec3(0.0, 0.0, 0.0)
         work.stiffness[i] = symmetric(0.0)
@@ -175,9 +175,9 @@ def control_stage_of(controller: ControllerKind) -> Any:
     looked_at = not custom.shipped
     cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
-        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.own(custom.effort))
+        effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.values_of(custom.effort))
     if has_update:
-        update = of_instance(custom.update, custom.parameters, extension_struct, custom.own(custom.update))
+        update = of_instance(custom.update, custom.parameters, extension_struct, custom.values_of(custom.update))
 
     @wp.func
     def stage(
@@ -218,8 +218,8 @@ def record_controller_of(controller: ControllerKind) -> Any:
 
     It does so if a frame is due; one lane calls it.
     """
-    record_own, extension_struct = controller.record, controller.extension
-    has_own, count = record_own is not None, len(controller.custom.recorded)
+    record_custom, extension_struct = controller.record, controller.extension
+    has_own, count = record_custom is not None, len(controller.custom.recorded)
 
     @wp.func
     def record_controller(
@@ -228,7 +228,7 @@ def record_controller_of(controller: ControllerKind) -> Any:
         if frame >= 0:
             row = record.slot[instance]
             if wp.static(has_own):
-                record_own(instance, row, frame, state, record)
+                record_custom(instance, row, frame, state, record)
             if wp.static(count > 0):
                 for k in range(count):
                     record.memory[row, frame, k] = extension.memory[instance, 0, k]
@@ -246,7 +246,7 @@ def force_of(controller: ControllerKind) -> Any:
     has_force, has_excitation = force is not None, custom.excitation is not None
     excitation, cause = force, cause_of(EXCITATION)
     if has_excitation:
-        own = custom.own(custom.excitation)
+        own = custom.values_of(custom.excitation)
         excitation = of_body(custom.excitation, float, custom.parameters, extension_struct, own)
 
     @wp.func

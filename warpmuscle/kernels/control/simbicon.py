@@ -37,8 +37,8 @@ from warpmuscle.kernels.structs import (
     Simbicon,
     StateRef,
     at,
-    rolled,
-    whole,
+    nonnegative,
+    not_unrolled,
 )
 
 
@@ -58,7 +58,7 @@ def targets_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: 
     """Target orientation, strength and frame of every joint and the root. Ends with a barrier."""
     simbicon = model.simbicon
     for i in range(lane, model.body_count, lanes):
-        rolled()
+        not_unrolled()
         work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
         work.strength[i] = 1.0
         work.frame[i] = 0
@@ -103,7 +103,7 @@ def joint_torque(instance: int, body: int, in_character_frame: bool, frame: wp.q
     base = frame
     angular = work.angular_velocity[body] - work.lag_angular[body]
     if not in_character_frame:
-        parent = whole(model.skeleton.plan[body].parent)
+        parent = nonnegative(model.skeleton.plan[body].parent)
         base = work.orientation[parent]
         angular = angular - work.angular_velocity[parent] + work.lag_angular[parent]
     error = pd_error(work.orientation[body], base * work.target[body])
@@ -177,7 +177,7 @@ def hips_stage(instance: int, lane: int, frame: wp.quat, model: ModelRef, state:
         for child in range(
             model.skeleton.plan[0].first_child, model.skeleton.plan[0].first_child + model.skeleton.plan[0].child_count
         ):
-            rolled()
+            not_unrolled()
             on_root += work.torque[child]
         foot_center = work.position[foot] + work.rotation[foot] * at(model.skeleton.row, instance, foot).com
         lateral = wp.quat_rotate_inv(frame, work.center[0] - foot_center)[0]
@@ -257,7 +257,7 @@ def simbicon_stages_of(above: Any) -> SimbiconStages:
         if any_lane(renewed):  # neighbours at other steps pass its barriers, too
             targets_stage(instance, lane, lanes, model, state, work)
         for i in range(lane, model.body_count, lanes):
-            rolled()
+            not_unrolled()
             if renewed:
                 held.target[instance, i] = work.target[i]
                 held.target_plan[instance, i] = wp.vec2(work.strength[i], float(work.frame[i]))

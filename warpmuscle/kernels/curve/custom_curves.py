@@ -19,7 +19,7 @@ from warpmuscle.kernels.functions import gradient_of
 SLOPE_STEP = 1.0e-3  # of v_max, to either side
 
 
-class OwnCurves(NamedTuple):
+class CustomCurves(NamedTuple):
     """Warp functions in the place of curves; None where those of the model stay."""
 
     active: Any = None  # (length over l_opt) -> force over f_max
@@ -29,30 +29,30 @@ class OwnCurves(NamedTuple):
 
 
 @cache
-def replacements(own: OwnCurves | Shaped | None, curves: int | None = None) -> dict[str, Any]:
+def replacements(own: CustomCurves | Shaped | None, curves: int | None = None) -> dict[str, Any]:
     """The functions and constants that other curves stand in for, by name; see `with_curves`."""
     if isinstance(own, Shaped):
         return shaped_functions(own)
     found = {} if curves is None else dict(functions_of(curves))
-    return found if own is None else found | own_functions(own)
+    return found if own is None else found | custom_functions(own)
 
 
 @cache
-def own_functions(own: OwnCurves) -> dict[str, Any]:
+def custom_functions(own: CustomCurves) -> dict[str, Any]:
     """Functions in the place of those of `curves.py`, by name, of the curves that are given."""
     active, passive, velocity = own.active, own.passive, own.velocity
     found: dict[str, Any] = {}
 
     @wp.func
-    def own_active(model: int, length: float) -> float:
+    def custom_active(model: int, length: float) -> float:
         return active(length)
 
     @wp.func
-    def own_passive(model: int, length: float) -> float:
+    def custom_passive(model: int, length: float) -> float:
         return passive(length)
 
     @wp.func
-    def own_velocity(model: int, speed: float, activation: float) -> wp.vec2:
+    def custom_velocity(model: int, speed: float, activation: float) -> wp.vec2:
         if wp.static(own.sloped):
             return velocity(speed)
         else:
@@ -60,20 +60,20 @@ def own_functions(own: OwnCurves) -> dict[str, Any]:
             return wp.vec2(velocity(speed), rise / wp.static(2.0 * SLOPE_STEP))
 
     @wp.func
-    def own_multiplier(model: int, speed: float, activation: float) -> float:
-        return own_velocity(model, speed, activation)[0]
+    def custom_multiplier(model: int, speed: float, activation: float) -> float:
+        return custom_velocity(model, speed, activation)[0]
 
     if active is not None:
-        found["active_force_length"] = own_active
+        found["active_force_length"] = custom_active
     if passive is not None:
-        found["passive_force_length"] = own_passive
+        found["passive_force_length"] = custom_passive
     if velocity is not None:
-        found |= {"force_velocity_slope": own_velocity, "force_velocity": own_multiplier}
+        found |= {"force_velocity_slope": custom_velocity, "force_velocity": custom_multiplier}
     return found
 
 
 @cache
-def with_curves(function: Any, own: OwnCurves | Shaped | None, curves: int | None = None) -> Any:
+def with_curves(function: Any, own: CustomCurves | Shaped | None, curves: int | None = None) -> Any:
     """The Warp function with others' curves in the place of the model's; itself if it uses none of them.
 
     What it takes as the number of a model is the curves of a muscle instead, if these have a shape of their own.
@@ -96,7 +96,7 @@ def with_curves(function: Any, own: OwnCurves | Shaped | None, curves: int | Non
     return made
 
 
-def _changed(plain: Any, own: OwnCurves | Shaped | None, curves: int | None, but: Any) -> dict[str, Any]:
+def _changed(plain: Any, own: CustomCurves | Shaped | None, curves: int | None, but: Any) -> dict[str, Any]:
     """What a function's names stand for with other curves, where that differs; `but` is not looked at."""
     others = replacements(own, curves)
     changed: dict[str, Any] = {}
@@ -111,7 +111,7 @@ def _changed(plain: Any, own: OwnCurves | Shaped | None, curves: int | None, but
     return changed
 
 
-def _made_anew(plain: Any, changed: dict[str, Any], own: OwnCurves | Shaped | None) -> Any:
+def _made_anew(plain: Any, changed: dict[str, Any], own: CustomCurves | Shaped | None) -> Any:
     """The same Python function, some of whose names stand for something else."""
     again = FunctionType(plain.__code__, plain.__globals__ | changed, plain.__name__, plain.__defaults__)
     again.__annotations__, again.__doc__ = dict(plain.__annotations__), plain.__doc__

@@ -20,8 +20,8 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
-    rolled,
-    whole,
+    nonnegative,
+    not_unrolled,
 )
 
 IMPLICIT_SHARE = 0.55  # of a step that implicit damping looks ahead: 0.5 is most accurate, more settles faster
@@ -104,10 +104,10 @@ def torque_of_forces(
 def muscle_torque(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Torque of the muscles on a joint, world, N m: the sum of F r (Bergmann 2017, eq. 8 and 9)."""
     paths = model.paths
-    first = whole(paths.crossing_start[body])
+    first = nonnegative(paths.crossing_start[body])
     end = paths.crossing_start[body + 1]
-    arms = state.muscles.moment_arm[whole(instance)]
-    return torque_of_forces(first, end, arms, state.muscles.force[whole(instance)], paths.crossing_muscle)
+    arms = state.muscles.moment_arm[nonnegative(instance)]
+    return torque_of_forces(first, end, arms, state.muscles.force[nonnegative(instance)], paths.crossing_muscle)
 
 
 @func
@@ -115,8 +115,8 @@ def pulled_torque(instance: int, body: int, model: ModelRef, state: StateRef, wo
     """The same from the F r of all crossings in the working set."""
     total = wp.vec3(0.0)
     for crossing in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
-        rolled()
-        total += work.pull[whole(crossing)]
+        not_unrolled()
+        total += work.pull[nonnegative(crossing)]
     return total
 
 
@@ -132,7 +132,7 @@ def mixed_torque_of(passive: PassiveForce) -> Any:
     @wp.func
     def mixed_torque(instance: int, body: int, muscles: wp.vec3, model: ModelRef, work: ScratchRef):
         actuation = model.actuation
-        parent = whole(model.skeleton.plan[body].parent)
+        parent = nonnegative(model.skeleton.plan[body].parent)
         rotation = work.rotation[body]
         by_torque = joint_projector(instance, body, actuation.by_torque[body], model, work)
         by_muscles = joint_projector(instance, body, actuation.by_muscles[body], model, work)

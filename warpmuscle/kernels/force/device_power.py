@@ -76,8 +76,8 @@ def power_of(force: ForceKind) -> Any:
 def record_powers_of(forces: tuple[ForceKind, ...]) -> Any:
     """The Warp function (instance, row, frame, column, model, state, record, work, extensions) that writes all powers.
 
-    Those of devices stand one behind the other from a column of `Record.own` on, by kind and then by body; one between
-    two bodies is counted at the first of them. One lane calls it, where a frame is due.
+    Those of devices stand one behind the other from a column of `Record.custom` on, by kind and then by body; one
+    between two bodies is counted at the first of them. One lane calls it, where a frame is due.
     """
     extensions_struct = extension_list(tuple(force.extension for force in forces))
     device, pairs = bool(forces) and forces[0].device, bool(forces) and forces[0].pair is not None
@@ -98,7 +98,7 @@ def record_powers_of(forces: tuple[ForceKind, ...]) -> Any:
                         counted = extensions.first.second[entry] == 0
                     if counted:
                         value = power(instance, body, entry, model, state, work, extensions.first)
-                        record.own[row, frame, place] = value
+                        record.custom[row, frame, place] = value
                         place += 1
         if wp.static(bool(forces)):
             others(instance, row, frame, place, model, state, record, work, extensions.rest)

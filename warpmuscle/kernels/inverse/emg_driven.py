@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.curve.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
 from warpmuscle.kernels.inverse.muscle_moments import curve_functions, has_cables
 from warpmuscle.kernels.muscle.activation import activation_rate, activation_relaxed
@@ -87,7 +87,7 @@ def emg_activations(
 
 
 @cache
-def emg_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
+def emg_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> Any:
     """The kernel (model, known, candidates, activation, force) of forces (C, n, M), N; launch with that size.
 
     Tendons are rigid, as of static optimisation. curves, own: as of `muscle_stage.MuscleKind`.

@@ -10,7 +10,7 @@ from warpmuscle.kernels.algebra.spatial import symmetric_times
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.body.speed_axes import angular_axis, linear_axis, moving_speeds
 from warpmuscle.kernels.stages import body_inertia, kinematics_stage, work_of
-from warpmuscle.kernels.structs import FOLLOWER, Model, ModelRef, ScratchRef, State, whole
+from warpmuscle.kernels.structs import FOLLOWER, Model, ModelRef, ScratchRef, State, nonnegative
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
@@ -48,7 +48,7 @@ def body_acceleration(
     """Acceleration of a body from its parent's and the rates of its joint's speeds (Featherstone 2008, eq. 5.6)."""
     found = SpatialAcceleration()
     if body > 0:
-        above = whole(model.skeleton.plan[body].parent)
+        above = nonnegative(model.skeleton.plan[body].parent)
         r = work.position[body] - work.position[above]
         w = work.angular_velocity[above]
         found.angular = parent.angular + work.bias[body]
@@ -63,7 +63,7 @@ def body_acceleration(
 
 
 @wp.func
-def own_wrench(
+def wrench_of_body(
     instance: int, body: int, acceleration: SpatialAcceleration, loads: BodyLoads, model: ModelRef, work: ScratchRef
 ) -> Wrench:
     """What a body alone needs from its joint: for its acceleration, against gravity and against its loads."""
@@ -117,7 +117,7 @@ def inverse_dynamics(
         found = SpatialAcceleration()
         found.angular = moment[i, body]
         found.linear = force[i, body]
-        needed = own_wrench(i, body, found, loads, model, work)
+        needed = wrench_of_body(i, body, found, loads, model, work)
         moment[i, body] = needed.moment
         force[i, body] = needed.force
     for s in range(effort.shape[1]):

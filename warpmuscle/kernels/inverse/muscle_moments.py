@@ -10,7 +10,7 @@ from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.body.speed_axes import angular_axis
 from warpmuscle.kernels.curve.curve_sets import PATH_ACTUATOR
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
-from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.cables import is_cable, ligament_force
@@ -112,7 +112,7 @@ class CurveFunctions(NamedTuple):
     of_muscle: Any  # (instance, muscle, model): which curves a muscle has
 
 
-def curve_functions(curves: int, own: OwnCurves | Shaped | None) -> CurveFunctions:
+def curve_functions(curves: int, own: CustomCurves | Shaped | None) -> CurveFunctions:
     """The functions for curves of a set or of one's own, as of `muscle_stage.MuscleKind`."""
 
     @wp.func
@@ -126,13 +126,13 @@ def curve_functions(curves: int, own: OwnCurves | Shaped | None) -> CurveFunctio
     )
 
 
-def has_cables(own: OwnCurves | Shaped | None) -> bool:
+def has_cables(own: CustomCurves | Shaped | None) -> bool:
     """Whether some of the muscles are actuators or ligaments, which have no fibres."""
     return isinstance(own, Shaped) and own.cables
 
 
 @cache
-def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
+def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> Any:
     """The kernel (model, tendon, length, speed, fibre, active, passive) of forces of all muscles in every frame.
 
     Args:
@@ -186,7 +186,7 @@ def fibre_forces_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
 
 
 @cache
-def tendon_lengths_of(curves: int, own: OwnCurves | Shaped | None = None) -> Any:
+def tendon_lengths_of(curves: int, own: CustomCurves | Shaped | None = None) -> Any:
     """The kernel (muscles, force, length) of tendons that bear forces (frames, muscles), N: their lengths, m.
 
     Args:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.random_numbers import BOX, GOAL, OWN_START, random_of
+from warpmuscle.kernels.algebra.random_numbers import BOX, CUSTOM_START, GOAL, random_of
 from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.learning.episodes import Episodes
 from warpmuscle.kernels.objective.parts import Plug, of_instance, reader_of
@@ -163,7 +163,7 @@ def evaluation_of(parts: tuple[DecisionPlug, ...], columns: tuple[int, ...], mas
     every = no_value
     for part, column in zip(parts, columns, strict=True):
         every = _and_value(every, part, column)
-    stream = OWN_START if any(part.result is None for part in parts) else GOAL
+    stream = CUSTOM_START if any(part.result is None for part in parts) else GOAL
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def evaluate(
@@ -221,12 +221,12 @@ def clamp_difficulty(
 class AddedTerms:
     """Terms of the objective whose sums are rewards, and what they were at the decision before."""
 
-    part: wp.array[int]  # (rewards,) OF_MUSCLES, OF_BODIES or OF_WHOLE
+    part: wp.array[int]  # (rewards,) OF_MUSCLES, OF_BODIES or OF_INSTANCE
     index: wp.array[int]  # (rewards,) of the term among those of its part
     before: wp.array2d[wp.float64]  # (instances, rewards)
 
 
-OF_MUSCLES, OF_BODIES, OF_WHOLE = 0, 1, 2
+OF_MUSCLES, OF_BODIES, OF_INSTANCE = 0, 1, 2
 
 
 @wp.kernel
@@ -247,7 +247,7 @@ def added_terms(
         for body in range(state.body_terms.shape[2]):
             total += state.body_terms[i, index, body]
     else:
-        total = state.whole_terms[i, index]
+        total = state.instance_terms[i, index]
     values[i, k] = sound(float(total - added.before[i, k]) * time_step)
     added.before[i, k] = total
 

@@ -53,7 +53,7 @@ class ObjectiveWeights:
     torque: wp.float64
     muscle: wp.array[wp.float64]
     body: wp.array[wp.float64]
-    whole: wp.array[wp.float64]
+    instance: wp.array[wp.float64]
     basal: wp.float64  # weight of the energy at rest, per step
     energy: int  # which sum over muscles is metabolic energy; -1: none
     transport: wp.float64  # weight of the cost of transport
@@ -73,11 +73,11 @@ class Gains:
     objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
     sums: wp.array2d[float]  # (instances, LOGGED) of the episode
     finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
-    own: wp.array2d[float]  # (instances, rewards) values of rewards of the scene's own in this decision
-    own_weight: wp.array[float]  # (rewards,) signed; of what counts for time times that
-    own_sums: wp.array2d[float]  # (instances, rewards) what they were worth in the episode
-    own_finished: wp.array2d[float]  # (instances, rewards) in the last one that ended
-    own_end: wp.array2d[float]  # (instances, ends) 1: it is met; no instances without ends of the scene's own
+    custom: wp.array2d[float]  # (instances, rewards) values of rewards of the scene's own in this decision
+    custom_weight: wp.array[float]  # (rewards,) signed; of what counts for time times that
+    custom_sums: wp.array2d[float]  # (instances, rewards) what they were worth in the episode
+    custom_finished: wp.array2d[float]  # (instances, rewards) in the last one that ended
+    custom_end: wp.array2d[float]  # (instances, ends) 1: it is met; no instances without ends of the scene's own
     end_fails: wp.array[int]  # (ends,) 1: who meets it has failed
     reward: wp.array[float]
     terminated: wp.array[bool]

@@ -1,5 +1,8 @@
 """What decisions of a policy are worth, and when an episode ends. One thread an instance."""
 
+import inspect
+import re
+
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import heading_angle
@@ -74,8 +77,8 @@ def objective_so_far(
     for term in range(weights.body.shape[0]):
         for body in range(state.body_terms.shape[2]):
             total += weights.body[term] * state.body_terms[instance, term, body]
-    for term in range(weights.whole.shape[0]):
-        total += weights.whole[term] * state.whole_terms[instance, term]
+    for term in range(weights.instance.shape[0]):
+        total += weights.instance[term] * state.instance_terms[instance, term]
     steps = wp.float64(state.step[instance] - episodes.start_step[instance])
     total += weights.basal * steps
     if weights.transport != wp.float64(0.0):
@@ -220,12 +223,26 @@ def task_terms(
     return values
 
 
+def _check_rewards() -> None:
+    """TypeError if a reward is declared that nothing gives a value, which would count as 0."""
+    given = {globals()[name] for name in re.findall(r"values\[(\w+)\] =", inspect.getsource(task_terms.func))}
+    given |= {OBJECTIVE, FAILURE}  # which `judge` adds
+    if missing := [name for index, name in enumerate(TERMS) if index not in given]:
+        raise TypeError(
+            f"the reward {missing[0]} of objective/objective_terms.py in kernels has no value in task_terms "
+            "in learning/rewards.py"
+        )
+
+
+_check_rewards()
+
+
 @wp.func
-def own_ending(instance: int, gains: Gains) -> int:
+def custom_ending(instance: int, gains: Gains) -> int:
     """How ends of the scene's own end an episode: 0 as none is met, REACHES, or FAILS."""
     found = wp.int32(0)
-    for k in range(gains.own_end.shape[1]):
-        if gains.own_end[instance, k] > 0.0:
+    for k in range(gains.custom_end.shape[1]):
+        if gains.custom_end[instance, k] > 0.0:
             found = wp.max(found, wp.where(gains.end_fails[k] == 1, FAILS, REACHES))
     return found
 
@@ -251,7 +268,7 @@ def judge(
         forward = 0.0
         aside = 0.0
     episodes.side[i] = episodes.side[i] + aside
-    ending = own_ending(i, gains)
+    ending = custom_ending(i, gains)
     if ending == FAILS:
         failed = True
     reached = ending == REACHES and not failed
@@ -271,12 +288,12 @@ def judge(
             worth = 0.0
         total += worth
         gains.sums[i, k] = gains.sums[i, k] + worth
-    for k in range(gains.own_weight.shape[0]):
-        worth = gains.own_weight[k] * gains.own[i, k]
+    for k in range(gains.custom_weight.shape[0]):
+        worth = gains.custom_weight[k] * gains.custom[i, k]
         if failed or not (wp.abs(worth) < 1.0e6):
             worth = 0.0
         total += worth
-        gains.own_sums[i, k] = gains.own_sums[i, k] + worth
+        gains.custom_sums[i, k] = gains.custom_sums[i, k] + worth
     gains.sums[i, FORWARD] = gains.sums[i, FORWARD] + forward
     gains.reward[i] = total
     late = episodes.length[i] >= reward.longest
@@ -286,8 +303,8 @@ def judge(
         gains.reached[i] = reached
     episodes.mask[i] = failed or late or reached
     if failed or late or reached:
-        for k in range(gains.own_weight.shape[0]):
-            gains.own_finished[i, k] = gains.own_sums[i, k]
+        for k in range(gains.custom_weight.shape[0]):
+            gains.custom_finished[i, k] = gains.custom_sums[i, k]
         gains.sums[i, DECISIONS] = float(episodes.length[i])
         gains.sums[i, COMPLETED] = wp.where(failed, 0.0, 1.0)
         gains.sums[i, ENDED] = 1.0
@@ -307,8 +324,8 @@ def forget(
     if not mask[i]:
         return
     gains.objective[i] = wp.float64(0.0)
-    for k in range(gains.own_weight.shape[0]):
-        gains.own_sums[i, k] = 0.0
+    for k in range(gains.custom_weight.shape[0]):
+        gains.custom_sums[i, k] = 0.0
     for k in range(LOGGED):
         gains.sums[i, k] = 0.0
     for k in range(gains.action.shape[1]):

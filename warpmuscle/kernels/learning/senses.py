@@ -28,9 +28,9 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY, CLOCK, OWN, GOAL, GOAL_POINT, GROUND,
+    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND,
 ) = range(25)  # fmt: skip
-GROUND_ACROSS, GROUND_BEHIND, GROUND_AHEAD = 3, 3, 6  # places of the ground, from right to left and forwards
+GROUND_COLUMNS, GROUND_BEHIND, GROUND_AHEAD = 3, 3, 6  # places of the ground, from right to left and forwards
 GROUND_STEP = 0.2  # m, between them
 
 
@@ -59,7 +59,7 @@ class Surroundings:
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
-    own: wp.array2d[float]  # (instances, numbers) of observations of the scene's own, as they are now
+    custom: wp.array2d[float]  # (instances, numbers) of observations of the scene's own, as they are now
     goal: wp.array2d[float]  # (instances, numbers) see `decision.Decision`
 
 
@@ -157,8 +157,8 @@ def ground_at(x: float, z: float, instance: int, around: Surroundings) -> float:
 def ground_about(k: int, instance: int, state: State, around: Surroundings) -> float:
     """How much higher the ground is at one of the places about the root, as that faces, than below it, m."""
     place = root_place(around.root, instance, state)
-    across = wp.static(GROUND_STEP) * (float(k % wp.static(GROUND_ACROSS)) - wp.static(0.5 * (GROUND_ACROSS - 1)))
-    along = wp.static(GROUND_STEP) * float(k // wp.static(GROUND_ACROSS) + wp.static(1 - GROUND_BEHIND))
+    across = wp.static(GROUND_STEP) * (float(k % wp.static(GROUND_COLUMNS)) - wp.static(0.5 * (GROUND_COLUMNS - 1)))
+    along = wp.static(GROUND_STEP) * float(k // wp.static(GROUND_COLUMNS) + wp.static(1 - GROUND_BEHIND))
     way = wp.quat_rotate(heading(root_orientation(around.root, instance, state)), wp.vec3(across, 0.0, along))
     here = ground_at(place[0], place[2], instance, around)
     return ground_at(place[0] + way[0], place[2] + way[2], instance, around) - here
@@ -224,8 +224,8 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     elif kind == CLOCK:
         angle = wp.static(2.0 * wp.PI) * episodes.phase[instance]
         value = wp.where(k == 0, wp.sin(angle), wp.cos(angle))
-    elif kind == OWN:
-        value = around.own[instance, k]
+    elif kind == CUSTOM:
+        value = around.custom[instance, k]
     elif kind == GOAL:
         value = around.goal[instance, k]
     elif kind == GOAL_POINT:

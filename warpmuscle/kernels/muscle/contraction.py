@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, shaped_curves
 from warpmuscle.kernels.muscle import muscle
 from warpmuscle.kernels.muscle.muscle import (
@@ -31,7 +31,7 @@ class Contraction:
 
 
 @cache
-def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCurves | Shaped | None = None) -> Any:
+def contraction_of(curves: int, tendon: int, implicit: bool = False, own: CustomCurves | Shaped | None = None) -> Any:
     """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
     rigid, compliant = contractions(curves, tendon, implicit, own)
 
@@ -47,7 +47,7 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: OwnCur
 
 
 @cache
-def contractions(curves: int, tendon: int, implicit: bool, own: OwnCurves | Shaped | None) -> tuple[Any, Any]:
+def contractions(curves: int, tendon: int, implicit: bool, own: CustomCurves | Shaped | None) -> tuple[Any, Any]:
     """The Warp functions of `contraction_of` for rigid, or switching, and for compliant tendons.
 
     Muscles with curves of their own have OpenSim's bounds of the fibre.

@@ -98,7 +98,7 @@ def activate_of(kind: MuscleKind) -> Any:
 @cache
 def contract_of(kind: MuscleKind) -> Any:
     """See `MuscleLaw.contract`."""
-    contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.own)
+    contraction = contraction_of(kind.curves, kind.tendon, kind.implicit, kind.special_curves)
     if kind.cables:
         contraction = with_cables(contraction)
 
@@ -112,7 +112,7 @@ def contract_of(kind: MuscleKind) -> Any:
 @cache
 def hill_strength_of(kind: MuscleKind) -> Any:
     """See `MuscleLaw.strength`; a fibre on a compliant tendon has the length and speed that it has now."""
-    contraction = contraction_of(kind.curves, RIGID if kind.elastic else kind.tendon, False, kind.own)
+    contraction = contraction_of(kind.curves, RIGID if kind.elastic else kind.tendon, False, kind.special_curves)
     elastic, floored = kind.elastic, kind.floored
 
     @wp.func

@@ -14,9 +14,9 @@ from warpmuscle.kernels.structs import (
     MuscleRow,
     Muscles,
     MuscleState,
-    OwnExcitation,
     ScratchRef,
     StateRef,
+    TimedExcitation,
     at,
 )
 
@@ -65,7 +65,7 @@ def desired_force(instance: int, muscle: int, model: ModelRef, state: StateRef, 
 
 
 @func
-def timed_excitation(muscles: Muscles, own: OwnExcitation, instance: int, time: float) -> float:
+def timed_excitation(muscles: Muscles, own: TimedExcitation, instance: int, time: float) -> float:
     """A muscle's own excitation at a time, s: straight between knots, constant beyond them, repeated if periodic."""
     first = own.first_knot
     last = own.end_knot - 1

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from warpmuscle.kernels.curve.custom_curves import OwnCurves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
 from warpmuscle.kernels.muscle.contraction import COMPLIANT, EITHER
 from warpmuscle.kernels.path.stretch import PathKind
@@ -40,7 +40,7 @@ class MuscleKind(NamedTuple):
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     all_timed: bool = False  # and those of all muscles, so that it does not matter what joints want of them
     given: bool = False  # excitations come from outside, as they are
-    own: OwnCurves | Shaped | None = None  # in place of some curves of the model
+    special_curves: CustomCurves | Shaped | None = None  # in place of some curves of the model
     floored: bool = False  # excitations and activations have a minimum
     coordinate_joints: bool = False  # some joints are as in `coordinate_joint.py`
     followers: bool = False  # and some follow others
@@ -66,4 +66,4 @@ class MuscleKind(NamedTuple):
     @property
     def cables(self) -> bool:
         """Whether some of the muscles are actuators or ligaments, see `cables.py`."""
-        return isinstance(self.own, Shaped) and self.own.cables
+        return isinstance(self.special_curves, Shaped) and self.special_curves.cables

@@ -44,9 +44,9 @@ from warpmuscle.kernels.structs import (
     ScratchRef,
     StateRef,
     at,
+    nonnegative,
+    not_unrolled,
     recomputed,
-    rolled,
-    whole,
 )
 
 
@@ -192,7 +192,7 @@ def timed_force_of(neural: bool, given: bool) -> Any:
         work: ScratchRef,
     ) -> float:  # fmt: skip
         force = desired
-        own = at(model.muscles.own, instance, m)
+        own = at(model.muscles.timed, instance, m)
         if own.end_knot > own.first_knot:
             time = float(step) * model.time_step
             if wp.static(neural):
@@ -257,8 +257,8 @@ def pull_at_hand(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, 
     force = muscle.fibre.force
     span = model.paths.span[m]
     for k in range(span.first_crossing, span.end_crossing):
-        rolled()
-        crossing = whole(model.paths.of_muscle[whole(k)].number)
+        not_unrolled()
+        crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
         work.pull[crossing] = work.pull[crossing] * force
     state.muscles.force[instance, m] = force
 

@@ -32,7 +32,7 @@ from warpmuscle.kernels.muscle.sharing import places_of, prepare_of, sharing_sta
 from warpmuscle.kernels.objective.term_sums import muscle_terms_of
 from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.polynomial_path import monomials_stage
-from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, whole
+from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, nonnegative
 
 
 @cache
@@ -41,21 +41,21 @@ def muscle_stage_of(
     terms: tuple[Any, ...] = (),
     recorded: bool = True,
     controller: ControllerKind = NO_CONTROLLER,
-    together: int = 0,
+    lanes_in_warp: int = 0,
 ) -> Any:
     """The Warp function that lets the muscles of a kind drive the joints, see `actuation`. It ends with a barrier.
 
     Args:
         kind: what is compiled in. terms: of the objective, see `term_sums.muscle_functions`.
         recorded: whether frames hold what the muscles do. controller: what excites them.
-        together: lanes of each instance in a warp, where warps share instances; 0: they do not.
+        lanes_in_warp: lanes of each instance in a warp, where warps share instances; 0: they do not.
     """
     prepare_all = preparation_of(kind, controller)
-    pull_all = every_muscle_of(kind, one_muscle_of(kind, terms, recorded, controller), controller, together)
+    pull_all = every_muscle_of(kind, one_muscle_of(kind, terms, recorded, controller), controller, lanes_in_warp)
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, springs, kind.mixed)
     implicit, implicit_damping_stage = kind.implicit, implicit_damping_stage_of(springs)
-    queued, extension_struct = kind.long_paths and together > 0, controller.extension
+    queued, extension_struct = kind.long_paths and lanes_in_warp > 0, controller.extension
 
     @inlined(kind)
     def muscle_stage(
@@ -136,13 +136,13 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     return prepare_all
 
 
-def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKind, together: int) -> Any:
+def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKind, lanes_in_warp: int) -> Any:
     """The stage in which lanes take the muscles of an instance: from a queue, in turn by their work, or as they come.
 
     Args:
-        together: see `muscle_stage_of`.
+        lanes_in_warp: see `muscle_stage_of`.
     """
-    queued, ordered, extension_struct = kind.long_paths and together > 0, kind.long_paths, controller.extension
+    queued, ordered, extension_struct = kind.long_paths and lanes_in_warp > 0, kind.long_paths, controller.extension
 
     @inlined(kind)
     def every_muscle(
@@ -150,16 +150,20 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
         work: ScratchRef, extension: wp.ref[extension_struct],
     ):  # fmt: skip
         if wp.static(queued):
-            first = next_turn(0) * wp.static(together)
+            first = next_turn(0) * wp.static(lanes_in_warp)
             while first < model.muscles.count:
-                place = first + lane % wp.static(together)
+                place = first + lane % wp.static(lanes_in_warp)
                 if place < model.muscles.count:
-                    one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
-                first = next_turn(0) * wp.static(together)
+                    one_muscle(
+                        instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
+                    )
+                first = next_turn(0) * wp.static(lanes_in_warp)
         elif wp.static(ordered):
             for k in range(lane, model.muscles.count, lanes):
                 place = in_turn(k, lane, lanes, model.muscles.count)
-                one_muscle(instance, whole(model.routes.order[place]), frame, model, state, record, work, extension)
+                one_muscle(
+                    instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
+                )
         else:
             for m in range(lane, model.muscles.count, lanes):
                 one_muscle(instance, m, frame, model, state, record, work, extension)

@@ -37,8 +37,8 @@ from warpmuscle.kernels.structs import (
     SharedMuscle,
     StateRef,
     at,
-    rolled,
-    whole,
+    nonnegative,
+    not_unrolled,
 )
 
 SOFTNESS = 1.0e-3
@@ -80,12 +80,12 @@ def put_in_state(instance: int, muscle: int, share: float, state: StateRef, work
 
 @func
 def share_at_hand(instance: int, muscle: int, state: StateRef, work: ScratchRef) -> float:
-    return work.share[whole(muscle)]
+    return work.share[nonnegative(muscle)]
 
 
 @func
 def put_at_hand(instance: int, muscle: int, share: float, state: StateRef, work: ScratchRef):
-    work.share[whole(muscle)] = share
+    work.share[nonnegative(muscle)] = share
 
 
 IN_STATE = Places(arms_in_state, share_in_state, put_in_state)
@@ -114,7 +114,7 @@ def driven_part(instance: int, body: int, model: ModelRef, work: ScratchRef) -> 
         return ball_projector(rotation, weight)
     a = rotation * row.axis_a
     if plan.joint_type == UNIVERSAL:
-        b = work.rotation[whole(plan.parent)] * row.axis_b
+        b = work.rotation[nonnegative(plan.parent)] * row.axis_b
         if weight[0] * weight[1] > 0.0:
             c = wp.normalize(wp.cross(a, b))
             return wp.identity(n=3, dtype=float) - wp.outer(c, c)
@@ -127,8 +127,8 @@ def rescale(instance: int, muscle: int, factor: float, model: ModelRef, arm: wp.
     """Multiply all moment arms of a muscle."""
     span = model.paths.span[muscle]
     for k in range(span.first_crossing, span.end_crossing):
-        rolled()
-        crossing = whole(model.paths.of_muscle[whole(k)].number)
+        not_unrolled()
+        crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
         arm[crossing] = arm[crossing] * factor
 
 
@@ -179,9 +179,9 @@ def ask_of(places: Places, coupled: bool) -> Any:
         square = wp.float32(0.0)
         mass = wp.float32(0.0)
         for c in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
-            rolled()
-            crossing = whole(c)
-            muscle = whole(model.paths.crossing_muscle[crossing])
+            not_unrolled()
+            crossing = nonnegative(c)
+            muscle = nonnegative(model.paths.crossing_muscle[crossing])
             g = part * arm[crossing]
             arm[crossing] = g
             lack -= g * get(instance, muscle, state, work)
@@ -210,9 +210,9 @@ def bid_of(places: Places) -> Any:
         span = model.paths.span[muscle]
         total = wp.float32(0.0)
         for k in range(span.first_crossing, span.end_crossing):
-            rolled()
-            crossing = model.paths.of_muscle[whole(k)]
-            total += wp.dot(arm[whole(crossing.number)], work.price[whole(crossing.joint)])
+            not_unrolled()
+            crossing = model.paths.of_muscle[nonnegative(k)]
+            total += wp.dot(arm[nonnegative(crossing.number)], work.price[nonnegative(crossing.joint)])
         share = share_of(total, wp.sqrt(at(model.muscles.mass, instance, muscle)))
         put(instance, muscle, share, state, work)
 
@@ -237,9 +237,9 @@ def adjust_of(places: Places, coupled: bool, weighted: bool) -> Any:
             residual = work.lack[body] - price * soft
             inertia = symmetric(0.0)
             for c in range(model.paths.crossing_start[body], model.paths.crossing_start[body + 1]):
-                rolled()
-                crossing = whole(c)
-                muscle = whole(model.paths.crossing_muscle[crossing])
+                not_unrolled()
+                crossing = nonnegative(c)
+                muscle = nonnegative(model.paths.crossing_muscle[crossing])
                 g = arm[crossing]
                 share = get(instance, muscle, state, work)
                 if wp.static(not coupled):
@@ -282,16 +282,18 @@ def sharing_stage_of(places: Places, joints: int) -> Any:
         synchronize()
         if wp.static(coupled):  # each function at one place only, else the GPU's compiler does not put it in there
             for half in range(wp.static(2 * sweeps + 1)):
-                rolled()
+                not_unrolled()
                 bids(instance, lane, lanes, model, state, work)
                 if half < wp.static(2 * sweeps):
                     for level in range(1 + (half & 1), model.level_count, 2):
-                        for body in range(whole(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+                        for body in range(
+                            nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes
+                        ):
                             adjust(instance, body, model, state, work)
                     synchronize()
         else:
             for _ in range(wp.static(sweeps)):
-                rolled()
+                not_unrolled()
                 for body in range(1 + lane, model.body_count, lanes):  # every joint by itself, without a barrier
                     adjust(instance, body, model, state, work)
             synchronize()

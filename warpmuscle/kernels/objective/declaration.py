@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-Scope = Literal["", "muscle", "body", "whole", "batch"]
+Scope = Literal["", "muscle", "body", "instance", "batch"]
 Sign = Literal["cost", "earned"]
 Stage = Literal["forces", "accelerations", "decision"]
 STAGES = {  # of a step, or after one, at which a function may be called, and what it sees then

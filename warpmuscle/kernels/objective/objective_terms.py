@@ -22,11 +22,11 @@ _TERMS = (
         "cost_of_transport", "J/(kg m)", "metabolic energy over body mass and distance, counted as 1 m at least",
         "batch",
     ),
-    Term("speed", "m^2/s", "squared error of the forward speed, over time", "whole"),
-    Term("heading", "rad^2 s", "squared error of the heading, over time", "whole"),
-    Term("head", "rad^2/s", "squared angular velocity of the head, over time", "whole"),
+    Term("speed", "m^2/s", "squared error of the forward speed, over time", "instance"),
+    Term("heading", "rad^2 s", "squared error of the heading, over time", "instance"),
+    Term("head", "rad^2/s", "squared angular velocity of the head, over time", "instance"),
     Term("joint_limits", "N m s", "torque of the joints' limits, summed over joints and time", "body"),
-    Term("ground_force", "s", "vertical force on a foot beyond its bound, in body weights, over time", "whole"),
+    Term("ground_force", "s", "vertical force on a foot beyond its bound, in body weights, over time", "instance"),
     Term("smoothness", "rad^2/s^3", "squared acceleration of the joints, summed and over time", "body"),
     Term(
         "tracking", "rad^2 s", "squared angles between the joints and the tracked gait, summed and over time", "body",
@@ -37,7 +37,7 @@ _TERMS = (
         follows_cycles=True,
     ),
     Term(
-        "norm_force", "s", "squared vertical force, in half-widths, between feet and human ones, over time", "whole",
+        "norm_force", "s", "squared vertical force, in half-widths, between feet and human ones, over time", "instance",
         follows_cycles=True,
     ),
     Term(
@@ -47,7 +47,7 @@ _TERMS = (
     ),
     Term(
         "step_width", "m^2 s", "squared width of each foot's last step, less that of people's steps, summed, over time",
-        "whole", follows_cycles=True,
+        "instance", follows_cycles=True,
     ),
     Term("passive_force", "N s", "force of stretched fibres, summed over muscles and time", "muscle"),
     Term(

@@ -305,5 +305,5 @@ def _functions(scope: Scope) -> dict[str, Any]:
     return {name: globals()[name] for name in names}
 
 
-MUSCLE_TERMS, BODY_TERMS, WHOLE_TERMS = _functions("muscle"), _functions("body"), _functions("whole")
+MUSCLE_TERMS, BODY_TERMS, INSTANCE_TERMS = _functions("muscle"), _functions("body"), _functions("instance")
 CYCLE_TERMS = {term.name for term in TERMS.values() if term.follows_cycles}

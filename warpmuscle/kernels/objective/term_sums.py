@@ -5,12 +5,18 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.curve.custom_curves import OwnCurves, with_curves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.objective.causes import TERM, cause_of, checked
-from warpmuscle.kernels.objective.term_functions import BODY_TERMS, CYCLE_TERMS, MUSCLE_TERMS, WHOLE_TERMS, MuscleWork
-from warpmuscle.kernels.structs import LARGEST, ModelRef, ScratchRef, State, StateRef, rolled
+from warpmuscle.kernels.objective.term_functions import (
+    BODY_TERMS,
+    CYCLE_TERMS,
+    INSTANCE_TERMS,
+    MUSCLE_TERMS,
+    MuscleWork,
+)
+from warpmuscle.kernels.structs import LARGEST, ModelRef, ScratchRef, State, StateRef, not_unrolled
 
 
 @func
@@ -29,7 +35,7 @@ def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: S
     One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
     """
     for i in range(1 + lane, model.body_count, lanes):
-        rolled()
+        not_unrolled()
         effort = wp.length(work.torque[i])
         if effort < LARGEST:
             # not `+=`, which would be an atomic operation
@@ -49,7 +55,7 @@ def no_body_terms(instance: int, body: int, model: ModelRef, state: StateRef, wo
 
 
 @func
-def no_whole_terms(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
+def no_instance_terms(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """No term of the whole instance is summed."""
 
 
@@ -58,8 +64,8 @@ class ObjectiveKind(NamedTuple):
 
     muscle: tuple[str, ...] = ()
     body: tuple[str, ...] = ()
-    whole: tuple[str, ...] = ()
-    own: tuple[tuple[str, Any], ...] = ()  # by name, Warp functions like those of `MUSCLE_TERMS` and so on
+    instance: tuple[str, ...] = ()
+    custom: tuple[tuple[str, Any], ...] = ()  # by name, Warp functions like those of `MUSCLE_TERMS` and so on
     desired: tuple[str, ...] = ()  # those of `whole` that see the torques which the controller wants
     conditions: tuple[tuple[str, Any], ...] = ()  # by name, failing conditions of others, see `failing_stage_of`
     progress: bool = False  # whether an instance that stands still has failed
@@ -70,16 +76,16 @@ class ObjectiveKind(NamedTuple):
     @property
     def follows_cycles(self) -> bool:
         """Whether a step has to follow the gait cycles of the feet."""
-        return self.cycles or bool(CYCLE_TERMS & {*self.body, *self.whole})
+        return self.cycles or bool(CYCLE_TERMS & {*self.body, *self.instance})
 
     def cause(self, name: str) -> int:
         """The number of a term of others, see `causes.py`; 0 of any other."""
-        names = [own for own, _ in self.own]
+        names = [own for own, _ in self.custom]
         return cause_of(TERM, names.index(name)) if name in names else 0
 
 
 def muscle_functions(
-    kind: ObjectiveKind, own: OwnCurves | Shaped | None = None, curves: int | None = None
+    kind: ObjectiveKind, own: CustomCurves | Shaped | None = None, curves: int | None = None
 ) -> tuple[Any, ...]:
     """The Warp functions of the terms over muscles; metabolic powers with the curves that muscles have.
 
@@ -88,7 +94,7 @@ def muscle_functions(
 
     With each stands its number if it is a term of others, see `causes.py`, else 0.
     """
-    given = dict(kind.own)
+    given = dict(kind.custom)
     return tuple(
         (given[name], kind.cause(name)) if name in given else (with_curves(MUSCLE_TERMS[name], own, curves), 0)
         for name in kind.muscle
@@ -154,14 +160,14 @@ def _and_body_term(others: Any, term: Any, index: int, cause: int) -> Any:
     return add
 
 
-def _and_whole_term(others: Any, term: Any, index: int, cause: int) -> Any:
+def _and_instance_term(others: Any, term: Any, index: int, cause: int) -> Any:
     counted = _counted(cause)
 
     @wp.func
     def add(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, model, state, work)
         value = counted(term(instance, model, state, work), instance, state, work)
-        state.whole_terms[instance, index] = state.whole_terms[instance, index] + value
+        state.instance_terms[instance, index] = state.instance_terms[instance, index] + value
 
     return add
 
@@ -175,21 +181,23 @@ def objective_stage_of(kind: ObjectiveKind, accelerated: bool = False) -> Any:
     Args:
         accelerated: of those that see accelerations, else of all but these.
     """
-    body_terms, whole_terms = no_body_terms, no_whole_terms
-    own, other = dict(kind.own), set(kind.desired)
+    body_terms, instance_terms = no_body_terms, no_instance_terms
+    own, other = dict(kind.custom), set(kind.desired)
     for index, name in enumerate(kind.body):
         if (name in kind.accelerated) == accelerated:
             body_terms = _and_body_term(body_terms, own.get(name) or BODY_TERMS[name], index, kind.cause(name))
-    for index, name in enumerate(kind.whole):
+    for index, name in enumerate(kind.instance):
         if (name in kind.accelerated) == accelerated and name not in other:
-            whole_terms = _and_whole_term(whole_terms, own.get(name) or WHOLE_TERMS[name], index, kind.cause(name))
+            instance_terms = _and_instance_term(
+                instance_terms, own.get(name) or INSTANCE_TERMS[name], index, kind.cause(name)
+            )
 
     @wp.func
     def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         for i in range(1 + lane, model.body_count, lanes):
             body_terms(instance, i, model, state, work)
         if lane == 0:
-            whole_terms(instance, model, state, work)
+            instance_terms(instance, model, state, work)
 
     return objective_stage
 
@@ -200,8 +208,8 @@ def desired_stage_of(kind: ObjectiveKind) -> Any:
 
     One lane calls it when the controller has put these into the working set, and no muscle has acted yet.
     """
-    terms, own = no_whole_terms, dict(kind.own)
-    for index, name in enumerate(kind.whole):
+    terms, own = no_instance_terms, dict(kind.custom)
+    for index, name in enumerate(kind.instance):
         if name in kind.desired:
-            terms = _and_whole_term(terms, own[name], index, kind.cause(name))
+            terms = _and_instance_term(terms, own[name], index, kind.cause(name))
     return terms

@@ -21,11 +21,11 @@ def record_object(
     motion = motion_now(instance, number, at(own.row, instance, number), model, state, work, own)
     row = record.slot[instance]
     for i in range(3):
-        record.own[row, frame, column + i] = motion.place[i]
-        record.own[row, frame, column + 7 + i] = motion.velocity[i]
-        record.own[row, frame, column + 10 + i] = motion.spin[i]
+        record.custom[row, frame, column + i] = motion.place[i]
+        record.custom[row, frame, column + 7 + i] = motion.velocity[i]
+        record.custom[row, frame, column + 10 + i] = motion.spin[i]
     for i in range(4):
-        record.own[row, frame, column + 3 + i] = motion.orientation[i]
+        record.custom[row, frame, column + 3 + i] = motion.orientation[i]
 
 
 @cache

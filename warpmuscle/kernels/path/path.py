@@ -31,7 +31,7 @@ from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
-from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, ScratchRef, StateRef, at, rolled, whole
+from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, ScratchRef, StateRef, at, nonnegative, not_unrolled
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -162,7 +162,7 @@ def offset_between(body: int, origin: int, work: ScratchRef) -> wp.vec3:
     """From the joint of the body `origin` to that of another one, world axes, m."""
     if body == origin:
         return wp.vec3(0.0)
-    return work.position[whole(body)] - work.position[whole(origin)]
+    return work.position[nonnegative(body)] - work.position[nonnegative(origin)]
 
 
 @func
@@ -172,7 +172,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef
     Args:
         end: in the axes of its body; from the joint of the origin, or if `far` from that of its body.
     """
-    local = work.rotation[whole(body)] * end
+    local = work.rotation[nonnegative(body)] * end
     if far != 0:
         local += offset_between(body, origin, work)
     return local
@@ -181,7 +181,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef
 @func
 def joint_velocity(joint: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Angular velocity of a joint's child relative to its parent in the middle of the last step, world, rad/s."""
-    parent = whole(model.skeleton.plan[joint].parent)
+    parent = nonnegative(model.skeleton.plan[joint].parent)
     child = work.angular_velocity[joint] - work.lag_angular[joint]
     return child - work.angular_velocity[parent] + work.lag_angular[parent]
 
@@ -191,18 +191,18 @@ def add_crossings(total: wp.ref[PathState], muscle: int, model: ModelRef, work: 
     """Add the speed of a path whose moment arms are known, and what its joints want of the muscle."""
     span = model.paths.span[muscle]
     for k in range(span.first_crossing, span.end_crossing):
-        rolled()
-        crossing = model.paths.of_muscle[whole(k)]
-        r = arm[whole(crossing.number)]
-        total.speed += wp.dot(r, work.joint_velocity[whole(crossing.joint)])
-        total.wanted += counted(wanted_force(work.torque[whole(crossing.joint)], r), model.muscles.negative)
+        not_unrolled()
+        crossing = model.paths.of_muscle[nonnegative(k)]
+        r = arm[nonnegative(crossing.number)]
+        total.speed += wp.dot(r, work.joint_velocity[nonnegative(crossing.joint)])
+        total.wanted += counted(wanted_force(work.torque[nonnegative(crossing.joint)], r), model.muscles.negative)
 
 
 @func
 def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """Relative angular velocities of all joints into the working set. Ends with a barrier."""
     for body in range(1 + lane, model.body_count, lanes):
-        rolled()
+        not_unrolled()
         work.joint_velocity[body] = joint_velocity(body, model, work)
     synchronize()
 
@@ -236,7 +236,7 @@ def segments_stretch_of(
         total.fixed = at(paths.fixed_length, instance, muscle)
         span = paths.span[muscle]
         for i in range(span.first_segment, span.end_segment):
-            segment = paths.segment[whole(i)]
+            segment = paths.segment[nonnegative(i)]
             ends = at(paths.ends, instance, i)
             a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
             d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
@@ -245,9 +245,9 @@ def segments_stretch_of(
             weight = Weight()
             weight.value = 1.0
             for k in range(segment.first_contribution, segment.end_contribution):
-                own = paths.contribution[whole(k)]
-                joint = whole(own.joint)
-                crossing = whole(own.crossing)
+                own = paths.contribution[nonnegative(k)]
+                joint = nonnegative(own.joint)
+                crossing = nonnegative(own.crossing)
                 center = offset_between(joint, segment.origin, work)
                 r = segment_moment_arm(a, center, direction) * float(own.sign)
                 if wp.static(wrench):
@@ -288,13 +288,13 @@ def straight_stretch(
     """What `segments_stretch_of` says, of a path that is straight; the moment arm is left to the caller."""
     path = model.paths.straight[muscle]
     ends = at(model.paths.ends, instance, muscle)
-    joint = whole(wp.max(path.body_a, path.body_b))
-    a = work.rotation[whole(path.body_a)] * ends.a
-    d = work.rotation[whole(path.body_b)] * ends.b - a
+    joint = nonnegative(wp.max(path.body_a, path.body_b))
+    a = work.rotation[nonnegative(path.body_a)] * ends.a
+    d = work.rotation[nonnegative(path.body_b)] * ends.b - a
     length = wp.length(d)
     total = PathState()
     total.arm = wp.cross(a, d * (1.0 / wp.max(length, SHORTEST))) * float(path.sign)
-    total.crossing = whole(path.crossing)
+    total.crossing = nonnegative(path.crossing)
     total.fixed = at(model.paths.fixed_length, instance, muscle)
     total.moving = length
     total.speed = wp.dot(total.arm, work.joint_velocity[joint])

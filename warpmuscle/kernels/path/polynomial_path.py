@@ -10,7 +10,7 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.path.path import PathState, add_crossings, coordinate_gradient
-from warpmuscle.kernels.structs import ModelRef, PolynomialTerm, ScratchRef, StateRef, whole
+from warpmuscle.kernels.structs import ModelRef, PolynomialTerm, ScratchRef, StateRef, nonnegative
 
 
 @func
@@ -18,7 +18,7 @@ def monomial_value(instance: int, k: int, model: ModelRef, state: StateRef, work
     """A product of powers of coordinates, from one of lower degree."""
     own = model.routes.monomial[k]
     start = model.skeleton.plan[own.joint].coordinate_start
-    return work.monomial[whole(own.before)] * state.coordinates[instance, whole(start + own.axis)]
+    return work.monomial[nonnegative(own.before)] * state.coordinates[instance, nonnegative(start + own.axis)]
 
 
 @func
@@ -29,7 +29,7 @@ def monomials_stage(instance: int, lane: int, lanes: int, model: ModelRef, state
         work.monomial[0] = 1.0
     synchronize()
     for degree in range(1, start.shape[0] - 1):
-        for k in range(whole(start[degree] + lane), start[degree + 1], lanes):
+        for k in range(nonnegative(start[degree] + lane), start[degree + 1], lanes):
             work.monomial[k] = monomial_value(instance, k, model, state, work)
         synchronize()
 

@@ -20,7 +20,7 @@ from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
 from warpmuscle.kernels.path.route_walk import lever_arm_of, pulls_of, room_of, walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
 
 ROUNDS = 8  # of a route with several surfaces, each going on where the one before ended ...
 SETTLED = 5.0e-4  # m, by which the length then changes no more
@@ -144,7 +144,7 @@ def route_stretch_of(
             bends.after = with_number(bends.after, w, NOWHERE)
         if wp.static(not wrench):
             for k in range(own.first_crossing, own.end_crossing):
-                arm[whole(model.paths.of_muscle[whole(k)].number)] = wp.vec3(0.0)
+                arm[nonnegative(model.paths.of_muscle[nonnegative(k)].number)] = wp.vec3(0.0)
         if wp.static(apart):
             for w in range(wraps):
                 bend(instance, w, span, bends, model, state, work)
@@ -158,13 +158,13 @@ def route_stretch_of(
         total.moving = walk(instance, span, bends, model, state, work, pulls, arm)
         for k in range(span.first_lever, span.end_lever):
             if wp.static(wrench):
-                joint = whole(model.routes.lever[whole(k)].joint)
+                joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
                 place = model.body_count + joint
                 arm[joint] = arm[joint] + lever_arm(pulls.arm, k - span.first_lever)
                 arm[place] = arm[place] + lever_arm(pulls.arm, k - span.first_lever + wp.static(levers // 2))
             else:
-                crossing_of = whole(model.routes.lever[whole(k)].crossing)
-                joint = whole(model.routes.lever[whole(k)].joint)
+                crossing_of = nonnegative(model.routes.lever[nonnegative(k)].crossing)
+                joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
                 r = whole_arm(instance, joint, k - span.first_lever, pulls, model, work)
                 arm[crossing_of] = arm[crossing_of] + r
         if wp.static(not wrench):

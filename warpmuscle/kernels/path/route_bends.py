@@ -14,7 +14,7 @@ from warpmuscle.kernels.path.wrap_mujoco import mujoco_cylinder_touch, mujoco_sp
 from warpmuscle.kernels.path.wrap_sphere import smooth_sphere_touch, sphere_touch
 from warpmuscle.kernels.path.wrap_torus import torus_touch
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, THROUGH, Touch
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
 
 CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
 WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
@@ -166,9 +166,9 @@ def bend_of(kind: RouteKind) -> Any:
         first_point = span.first_point
         origin = span.origin
         wraps = span.end_wrap - span.first_wrap
-        wrap = routes.wrap[whole(span.first_wrap + w)]
+        wrap = routes.wrap[nonnegative(span.first_wrap + w)]
         own = at(routes.wrap_row, instance, span.first_wrap + w)
-        body = work.rotation[whole(wrap.body)]
+        body = work.rotation[nonnegative(wrap.body)]
         center = body * own.position + offset_between(wrap.body, origin, work)
         axes = body * own.rotation
         last = last_counted(instance, first_point, wrap, model, state)

@@ -11,7 +11,7 @@ from warpmuscle.kernels.body.limits import ball_angles
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
-from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef, at, nonnegative
 
 
 @func
@@ -80,13 +80,13 @@ def place_of(motions: int) -> Any:
         instance: int, point: int, origin: int, model: ModelRef, state: StateRef, work: ScratchRef,
         slopes: wp.ref[slopes_struct],
     ) -> wp.vec3:  # fmt: skip
-        plan = model.routes.point[whole(point)]
+        plan = model.routes.point[nonnegative(point)]
         local = at(model.routes.place, instance, point)
         if wp.static(motions > 0):
             for k in range(plan.first_motion, plan.end_motion):
                 rates = motion_rates(instance, k, model, state)
                 local += at(model.routes.motion_axis, instance, k) * rates[0]
                 slopes.of = with_slope(slopes.of, k - plan.first_motion, rates[1])
-        return work.rotation[whole(plan.body)] * local + offset_between(plan.body, origin, work)
+        return work.rotation[nonnegative(plan.body)] * local + offset_between(plan.body, origin, work)
 
     return place

@@ -18,7 +18,7 @@ from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
 from warpmuscle.kernels.path.route_points import always, place_of, slopes_of, sometimes
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, whole
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -59,11 +59,11 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
         stop: int, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
         for k in range(span.first_lever, span.end_lever):
-            lever = model.routes.lever[whole(k)]
+            lever = model.routes.lever[nonnegative(k)]
             sign = ((lever.beyond >> stop) & 1) - ((lever.beyond >> before) & 1)
             if sign != 0:
                 pull = direction * float(sign)
-                joint = whole(lever.joint)
+                joint = nonnegative(lever.joint)
                 place_of_pull = a
                 if wp.static(apart):
                     place_of_pull = wp.where(sign > 0, reached, left)
@@ -116,7 +116,7 @@ def act_on_motions_of(motions: int) -> Any:
         plan = model.routes.point[point]
         for k in range(plan.first_motion, plan.end_motion):
             motion = model.routes.motion[k]
-            axis = work.rotation[whole(plan.body)] * at(model.routes.motion_axis, instance, k)
+            axis = work.rotation[nonnegative(plan.body)] * at(model.routes.motion_axis, instance, k)
             rate = wp.dot(pull, axis) * slope_of(slopes.of, k - plan.first_motion)
             r = coordinate_gradient(instance, motion.joint, 0, model, work) * rate
             arm[motion.crossing] = arm[motion.crossing] + r

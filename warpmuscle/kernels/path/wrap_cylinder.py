@@ -22,7 +22,7 @@ SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent t
 
 
 @func
-def across(p: wp.vec2, z: float, axis: int) -> float:
+def coordinate_of_point(p: wp.vec2, z: float, axis: int) -> float:
     """A coordinate of the point p at the height z."""
     return wp.where(axis == 0, p[0], wp.where(axis == 1, p[1], z))
 
@@ -104,9 +104,9 @@ def cylinder_touch_of(smooth: bool) -> Any:
         through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
         kind = wp.where(through, THROUGH, FREE)
         if side != 0:
-            za = across(pa, a[2], axis)
-            zb = across(pb, b[2], axis)
-            kind = allowed(za, zb, across(near, a[2] + t * (b[2] - a[2]), axis), side, through)
+            za = coordinate_of_point(pa, a[2], axis)
+            zb = coordinate_of_point(pb, b[2], axis)
+            kind = allowed(za, zb, coordinate_of_point(near, a[2] + t * (b[2] - a[2]), axis), side, through)
             if wp.static(smooth) and radius < full and not on_side(za, side) and not on_side(zb, side):
                 kind = FREE  # an end inside does not take what is on the wrong side round
         if kind == FREE:
@@ -125,10 +125,10 @@ def cylinder_touch_of(smooth: bool) -> Any:
             first = wp.where(pair < 2, a_on, a_back)
             second = wp.where(pair == 0 or pair == 2, b_on, b_back)
         else:
-            on_a = on_side(across(a_on, a[2], axis), side)
-            back_a = on_side(across(a_back, a[2], axis), side)
-            on_b = on_side(across(b_on, b[2], axis), side)
-            back_b = on_side(across(b_back, b[2], axis), side)
+            on_a = on_side(coordinate_of_point(a_on, a[2], axis), side)
+            back_a = on_side(coordinate_of_point(a_back, a[2], axis), side)
+            on_b = on_side(coordinate_of_point(b_on, b[2], axis), side)
+            back_b = on_side(coordinate_of_point(b_back, b[2], axis), side)
             none = not on_a and not back_a and not on_b and not back_b
             forward = wp.where(on_a != back_a, on_a, not on_b)
             if none:

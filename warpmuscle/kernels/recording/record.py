@@ -9,14 +9,14 @@ from warpmuscle.kernels.algebra.spatial import symmetric_times
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import FOLLOWER, ModelRef, RecordRef, ScratchRef, StateRef, rolled, whole
+from warpmuscle.kernels.structs import FOLLOWER, ModelRef, RecordRef, ScratchRef, StateRef, nonnegative, not_unrolled
 
 
-class OwnQuantity(NamedTuple):
+class CustomQuantity(NamedTuple):
     """A recorded quantity of a scene's own."""
 
     function: Any  # (instance, model, state, work) -> float or wp.vec3
-    column: int  # of its first number in `Record.own`
+    column: int  # of its first number in `Record.custom`
     vector: bool  # whether it has three numbers
     accelerated: bool  # whether it sees accelerations
     remembers: bool  # whether it is called in every step, since it has a memory, and not for frames alone
@@ -25,15 +25,15 @@ class OwnQuantity(NamedTuple):
 class RecordKind(NamedTuple):
     """What a step records."""
 
-    whole: bool = True  # everything; else the coordinates and speeds
+    complete: bool = True  # everything; else the coordinates and speeds
     muscles: bool = True  # and what the muscles do
     motion: bool = True  # not nothing at all
-    own: tuple[OwnQuantity, ...] = ()
+    custom: tuple[CustomQuantity, ...] = ()
 
     @property
     def accelerated(self) -> bool:
         """Whether something that is recorded sees accelerations."""
-        return any(one.accelerated for one in self.own)
+        return any(one.accelerated for one in self.custom)
 
 
 NOTHING = RecordKind(False, False, False)
@@ -97,7 +97,7 @@ def record_stage(
     for i in range(lane, state.speeds.shape[1], lanes):
         record.speeds[row, frame, i] = state.speeds[instance, i]
     for i in range(lane, model.body_count, lanes):
-        rolled()
+        not_unrolled()
         record.orientation[row, frame, i] = work.orientation[i]
         record.position[row, frame, i] = work.position[i]
         record.angular_velocity[row, frame, i] = work.angular_velocity[i]
@@ -108,7 +108,7 @@ def record_stage(
 @func
 def turning_acceleration(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """Acceleration of what is not prescribed of a joint, along which its implicit inertia acts, world, rad/s^2."""
-    parent = whole(model.skeleton.plan[body].parent)
+    parent = nonnegative(model.skeleton.plan[body].parent)
     return work.angular_acceleration[body] - work.angular_acceleration[parent] - work.bias[body]
 
 
@@ -143,7 +143,7 @@ def record_given_way_of(coordinate_joints: bool) -> Any:
             return
         row = record.slot[instance]
         for i in range(1 + lane, model.body_count, lanes):
-            rolled()
+            not_unrolled()
             more = symmetric_times(record.stiffness[row, i], acceleration(instance, i, model, work))
             record.torque[row, frame, i] = record.torque[row, frame, i] + more
 
@@ -188,17 +188,17 @@ def record_nothing(
 @cache
 def recorders_of(kind: RecordKind) -> tuple[Any, Any]:
     """The Warp functions that record what the controller wants, and the state, see `record_stage`."""
-    if kind.whole:
+    if kind.complete:
         return record_desired, record_stage
     return record_nothing, record_motion if kind.motion else record_nothing
 
 
 @func
-def no_own(instance: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef):
+def no_custom(instance: int, frame: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef):
     """Nothing of the scene's own is recorded."""
 
 
-def _and_own(others: Any, one: OwnQuantity) -> Any:
+def _and_custom(others: Any, one: CustomQuantity) -> Any:
     function, column, vector, remembers = one.function, one.column, one.vector, one.remembers
 
     @wp.func
@@ -211,15 +211,15 @@ def _and_own(others: Any, one: OwnQuantity) -> Any:
             row = record.slot[instance]
             if wp.static(vector):
                 for k in range(3):
-                    record.own[row, frame, wp.static(column) + k] = value[k]
+                    record.custom[row, frame, wp.static(column) + k] = value[k]
             else:
-                record.own[row, frame, wp.static(column)] = value
+                record.custom[row, frame, wp.static(column)] = value
 
     return put
 
 
 @cache
-def own_recorder_of(kind: RecordKind, accelerated: bool) -> Any:
+def custom_recorder_of(kind: RecordKind, accelerated: bool) -> Any:
     """The Warp function (instance, frame, model, state, record, work) that writes what the scene's own functions say.
 
     One lane calls it in every step.
@@ -227,8 +227,8 @@ def own_recorder_of(kind: RecordKind, accelerated: bool) -> Any:
     Args:
         accelerated: of those that see accelerations, else of the others.
     """
-    every = no_own
-    for one in kind.own:
+    every = no_custom
+    for one in kind.custom:
         if one.accelerated == accelerated:
-            every = _and_own(every, one)
+            every = _and_custom(every, one)
     return every

@@ -25,7 +25,7 @@ from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
@@ -38,8 +38,9 @@ from warpmuscle.simulation.rollout import Rollout
 BINS = 100  # of the cycle
 SEEN = 8.0  # s of the gait, however long the scene lasts
 ROOT = "root"  # among the weights
-FORWARD = np.array([0.0, 0.0, 1.0])
+FORWARD, LEFT = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 SPEEDS = 12  # evenly over the wanted ones, for which there are tables
+NEWTON_STEPS, SMALL_TURN, LEAST_SLOPE, GREATEST_STEP = 20, 1e-4, 1e-3, 0.3  # where a joint follows another one; rad
 CARRYING = BINS * 6 // 10  # bins in which the left foot carries
 
 
@@ -84,7 +85,7 @@ def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: 
     """The gait that a task imitates; both sides are alike where the body is symmetric.
 
     Args:
-        recording: of the gait that the scene's own controller makes, see `starts.own_gait`.
+        recording: of the gait that the scene's own controller makes, see `starts.controller_gait`.
 
     Raises:
         SceneError: it has no two whole cycles.
@@ -185,18 +186,33 @@ def with_norm(gait: Gait, source: str, rollout: Rollout, speed: float | None = N
     for side, lag in enumerate((0.0, gait.right)):
         percent = 100.0 * ((PERCENT[:BINS] / 100.0 - lag) % 1.0)
         for title, sign, name in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
-            joint, span = scene.character.joints[name], _span(name, names)
-            kind, q = joint_type(joint), coordinate[:, span]
-            now = twist_angle(kind.motion(joint, q, np.zeros((BINS, len(kind.speeds)))).orientation, (1.0, 0.0, 0.0))
             wanted = angles[title].mean(percent)
             if relative is not None:
                 wanted = wanted + np.interp(percent, PERCENT, trend(title, relative))
-            more = sign * np.radians(wanted) - now
-            if kind.quaternion:
-                coordinate[:, span] = multiply(q, about(np.array([1.0, 0.0, 0.0]), more))
-            else:
-                coordinate[:, span.start] += more * np.sign(kind.frame(joint)[0][0, 0])
+            _bend(scene.character.joints[name], names.body_of_joint(name), sign * np.radians(wanted), coordinate, names)
     return replace(gait, coordinate=coordinate)
+
+
+def _bend(joint: Joint, body: int, wanted: Floats, coordinate: Floats, names: Topology) -> None:
+    """Bend a joint to angles (BINS,), rad, about the axis to the left; one that follows another by moving that."""
+    kind, (columns, speeds) = joint_type(joint), names.arguments_of(body)
+    still = np.zeros((BINS, len(speeds)))
+
+    def bent(q: Floats) -> Floats:
+        return np.asarray(twist_angle(kind.motion(joint, q, still).orientation, LEFT))
+
+    q = coordinate[:, columns]
+    if kind.quaternion:
+        coordinate[:, columns] = multiply(q, about(LEFT, wanted - bent(q)))
+    elif not joint.follows:
+        coordinate[:, columns[0]] += (wanted - bent(q)) * np.sign(kind.frame(joint)[0][0, 0])
+    else:
+        small = np.eye(len(columns))[0] * SMALL_TURN
+        for _ in range(NEWTON_STEPS):
+            slope = (bent(q + small) - bent(q - small)) / (2.0 * SMALL_TURN)
+            step = np.divide(wanted - bent(q), slope, out=np.zeros(BINS), where=np.abs(slope) > LEAST_SLOPE)
+            q[:, 0] += np.clip(step, -GREATEST_STEP, GREATEST_STEP)
+        coordinate[:, columns] = q
 
 
 def evened(gait: Gait, body: BodySymmetry, rollout: Rollout) -> Gait:
@@ -241,8 +257,8 @@ def _ankle_below_hip(joints: list[str], coordinate: Floats, rollout: Rollout) ->
     ends = [joint_place(below) - first_row(above.position_in_child) for above, below in pairwise(legs)]
     place: Floats = np.zeros((BINS, 3))
     for name, joint, end in reversed(list(zip(joints, legs, ends, strict=False))):
-        kind = joint_type(joint)
-        motion = kind.motion(joint, coordinate[:, _span(name, rollout.names)], np.zeros((BINS, len(kind.speeds))))
+        columns, speeds = rollout.names.arguments_of(rollout.names.body_of_joint(name))
+        motion = joint_type(joint).motion(joint, coordinate[:, columns], np.zeros((BINS, len(speeds))))
         place = rotate(motion.orientation, place + end)
     return place
 

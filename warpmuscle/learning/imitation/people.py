@@ -14,7 +14,7 @@ from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.learning.imitation.gait import BINS, FORWARD, Gait, changed
 from warpmuscle.learning.poses import States, started
-from warpmuscle.learning.starts import OwnGait
+from warpmuscle.learning.starts import ControllerGait
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.scene import Scene
 from warpmuscle.scene.geometry import contact_points
@@ -42,11 +42,11 @@ def people_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | Non
     return changed(gait, rollout, imitation, body)
 
 
-def people_starts(gait: Gait, rollout: Rollout, stepper: Stepper, task: Task) -> OwnGait:
+def people_starts(gait: Gait, rollout: Rollout, stepper: Stepper, task: Task) -> ControllerGait:
     """States of the gait to start from, at the middle of the wanted speeds; the rollout is at its own start again."""
     wanted = people_states(gait, rollout, 0.5 * sum(task.speed), task.variation.start_states)
     states = started(rollout, stepper, wanted)
-    return OwnGait(states, [0.0] * len(states), None)
+    return ControllerGait(states, [0.0] * len(states), None)
 
 
 def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> States:

@@ -16,7 +16,7 @@ from warpmuscle.model.controllers.program import has_program, with_room
 from warpmuscle.model.extensions import BODY, check_count, check_declaration, check_parameters
 from warpmuscle.model.user_functions import Table, declared
 from warpmuscle.scene import Scene
-from warpmuscle.scene.controller import SIMBICON, own_value
+from warpmuscle.scene.controller import SIMBICON, declared_value
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.validation.controller import check_declared_values
 from warpmuscle.scene.validation.forces import check_values
@@ -111,13 +111,13 @@ def parameters_of(scene: Scene, defaults: Mapping[str, float]) -> Mapping[str, N
     return {**defaults, **scene.controller.parameters}
 
 
-def own_parameters(
+def parameters_of_each(
     scene: Scene, place: str, names: Sequence[str], struct: Any, defaults: Mapping[str, float]
 ) -> Iterator[dict[str, Number]]:
     """What each of these joints, bodies or muscles has of a structure's parameters, or their defaults, or zeros."""
     table = {} if scene.controller is None else getattr(scene.controller, place)
     for name in names:
-        values = {parameter: own_value(table, name, parameter) for parameter in struct.vars}
+        values = {parameter: declared_value(table, name, parameter) for parameter in struct.vars}
         yield {
             parameter: defaults.get(parameter, 0.0) if value is None else value for parameter, value in values.items()
         }

@@ -9,7 +9,7 @@ import warp as wp
 from warpmuscle.core.arrays import rows, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.scene import Treadmill
-from warpmuscle.scene.treadmill.way import knots_of
+from warpmuscle.scene.treadmill.belt_motion import knots_of
 
 
 def belt_arrays(treadmill: Treadmill, device: Any) -> tuple[wp.array, wp.array]:

@@ -28,7 +28,7 @@ def row_count(character: Character) -> int:
     return sum(ROWS[constraint.type] for constraint in character.constraints.values())
 
 
-def across(axis: Floats) -> Floats:
+def perpendicular_axes(axis: Floats) -> Floats:
     """A unit vector along an axis (3,) and two across it, columns (3, 3)."""
     along = normalized(axis)
     beside = np.eye(3)[int(np.argmin(np.abs(along)))]
@@ -87,7 +87,7 @@ def _errors(constraint: Constraint, poses: Poses) -> Floats:
     if constraint.type == "distance":
         return np.asarray(np.linalg.norm(offset, axis=1, keepdims=True) - float(constraint.distance))  # type: ignore[arg-type]
     if constraint.type == "point_on_line":
-        return np.asarray(rotate(conjugate(other_turn), offset) @ across(rows(constraint.axis)[0])[:, 1:])
+        return np.asarray(rotate(conjugate(other_turn), offset) @ perpendicular_axes(rows(constraint.axis)[0])[:, 1:])
     if constraint.type == "point":
         return np.asarray(offset)
     axes = multiply(turn, normalized(rows(constraint.orientation)))

@@ -110,7 +110,7 @@ class GaitPattern(Part):
     flat: bool = False  # of linear ones: beyond the last knot its value counts, not the line through the last two
 
 
-class OwnThresholds(Part):
+class LegThresholds(Part):
     """What differs for one leg; by default nothing."""
 
     stance_load: Annotated[Number | None, "1"] = None
@@ -146,7 +146,7 @@ class GaitStates(Part):
     control_step: Annotated[float, "s"] = 0.005
     least: Annotated[Number, "1"] = 0.01  # excitation that muscles always have
     patterns: dict[str, GaitPattern] = {}  # by names of one's own
-    right: OwnThresholds | None = None  # of the right leg
+    right: LegThresholds | None = None  # of the right leg
     noise: GaitNoise | None = None
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 COMMON = ("v_max", "rise_time", "fall_time", "tendon_strain", "passive_strain")  # that all muscles may share
 
 
-def own_number(muscle: Muscle, model: MuscleModel, field: str) -> Any:
+def impaired_number(muscle: Muscle, model: MuscleModel, field: str) -> Any:
     """The number of a muscle that a factor multiplies: its own, or that of all muscles; None if there is none."""
     return given(muscle, model, field) if field in COMMON else getattr(muscle, field)
 
@@ -43,7 +43,7 @@ def impaired(scene: Scene) -> Scene:
         for name in impaired_muscles(impairment, muscles):
             muscle = muscles[name]
             changed = {
-                field: factor * own_number(muscle, scene.muscle_model, field) for field, factor in factors.items()
+                field: factor * impaired_number(muscle, scene.muscle_model, field) for field, factor in factors.items()
             }
             muscles[name] = replace(muscle, **changed)
     return replace(scene, character=replace(scene.character, muscles=muscles), impairments={})

@@ -42,10 +42,15 @@ def register(entry: JointType) -> None:
     """Let scenes have joints of one more type.
 
     Raises:
-        Error: there is one of that name.
+        Error: there is one of that name, or it does not say how it moves.
     """
     if entry.name in TYPES:
         raise Error(f"there is a joint type {entry.name!r} already")
+    for method in ("motion", "nearest"):
+        if getattr(type(entry), method) is getattr(JointType, method):
+            raise Error(f"joint type {entry.name!r} has no method `{method}`")
+    if not entry.kernel and not entry.device:
+        raise Error(f"joint type {entry.name!r} names no `kernel`, the 'module:function' of its motion on the device")
     TYPES[entry.name] = entry
 
 

@@ -18,7 +18,7 @@ STRAINS = {  # of tendon and passive fibre
     "spline": (0.04, 0.6),
 }  # fmt: skip
 SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # fields of `Muscle` and `MuscleModel` that shape curves
-OWN = (  # fields of `Muscle` in place of those of `MuscleModel`
+SPECIAL = (  # fields of `Muscle` in place of those of `MuscleModel`
     "tendon", "v_max", "damping", "rise_time", "fall_time", "activation_smoothing", "minimum_activation", *SHAPED,
 )  # fmt: skip
 LEAST_DAMPING = (

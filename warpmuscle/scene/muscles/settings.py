@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warpmuscle.scene.muscles.curves import OWN, SHAPED
+from warpmuscle.scene.muscles.curves import SHAPED, SPECIAL
 from warpmuscle.scene.muscles.muscle import Muscle, MuscleModel
 
 
@@ -13,7 +13,7 @@ def special_settings(muscles: Mapping[str, Muscle], model: MuscleModel) -> list[
     keys = [
         f"character.muscles.{name}.{field}"
         for name, muscle in muscles.items()
-        for field in OWN
+        for field in SPECIAL
         if getattr(muscle, field) is not None
     ]
     keys += [f"muscle_model.{field}" for field in SHAPED if getattr(model, field) is not None]

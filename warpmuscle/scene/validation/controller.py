@@ -7,7 +7,7 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Character, Controller
-from warpmuscle.scene.controller import EVERY_OTHER, SIMBICON, own_value
+from warpmuscle.scene.controller import EVERY_OTHER, SIMBICON, declared_value
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.simbicon.checks import check_simbicon
@@ -102,7 +102,7 @@ def check_declared_values(declared: Any, controller: Controller, character: Char
         for name, given in table.items():
             _check_known(parameters, given, f"controller.{place}.{name}")
         for name in _names(place, character):
-            missing = [p for p in parameters if own_value(table, name, p) is None and p not in defaults]
+            missing = [p for p in parameters if declared_value(table, name, p) is None and p not in defaults]
             if missing:
                 said = f"there is no value of {', '.join(map(repr, missing))}"
                 hint = f"; one under {EVERY_OTHER!r} is of every other {what}"

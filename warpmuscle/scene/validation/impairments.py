@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Impairment, Scene
-from warpmuscle.scene.impairments.impaired import impaired_muscles, own_number
+from warpmuscle.scene.impairments.impaired import impaired_muscles, impaired_number
 from warpmuscle.scene.impairments.part import FACTORS
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.checks import Checks, near
@@ -45,7 +45,7 @@ def _has_number(scene: Scene, key: str, impairment: Impairment, field: str) -> N
     """Every muscle has a number that the factor of a field can multiply."""
     muscles = scene.character.muscles
     names = impaired_muscles(impairment, muscles)
-    numbers = {name: own_number(muscles[name], scene.muscle_model, field) for name in names}
+    numbers = {name: impaired_number(muscles[name], scene.muscle_model, field) for name in names}
     without = [name for name, number in numbers.items() if number is None]
     if without:
         message = f"{without[0]} has no {field} that this could multiply: give muscle_model.{field}"

@@ -26,7 +26,7 @@ from warpmuscle.scene import (
 from warpmuscle.scene.joints.displacement import rates
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.muscles.cables import LIGAMENTS
-from warpmuscle.scene.muscles.curves import OWN, SHAPED, STRAINS, family
+from warpmuscle.scene.muscles.curves import SHAPED, SPECIAL, STRAINS, family
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
@@ -50,7 +50,7 @@ def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
     _shape(checks, key, model, model)
 
 
-def check_own_values(checks: Checks, key: str, muscle: Muscle) -> None:
+def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
     """Check what a muscle has in place of the same of `MuscleModel`, and its slack length.
 
     Raises:
@@ -129,7 +129,7 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
     """An actuator or a ligament has nothing of a muscle's own, and stands beside muscles with curves of OpenSim's."""
     assert muscle.curve_shape is not None
     what = family(muscle.curve_shape).replace("_", " ")
-    fibre = [field for field in OWN if field != "curve_shape" and getattr(muscle, field) is not None]
+    fibre = [field for field in SPECIAL if field != "curve_shape" and getattr(muscle, field) is not None]
     fibre += ["pennation"] if muscle.pennation != 0.0 else []
     if isinstance(muscle.curve_shape, LIGAMENTS):
         fibre += [field for field in ("excitation",) if muscle.excitation is not None]

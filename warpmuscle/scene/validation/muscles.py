@@ -19,7 +19,7 @@ from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known
-from warpmuscle.scene.validation.muscle_values import check_common_values, check_own_values
+from warpmuscle.scene.validation.muscle_values import check_common_values, check_special_values
 from warpmuscle.scene.validation.paths import check_route, check_surfaces, usual_drive
 from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
@@ -54,7 +54,7 @@ def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
     scene = checks.checked
     check_route(checks, key, muscle)
     checks.positive(key, muscle, "f_max", "l_opt")
-    check_own_values(checks, key, muscle)
+    check_special_values(checks, key, muscle)
     slack = [] if isinstance(given(muscle, checks.checked.muscle_model, "curve_shape"), MujocoCurves) else ["l_slack"]
     checks.not_negative(key, muscle, *slack, "delay", "pennation")
     longest = checks.interval(muscle.delay)[1]

@@ -59,15 +59,15 @@ def _outside(a: Floats, b: Floats, radius: float, side: Floats | None) -> Flat |
     far = side is not None and _passes_behind(a, b, side)
     if float(near @ near) > radius**2 and not far:
         return None
-    way = -1.0 if (_across(a, b) < 0.0) != far else 1.0
+    way = -1.0 if (_cross(a, b) < 0.0) != far else 1.0
     first, second = _tangent(a, radius, way), _tangent(b, radius, -way)
-    turn = way * math.atan2(_across(first, second), float(first @ second))
+    turn = way * math.atan2(_cross(first, second), float(first @ second))
     return first, second, radius * (turn + 2.0 * math.pi if turn < 0.0 else turn)
 
 
 def _passes_behind(a: Floats, b: Floats, side: Floats) -> bool:
     """Whether a segment crosses the ray from the origin that leads away from a side point."""
-    of_a, of_b = _across(a, side), _across(b, side)
+    of_a, of_b = _cross(a, side), _cross(b, side)
     if of_a * of_b >= 0.0:
         return False
     return float((a + (b - a) * of_a / (of_a - of_b)) @ side) < 0.0
@@ -85,13 +85,13 @@ def _inside(a: Floats, b: Floats, radius: float) -> Flat | None:
     far = float(np.linalg.norm(a)), float(np.linalg.norm(b))
     if min(float(np.linalg.norm(_nearest(a, b))), *far) <= radius:
         return None
-    angle = math.atan2(abs(_across(a, b)), float(a @ b))
+    angle = math.atan2(abs(_cross(a, b)), float(a @ b))
     low, high = 0.0, angle
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         rates = (_rate(far[0], radius, middle), _rate(far[1], radius, angle - middle))
         low, high = (middle, high) if rates[0] < rates[1] else (low, middle)
-    turn = -low if _across(a, b) < 0.0 else low
+    turn = -low if _cross(a, b) < 0.0 else low
     cosine, sine = math.cos(turn), math.sin(turn)
     place = np.array([[cosine, -sine], [sine, cosine]]) @ a * (radius / far[0])
     return place, place, 0.0
@@ -103,5 +103,5 @@ def _rate(far: float, radius: float, angle: float) -> float:
     return far * radius * math.sin(angle) / max(distance, math.sqrt(NEAR))
 
 
-def _across(a: Floats, b: Floats) -> float:
+def _cross(a: Floats, b: Floats) -> float:
     return float(a[0] * b[1] - a[1] * b[0])

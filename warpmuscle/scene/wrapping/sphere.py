@@ -34,7 +34,7 @@ def sphere_touch(a: Floats, b: Floats, full: float, axis: int, side: int, smooth
     normal = np.cross(a / da, b / db)
     size = float(np.linalg.norm(normal))
     if size < STRAIGHT:
-        normal = _across(a)
+        normal = _perpendicular(a)
         size = float(np.linalg.norm(normal))
     ways = _tangents(a / da, float(da), normal / size, radius), _tangents(b / db, float(db), normal / size, radius)
     first, second = max(((p, q) for p in ways[0] for q in ways[1]), key=lambda pair: float(pair[0] @ pair[1]))
@@ -53,7 +53,7 @@ def sphere_touch(a: Floats, b: Floats, full: float, axis: int, side: int, smooth
     return Touch(kind, first, second, radius * (2.0 * math.pi - angle if far else angle))
 
 
-def _across(a: Floats) -> Floats:
+def _perpendicular(a: Floats) -> Floats:
     """Some direction at right angles to another one."""
     other = np.zeros(3)
     other[int(np.argmin(np.abs(a)))] = 1.0

@@ -44,7 +44,7 @@ def quadratic_program(
     high: ArrayLike = 1.0,
     device: str | None = None,
 ) -> ProgramSolutions:
-    """Controls within bounds that bring bodies closest to wanted accelerations at least effort, of P problems at once.
+    """Bounded controls of minimum effort that best achieve wanted accelerations, for P problems at once.
 
     Each is: minimise 1/2 |wanted - q''|^2_W + 1/2 sum of c u^2, so that M q'' + h = B u and low <= u <= high
     (after Lee and others 2014). Controls are whatever makes forces: muscles at full activation, torques, edges of

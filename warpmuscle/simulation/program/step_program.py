@@ -157,7 +157,7 @@ class StepProgram:
         paths = muscle_moments.muscle_moments_of(self._muscles.paths)
         outputs = [self._arm, self._length, self._speed, self._moment_arm]
         self._launch(paths, [model, state, self._workspace, self._levers], outputs)
-        forces = muscle_moments.fibre_forces_of(self._muscles.curves, self._muscles.own)
+        forces = muscle_moments.fibre_forces_of(self._muscles.curves, self._muscles.special_curves)
         shape = self._instances, len(self._structure.actuation.muscles)
         inputs = [model, self._no_tendon, self._length, self._speed]
         wp.launch(forces, shape, inputs, [self._fibre, self._active, self._passive], device=self._device)

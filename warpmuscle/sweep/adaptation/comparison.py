@@ -12,8 +12,8 @@ from warpmuscle.sweep.adaptation.compared import angle_changes, changes, scores
 from warpmuscle.sweep.adaptation.page import Comparison
 from warpmuscle.sweep.adaptation.predicted import Prediction, predicted
 from warpmuscle.sweep.adaptation.records import Record
-from warpmuscle.sweep.in_processes import in_processes
 from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult
 
 

@@ -33,7 +33,7 @@ SAID = {  # keys that no setting may have
 MADE = "# Made by warpmuscle adaptation, which writes it anew each time.\n"
 
 
-def check_own(path: Path) -> None:
+def check_not_edited(path: Path) -> None:
     """Raise Error if there is a file in place of the sweep file that is to be written, and it is somebody's own."""
     try:
         own = read_file(path).startswith(MADE.encode())

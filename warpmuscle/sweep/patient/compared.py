@@ -39,7 +39,7 @@ class Distance:
     name: str
     side: str
     unit: str
-    own: float | None  # of the patient's strides from the mean of the others; None where there is one only
+    of_strides: float | None  # of the patient's strides from the mean of the others; None where there is one only
     before: float | None  # of the scene before the search
     found: Spread  # of the walks that the search found, over seeds
     within: Spread | None = None  # part of the cycle within the patient's band, %
@@ -70,7 +70,7 @@ def within(curve: Floats, patient: Patient, name: str, side: str) -> float:
     return 100.0 * float(np.mean(away <= BAND))
 
 
-def own_distance(patient: Patient, name: str, side: str) -> float | None:
+def stride_distance(patient: Patient, name: str, side: str) -> float | None:
     """Mean distance of each of the patient's strides from the mean of the others, in standard deviations."""
     return among_strides(patient.gait.curves[name][side], patient.spread[name][side])
 
@@ -87,7 +87,7 @@ def among_strides(rows: Floats, unit: Floats | float = 1.0) -> float | None:
     return float(np.sqrt(np.mean(((rows - rest) / unit) ** 2, axis=1)).mean())
 
 
-def whole_distance(gait: Gait, patient: Patient) -> float:
+def angle_distance(gait: Gait, patient: Patient) -> float:
     """Mean over the three angles of both sides of `in_spread`."""
     each = [in_spread(gait.mean(name, side), patient, name, side) for name in ANGLES for side in SIDES]
     return float(np.mean(each))
@@ -102,7 +102,7 @@ def searched_distances(patient: Patient, before: Gait | None, walks: Sequence[Wa
             curves = [gait.mean(name, side) for gait in gaits]
             found.append(
                 Distance(
-                    name, side, "SD", own_distance(patient, name, side),
+                    name, side, "SD", stride_distance(patient, name, side),
                     None if before is None else in_spread(before.mean(name, side), patient, name, side),
                     spread_of(np.array([in_spread(curve, patient, name, side) for curve in curves])),
                     spread_of(np.array([within(curve, patient, name, side) for curve in curves])),

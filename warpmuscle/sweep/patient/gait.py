@@ -98,7 +98,7 @@ def _known(sides: Mapping[str, Floats]) -> bool:
     return all(np.isfinite(rows).all() and np.any(rows != 0.0) for rows in sides.values())
 
 
-def together(gaits: list[Gait]) -> Gait:
+def pooled(gaits: list[Gait]) -> Gait:
     """Strides of several motions of one person; curves that all of them have.
 
     The speed is the mean, each motion counting as it has strides.

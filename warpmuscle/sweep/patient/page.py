@@ -54,7 +54,7 @@ def match_lines(found: PathResult) -> list[tuple[str, ...]]:
     ]
     for one in (*found.searched, *found.judged):
         name = f"{one.side} {one.name[:1].lower()}{one.name[1:]}"
-        values = (number(one.unit, one.own), number(one.unit, one.before), number(one.unit, one.found.median))
+        values = (number(one.unit, one.of_strides), number(one.unit, one.before), number(one.unit, one.found.median))
         rows.append(
             (name + ("" if one.name in ANGLES else ", not searched for"), one.unit, *values, band(one.unit, one.found))
         )
@@ -240,7 +240,7 @@ def _panel(found: PathResult, name: str, side: str, groups: list[tuple[str, list
 
 def _distance(one: Distance) -> dict[str, str]:
     return {
-        "name": f"{one.side} {one.name.lower()}", "unit": one.unit, "own": number(one.unit, one.own),
+        "name": f"{one.side} {one.name.lower()}", "unit": one.unit, "own": number(one.unit, one.of_strides),
         "before": number(one.unit, one.before), "after": number(one.unit, one.found.median),
         "band": band(one.unit, one.found),
         "within": "" if one.within is None else number("%", one.within.median).split(".")[0],

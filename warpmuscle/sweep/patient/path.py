@@ -19,21 +19,21 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.sweep.board import Tell
-from warpmuscle.sweep.in_processes import in_processes
 from warpmuscle.sweep.patient.compared import (
     Changed,
     Distance,
     Walk,
+    angle_distance,
     changed_numbers,
     judged_distances,
     searched_distances,
-    whole_distance,
 )
 from warpmuscle.sweep.patient.file import UNCHANGED, PatientFile
 from warpmuscle.sweep.patient.gait import gait_of
 from warpmuscle.sweep.patient.plan import AXIS, Files, adapt_plan, match_plan
 from warpmuscle.sweep.patient.recorded import Patient, read_patient
 from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult, sweep
 
 RATE = 200.0  # frames/s, of a scene as it stands
@@ -56,12 +56,12 @@ class PathResult:
     @property
     def distance_before(self) -> float | None:
         """Mean distance of the angles before the search, in the patient's standard deviations."""
-        return None if self.before.gait is None else whole_distance(self.before.gait, self.patient)
+        return None if self.before.gait is None else angle_distance(self.before.gait, self.patient)
 
     @property
     def distances(self) -> dict[int, float]:
         """The same of matched walks, by seed."""
-        return {w.seed: whole_distance(w.gait, self.patient) for w in self.matched if w.gait is not None}
+        return {w.seed: angle_distance(w.gait, self.patient) for w in self.matched if w.gait is not None}
 
     @property
     def conditions(self) -> list[str]:

@@ -206,7 +206,7 @@ def _write_gait(folder: Path, scene: Scene, patient: Patient) -> Path:
         if len(joints) < len(ANGLES):
             raise Error(f"{scene.name} has no hip, knee and ankle on its {side} side")
         for name, sign, joint in zip(ANGLES, FLEXION, joints, strict=True):
-            arrays[joint] = about(X, np.radians(sign * patient.together[name][side][:-1])).round(6)
+            arrays[joint] = about(X, np.radians(sign * patient.pooled[name][side][:-1])).round(6)
     digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays.values())).hexdigest()
     content = io.BytesIO()
     np.savez(content, **arrays)  # type: ignore[arg-type]

@@ -26,7 +26,7 @@ from warpmuscle.results.result import read as read_result
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.patient import file as patient_file
 from warpmuscle.sweep.patient.file import PatientFile
-from warpmuscle.sweep.patient.gait import ANGLES, Gait, gait_of, together
+from warpmuscle.sweep.patient.gait import ANGLES, Gait, gait_of, pooled
 
 MARKERS = (".trc", ".c3d")
 STANDING = 0.5  # body weights upon a foot that does not slide
@@ -40,9 +40,7 @@ class Patient:
 
     gait: Gait
     scene: Scene  # the model that was recorded, without free parameters
-    together: Mapping[
-        str, Mapping[str, Floats]
-    ]  # mean angles (101,), deg, of both sides over the cycle of the left foot
+    pooled: Mapping[str, Mapping[str, Floats]]  # mean angles (101,), deg, of both sides over the cycle of the left foot
     spread: Mapping[str, Mapping[str, Floats]]  # standard deviations (101,), deg, by angle and side
     least_spread: float  # deg, that each of these is at least
 
@@ -74,7 +72,7 @@ def read_patient(asked: PatientFile, device: str | None = None) -> Patient:
         except Error as error:
             raise asked.error(str(error), f"{key}.motion") from None
     assert scene is not None
-    gait, least = together(gaits), asked.asked.least_spread
+    gait, least = pooled(gaits), asked.asked.least_spread
     mean = {
         name: {side: np.concatenate([one[name][side] for one in over_left]).mean(axis=0) for side in SIDES}
         for name in ANGLES

@@ -31,8 +31,8 @@ from warpmuscle.studies.conditions import (
     trend_of,
     verdict_of,
 )
-from warpmuscle.sweep.in_processes import in_processes
 from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult
 from warpmuscle.sweep.study.table import COST, POWER, Study
 

@@ -51,7 +51,7 @@ def motion_of(scene: Scene, arm: Arm) -> ArmMotion:
         SceneError: a joint that the arm's muscles move has no motion in it.
     """
     for name in arm.joints:
-        if name not in scene.motion or not _whole(scene, name):
+        if name not in scene.motion or not _complete(scene, name):
             raise SceneError(f"{scene.name} has no motion of {name!r}; name files with motions", key="motion")
     actuation = arm.actuation(dict.fromkeys(arm.joints, "kinematic"))
     rollout = Rollout(
@@ -67,7 +67,7 @@ def motion_of(scene: Scene, arm: Arm) -> ArmMotion:
     return ArmMotion(scene.name, 0.0, time, coordinates[:, arm.coordinate_places], pitch, place - place[0])
 
 
-def _whole(scene: Scene, name: str) -> bool:
+def _complete(scene: Scene, name: str) -> bool:
     """Whether the motion of a joint is one of all its angles, not of those alone beside what muscles move."""
     count, value = len(joint_type(scene.character.joints[name]).speeds), scene.motion[name].value
     return count == 1 or not value or len(value) == count

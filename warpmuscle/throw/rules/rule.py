@@ -57,7 +57,7 @@ class Walk:
         hats, count = self.thrower.hats, self.thrower.follower.synergies.count
         knots = len(self.thrower.follower.knots)
         moved = (changes.reshape(len(changes), count, -1) @ hats.T).reshape(len(changes), count * knots)
-        signals = np.tile(self.thrower.own, (len(changes), 1))
+        signals = np.tile(self.thrower.individual, (len(changes), 1))
         signals[:, : count * knots] = np.clip(signals[:, : count * knots] + moved, 0.0, 1.0)
         return signals
 
@@ -84,7 +84,7 @@ class Walk:
         until = int(np.searchsorted(follower.knots.time, release - 1e-9))  # signals are straight up to that knot
         return np.tile(self.thrower.hats[: until + 1].any(axis=0), follower.synergies.count)
 
-    def whole(self, acting: Floats) -> Floats:
+    def all_changes(self, acting: Floats) -> Floats:
         """Changes (B, U) of those that act."""
         found = np.zeros((len(acting), len(self.acting)))
         found[:, self.acting] = acting
@@ -98,7 +98,7 @@ class Walk:
         """Meet one more goal with the least change from the first, found from the nearest on; False if that fails."""
 
         def residuals(which: Any, x: Floats, shared: Floats) -> Floats:
-            outcome, past = self.outcomes(self.whole(x), np.tile(goal, (len(x), 1)))
+            outcome, past = self.outcomes(self.all_changes(x), np.tile(goal, (len(x), 1)))
             held = np.minimum(past.reshape(len(x), -1) / LIMIT_UNIT, FAR)
             return np.concatenate([(outcome - goal[[0, 2]]) / UNITS, held], axis=1)
 
@@ -107,8 +107,8 @@ class Walk:
         start = self.changes[self.nearest(goal)][None, self.acting]
         unknowns = Unknowns(start, -np.ones(size), np.ones(size), STEP, None, [price])
         nothing = Unknowns(np.zeros(1), np.zeros(1), np.ones(1), 1.0, free=False)
-        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).own
-        found = self.whole(found)[0]
+        found = fit(residuals, unknowns, nothing, iterations=STEPS, damping=DAMPING, tolerance=STEADY).individual
+        found = self.all_changes(found)[0]
         outcome, past = self.outcomes(found[None], goal[None])
         error = np.abs(outcome[0] - goal[[0, 2]])
         if error[0] > ALLOWED["distance"] or error[1] > ALLOWED["angle"] or past.max() > PAST_LIMITS:
@@ -250,12 +250,14 @@ def begin(job: Job, count: int, seed: int = 0, progress: Callable[[str], None] =
         raise Error("fit a throw before learning a rule")
     progress("throwing at the middle")
     for attempt in range(ATTEMPTS):
-        first = Thrower(job.follower, job.fitted.own[0], job.fitted.unknowns, seed=seed + 10 * attempt).throw(MIDDLE)
+        first = Thrower(job.follower, job.fitted.individual[0], job.fitted.unknowns, seed=seed + 10 * attempt).throw(
+            MIDDLE
+        )
         if first.met:
             break
     if not first.met:
         raise Error(f"no throw {MIDDLE} was found, from which to learn others: missed {', '.join(first.missed)}")
-    thrower = Thrower(job.follower, first.own, job.fitted.unknowns, first.release, seed=seed)
+    thrower = Thrower(job.follower, first.individual, job.fitted.unknowns, first.release, seed=seed)
     size = thrower.hats.shape[1] * job.follower.synergies.count
     walk = Walk(thrower, [np.array([MIDDLE.distance, MIDDLE.height, MIDDLE.angle], dtype=np.float64)], [np.zeros(size)])
     wanted = goals_about(count, 0.0, np.random.default_rng(seed))

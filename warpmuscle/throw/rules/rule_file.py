@@ -43,7 +43,7 @@ def write_rule(path: Path, job: Job, rule: Rule, errors: Mapping[str, Floats], c
         store(file, "goals", rule.goals, axes="goal, distance height angle", description="met; in m, m and rad")
         store(file, "changes", rule.changes, axes="goal, synergy and coarse knot",
               description="of the signals, from those of the first goal")  # fmt: skip
-        store(file, "known", rule.walk.thrower.own, axes="signal", description="signals that changes are of")
+        store(file, "known", rule.walk.thrower.individual, axes="signal", description="signals that changes are of")
         store(
             file,
             "hats",

@@ -25,7 +25,7 @@ def tube(points: Sequence[Floats] | Floats, radii: float | Sequence[float] | Flo
     size = np.array([ring[1] for ring in rings])
     axis = np.array([ring[2] for ring in rings])
     lean = np.array([ring[3] for ring in rings])  # of the normal along the axis
-    across = _across(axis)
+    across = _perpendicular(axis)
     angle = 2.0 * np.pi * np.arange(sectors) / sectors
     outward = (
         np.cos(angle)[None, :, None] * across[:, None] + np.sin(angle)[None, :, None] * np.cross(axis, across)[:, None]
@@ -82,7 +82,7 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
     return corners, normals, faces
 
 
-def _across(axis: Floats) -> Floats:
+def _perpendicular(axis: Floats) -> Floats:
     """Directions (N, 3) across axes (N, 3) that turn as little as they can from one to the next."""
     first = np.eye(3)[int(np.argmin(np.abs(axis[0])))]
     found = []

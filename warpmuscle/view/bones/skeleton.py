@@ -25,7 +25,7 @@ def _unit(vector: Floats) -> Floats:
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-9))
 
 
-def _across(axis: Floats, wanted: Floats) -> Floats:
+def _perpendicular(axis: Floats, wanted: Floats) -> Floats:
     """The direction across an axis that is nearest to a wanted one."""
     across = wanted - np.dot(wanted, axis) * axis
     return _unit(across) if np.linalg.norm(across) > 0.2 else _unit(np.cross(axis, AHEAD))
@@ -52,7 +52,7 @@ def knee_cap(middle: Floats, scale: float) -> Mesh:
 def thigh_bone(start: Floats, end: Floats, sign: float, scale: float, capped: bool = True) -> Mesh:
     """A femur from the middle of its head to the knee, with a kneecap if `capped`; `sign` is 1 on the left."""
     down, s = _unit(end - start), scale
-    out = _across(down, sign * ASIDE)
+    out = _perpendicular(down, sign * ASIDE)
     front = np.cross(down, out) * sign
     trochanter = start + s * (0.046 * out + 0.022 * down)
     below = start + s * 0.02 * out + 0.22 * (end - start) + s * 0.014 * out
@@ -78,7 +78,7 @@ def thigh_bone(start: Floats, end: Floats, sign: float, scale: float, capped: bo
 def shank_bones(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
     """Tibia and fibula from the knee to the ankle."""
     down, s, reach = _unit(end - start), scale, end - start
-    out = _across(down, sign * ASIDE)
+    out = _perpendicular(down, sign * ASIDE)
     front = np.cross(down, out) * sign
     axes = _turned(-down, _unit(np.cross(-down, front)))
     top = start + s * 0.026 * down
@@ -102,7 +102,7 @@ def shank_bones(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
 def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
     """A humerus from the shoulder to the elbow."""
     along, s = _unit(end - start), scale
-    side = _across(along, AHEAD)
+    side = _perpendicular(along, AHEAD)
     part = np.array([0.03, 0.15, 0.4, 0.75, 0.92])
     shaft = start + part[:, None] * (end - start)
     return merged(
@@ -117,7 +117,7 @@ def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
 def forearm_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     """Radius and ulna from the elbow to the wrist."""
     along, s, reach = _unit(end - start), scale, end - start
-    side = _across(along, AHEAD)
+    side = _perpendicular(along, AHEAD)
     part = np.array([0.0, 0.12, 0.5, 0.88, 1.0])[:, None]
     apart = np.array([0.012, 0.014, 0.018, 0.015, 0.014])[:, None]
     first, second = (start + part * reach + s * way * apart * side for way in (1.0, -1.0))
@@ -132,7 +132,7 @@ def forearm_bones(start: Floats, end: Floats, scale: float) -> Mesh:
 def hand_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     """Wrist, palm and fingers from the wrist to the finger tips."""
     along, s, reach = _unit(end - start), scale, end - start
-    side = _across(along, AHEAD)
+    side = _perpendicular(along, AHEAD)
     parts = [ellipsoid(start + 0.08 * reach, (0.024 * s, 0.012 * s, 0.014 * s), _turned(along, side))]
     for k, length in enumerate((0.93, 1.0, 0.95, 0.82)):
         spread = (0.022 - 0.0148 * k) * s
@@ -200,7 +200,7 @@ def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale:
     """Spine and ribs between the joints of loin and neck, breastbone, collar bones and shoulder blades."""
     reach, s = neck - start, scale
     tall, up = float(np.linalg.norm(reach)), _unit(reach)
-    ahead = _across(up, AHEAD)
+    ahead = _perpendicular(up, AHEAD)
     wide = float(np.clip(max((abs(x[0]) for x in shoulders), default=0.2 * s) * 0.68, 0.09 * s, 0.15 * s))
     deep = 0.74 * wide
     aside = np.cross(up, ahead)
@@ -269,7 +269,7 @@ def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale:
 def skull(joint: Floats, center: Floats, radius: float) -> tuple[Mesh, Mesh]:
     """Skull, jaw and spine of the neck, as high as a sphere; and its hollows, which are dark."""
     up = _unit(center - joint)
-    ahead, r = _across(up, AHEAD), radius
+    ahead, r = _perpendicular(up, AHEAD), radius
     aside = np.cross(up, ahead)
     axes = np.stack([aside, up, ahead], axis=1)
 

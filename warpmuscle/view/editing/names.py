@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.scene import Component, Curve, Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.view.packing import whole
+from warpmuscle.view.packing import encodable
 
 Path = tuple[str, ...]
 DEGREES = float(np.degrees(1.0))
@@ -34,7 +34,7 @@ class Called(NamedTuple):
 
     group: str
     name: str
-    whole: str
+    full: str
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
@@ -64,7 +64,7 @@ def called(path: Path, scene: Scene) -> Called:
 
 
 def _in_group(group: str, owner: str, name: str) -> Called:
-    return Called(whole(group), whole(name), whole(f"{owner} {name}".strip()))
+    return Called(encodable(group), encodable(name), encodable(f"{owner} {name}".strip()))
 
 
 def _in_state(rest: Path, scene: Scene) -> Called:

@@ -28,7 +28,7 @@ class ParameterSliders:
             of, (unit, factor) = called(tuple(one.name.split(".")), scene), shown_unit(one.unit)
             self._factors[one.name] = factor
             self.sliders[one.name] = Slider(
-                of.whole, low * factor, high * factor, float(one.value) * factor, _changing(change, one.name, factor),
+                of.full, low * factor, high * factor, float(one.value) * factor, _changing(change, one.name, factor),
                 unit, one.name, "Parameters", of.group, one.step * factor,
             )  # fmt: skip
 

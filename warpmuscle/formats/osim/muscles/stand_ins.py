@@ -37,7 +37,7 @@ TAKEN = (
     "has a curve that is not known here, and is taken as a Thelen2003Muscle: its path and numbers are its own, and so "
     "are the strains at which {strains} with f_max; its forces are not quite OpenSim's"
 )
-OWN = {
+NOTES = {
     "Schutte": "has its own curves; its activation falls a little faster than OpenSim's while it is excited",
     "Delp": "has its own curves, but Schutte's force over speed; its fibre has no mass and no speed of its own",
     RIGID: "has its own curves; its activation follows its excitation with time constants, in OpenSim at once",
@@ -63,7 +63,7 @@ def stand_in(element: Element, own: Properties) -> tuple[str, OldCurves | None]:
         note = TAKEN.format(strains="fibre and tendon pull" if not rigid else "the fibre pulls")
     else:
         kept["minimum_activation"] = 0.0
-        note = next(text for kind, text in OWN.items() if element.tag.startswith(kind))
+        note = next(text for kind, text in NOTES.items() if element.tag.startswith(kind))
     for child in element.children:
         if child.tag in OLD_CURVES or child.name in OLD_CURVES:
             for inner in child.all():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.scene import Ground, Treadmill
-from warpmuscle.scene.treadmill.way import belt_speeds, gone, mean_shift, share
+from warpmuscle.scene.treadmill.belt_motion import belt_speeds, gone, mean_shift, share
 
 PROFILE = [(0.5, 1.0), (0.7, -0.5), (1.0, 0.0), (2.0, 2.0)]
 

@@ -7,8 +7,8 @@ import small_leg
 import small_squat
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel, Dynamics
-from warpmuscle.inverse.own_ground.floor_fit import Recorded, fit_floor, fit_floors, recorded
-from warpmuscle.inverse.own_ground.foot_contact import HERTZ, RADIUS, feet_of, has_contact, scene_on_ground
+from warpmuscle.inverse.simulated_ground.floor_fit import Recorded, fit_floor, fit_floors, recorded
+from warpmuscle.inverse.simulated_ground.foot_contact import HERTZ, RADIUS, feet_of, has_contact, scene_on_ground
 from warpmuscle.scene.geometry import contact_points
 
 TIMES = np.arange(101) / 100.0

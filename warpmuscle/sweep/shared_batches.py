@@ -19,7 +19,7 @@ from warpmuscle.optimization.options import MakeBatches
 from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values
-from warpmuscle.sweep.pruning.referee import Verdict
+from warpmuscle.sweep.pruning.scheduler import Verdict
 from warpmuscle.sweep.union import MergedScene
 
 Job = Callable[[MakeBatches], None]

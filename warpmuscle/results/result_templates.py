@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.results.motions import TEXTS
-from warpmuscle.results.recording import QUANTITIES, Recording, has_place
+from warpmuscle.results.recorded_quantities import QUANTITIES, has_place
+from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import COLUMNS, Best, Evaluations, History, Result
 from warpmuscle.results.result import image
 

@@ -66,7 +66,7 @@ def plug_of(part: Placed) -> kernels.DecisionPlug:
     return kernels.DecisionPlug(part.plug, part.part.base, part.part.result)
 
 
-class OwnParts:
+class CustomParts:
     """The parts of a batch.
 
     Attributes:
@@ -175,7 +175,7 @@ class OwnParts:
         for name in names:
             model = rollout.scene.objective.metabolic_model
             summed = f"{name}_{model}" if name in TERMS and TERMS[name].models else name
-            table = {"muscle": kernels.OF_MUSCLES, "body": kernels.OF_BODIES, "whole": kernels.OF_WHOLE}
+            table = {"muscle": kernels.OF_MUSCLES, "body": kernels.OF_BODIES, "instance": kernels.OF_INSTANCE}
             places = [
                 (number, getattr(kind, part).index(summed))
                 for part, number in table.items()
@@ -195,7 +195,7 @@ class OwnParts:
         return int(work_floats(capacity_of(len(rollout.names.bodies)), True, monomials))
 
 
-def signed_weights(task: Task, own: OwnParts, rollout: Rollout, decision_time: float) -> Any:
+def signed_weights(task: Task, own: CustomParts, rollout: Rollout, decision_time: float) -> Any:
     """Weights of the rewards of one's own, in their order: negative of costs.
 
     What a step sums up has been summed over time; the others count for the time of the decision.

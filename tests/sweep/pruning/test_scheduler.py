@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from warpmuscle.sweep.pruning.referee import Referee
 from warpmuscle.sweep.pruning.rule import Rule
+from warpmuscle.sweep.pruning.scheduler import Referee
 
 RULE = Rule((0.25, 0.5), 0.5, ("seed",))
 

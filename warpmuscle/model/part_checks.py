@@ -9,23 +9,31 @@ import numpy as np
 import warp as wp
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.limits import check_size
 from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration, Stage
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.model.user_functions import FLOATS, arguments_of, checked_function, declared, placed
+from warpmuscle.model.extensions import check_count
+from warpmuscle.model.extensions import check_parameters as check_struct
+from warpmuscle.model.user_functions import (
+    FLOATS,
+    arguments_of,
+    check_memory,
+    checked_function,
+    declared,
+    placed,
+)
 from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known, near
 
-Kind = Literal["muscle", "body", "whole", "desired", "condition", "decision", "quantity"]
+Kind = Literal["muscle", "body", "instance", "desired", "condition", "decision", "quantity"]
 
-WHOLE = (wp.int32, Model, State, Scratch)
+INSTANCE = (wp.int32, Model, State, Scratch)
 TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "muscle": (wp.int32, wp.int32, MuscleWork, Model),
     "body": (wp.int32, wp.int32, Model, State, Scratch),
-    "whole": WHOLE,
+    "instance": INSTANCE,
 }
 IN_STEP: tuple[Stage, ...] = ("forces", "accelerations")
 
@@ -64,26 +72,28 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
     else:
         at_decision = "decision" in stages and Decision in arguments_of(thing)
         part = Declaration(function=thing, stage="decision" if at_decision else stages[0])
+    if part.function is None:
+        raise SceneError(f"{entry!r} declares no function", key=key)
     checked_function(part.function, entry, key)
     if part.parameters is not None:
-        fields = getattr(part.parameters, "vars", None)
-        if not fields or any(field.type is not wp.float32 for field in fields.values()):
-            raise SceneError(f"the parameters of {entry!r} are no @wp.struct of floats", key=key)
-    if not isinstance(part.memory, int) or isinstance(part.memory, bool) or part.memory < 0:
-        raise SceneError(f"the memory of {entry!r} is not a number of floats, but {part.memory!r}", key=key)
-    check_size("values", part.memory, lambda message: SceneError(message, key=key))
+        check_struct(part.parameters, f"the parameters of {entry!r}", key)
+    check_count(part.memory, f"the memory of {entry!r}", key)
     if part.sign not in ("cost", "earned"):
         raise SceneError(f"the sign of {entry!r} is 'cost' or 'earned', not {part.sign!r}", key=key)
+    taken = arguments_of(part.function)
+    if Decision in taken and "decision" in stages and part.stage != "decision":
+        raise SceneError(f"{placed(part.function, entry)} takes a Decision: declare stage='decision'", key=key)
     if part.stage not in stages:
         asked = f"the stage of {entry!r} is {' or '.join(map(repr, stages))} here, not {part.stage!r}"
         raise SceneError(asked + near(str(part.stage), [one for one in STAGES if one in stages]), key=key)
     _check_numbers(part, entry, key)
-    taken = arguments_of(part.function)
     for what, given in (("parameters", part.parameters), ("memory", FLOATS if part.memory else None)):
         if given is not None and given not in taken:
             raise SceneError(f"{placed(part.function, entry)} takes no {what}, which {entry!r} declares", key=key)
     if FLOATS in taken and not part.memory:
         raise SceneError(f"{placed(part.function, entry)} takes a memory: declare how many floats, memory=1", key=key)
+    if part.memory:
+        check_memory(part.function, part.memory, key, entry)
     _known[entry] = part
     return part
 
@@ -101,9 +111,11 @@ def _check_numbers(part: Declaration, entry: str, key: str) -> None:
             if len(numbers) != sizes or not all(isinstance(number, float | int) for number in numbers):
                 wanted = "a number" if sizes == 1 else "lowest and highest value"
                 raise SceneError(f"{what} of {entry!r} have no {wanted} of {name!r}", key=key)
+            if sizes == 2 and not numbers[0] <= numbers[1]:
+                raise SceneError(f"limits of {entry!r}: the lowest {name!r} is above its highest value", key=key)
 
 
-def own_arguments(part: Declaration) -> tuple[Any, ...]:
+def declared_arguments(part: Declaration) -> tuple[Any, ...]:
     """What a function of a part may take last: its parameters, then its memory."""
     return (*([] if part.parameters is None else [part.parameters]), *([FLOATS] if part.memory else []))
 

@@ -5,10 +5,10 @@ import numpy as np
 
 from small_result import walk_result, walk_scene
 from warpmuscle.gait.measures import measure
-from warpmuscle.gait.over_belts import over_belts
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.scene import Treadmill
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.treadmill.way import mean_shift
+from warpmuscle.scene.treadmill.belt_motion import mean_shift
 
 
 def test_a_walk_on_a_treadmill_measures_as_the_same_walk_over_the_ground():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warpmuscle.inverse.own_ground.linear_quadratic import Costs, solve
+from warpmuscle.inverse.simulated_ground.linear_quadratic import Costs, solve
 
 STEPS, STATES, CONTROLS = 6, 4, 2
 

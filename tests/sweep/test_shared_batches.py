@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from warpmuscle.sweep import one_batch
+from warpmuscle.sweep import shared_batches
 
 
 @pytest.fixture
@@ -28,9 +28,9 @@ def test_an_interruption_while_an_optimisation_starts_waits_until_it_is_back(
         threading.Thread.start(thread)
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(one_batch._Worker, "start", start)
+    monkeypatch.setattr(shared_batches._Worker, "start", start)
     shared: Any = SimpleNamespace(device="cpu", largest=1, term_names=())
-    worker = one_batch._Worker(lambda batches: done.append(True), 0, 0, shared)
+    worker = shared_batches._Worker(lambda batches: done.append(True), 0, 0, shared)
     with pytest.raises(KeyboardInterrupt):
         worker.advance()
     assert done == [True]

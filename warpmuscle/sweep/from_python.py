@@ -32,7 +32,7 @@ def sweep(
     progress: Tell | None = None,
     trust: bool = False,
 ) -> Sweep:
-    """Run all optimisations of a sweep, or what is left of them, and give the table of what came of them.
+    """Run all optimisations of a sweep, or those not yet finished, and return the table of their results.
 
     Args:
         file: a sweep file; or, with `grid`, a scene's name or file. output: HDF5 file of all results, by default the

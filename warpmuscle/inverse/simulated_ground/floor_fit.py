@@ -14,7 +14,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel, Dynamics
-from warpmuscle.inverse.own_ground.foot_contact import HERTZ, Foot, places
+from warpmuscle.inverse.simulated_ground.foot_contact import HERTZ, Foot, places
 from warpmuscle.scene.joints import root_type
 
 EVERY = 0.25  # s, between heights of the root

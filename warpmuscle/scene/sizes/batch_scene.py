@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
 
 
-def together(scenes: Sequence[Scene]) -> Scene:
+def batch_scene(scenes: Sequence[Scene]) -> Scene:
     """One scene of numbers, with (n,) arrays where n scenes differ: what `Rollout.change` takes.
 
     Free parameters count with their start values.
@@ -46,3 +47,7 @@ def _is_number(leaf: Any) -> bool:
 
 def _same(one: Any, other: Any) -> bool:
     return type(one) is type(other) and bool(one == other)
+
+
+if not TYPE_CHECKING:
+    __getattr__ = of_former_names(__name__, {"together": "batch_scene"})  # of before

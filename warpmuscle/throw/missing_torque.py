@@ -65,14 +65,14 @@ def lacking(arm: Arm, motions: ArmMotions, found: StaticOptimization, unknowns: 
     lacks = []
     for row in range(len(motions)):
         part = slice(row * samples, (row + 1) * samples)
-        own = StaticOptimization(
+        individual = StaticOptimization(
             found.activation[part], found.needed[part], found.torque_error[part], found.unreachable[part],
             found.feasible[part],
         )  # fmt: skip
-        missing = float((~own.feasible).sum() / motions.valid[row].sum())
+        missing = float((~individual.feasible).sum() / motions.valid[row].sum())
         if missing > SPIKE:
-            text = own.explanation(arm.muscles, arm.driven, motions.time)
-            lacks.append(_worst(arm, motions, row, own.torque_error, unknowns, text, missing))
+            text = individual.explanation(arm.muscles, arm.driven, motions.time)
+            lacks.append(_worst(arm, motions, row, individual.torque_error, unknowns, text, missing))
     return lacks
 
 

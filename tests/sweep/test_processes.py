@@ -6,7 +6,7 @@ from operator import add
 
 import pytest
 
-from warpmuscle.sweep.in_processes import SHARE, in_processes
+from warpmuscle.sweep.processes import SHARE, in_processes
 
 
 def test_many_tasks_are_done_by_several_processes_in_order():

@@ -15,7 +15,7 @@ from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import image, read, write
-from warpmuscle.results.stamped import Stamps
+from warpmuscle.results.result_templates import Stamps
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.treadmill.way import mean_shift
+from warpmuscle.scene.treadmill.belt_motion import mean_shift
 
 PLACES = ("root_position", "com", "body_position")
 

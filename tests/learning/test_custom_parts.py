@@ -95,6 +95,7 @@ bent = Declaration(function=_bent, stage="decision")
 reached = Declaration(function=_late, stage="decision", sign="earned")
 lost = Declaration(function=_late, stage="decision")
 harder = Declaration(function=_harder, stage="decision")
+stageless = Declaration(function=_closeness, parameters=Width, sign="earned")
 early = Declaration(function=_jolt, stage="accelerations")
 '''
 NOTHING = dict.fromkeys(REWARDS, 0.0)
@@ -146,7 +147,7 @@ class TestRewards:
     def test_rewards_of_ones_own_and_terms_of_the_objective_are_what_they_declare(self, batch: EpisodeBatch):
         batch.reset(1)
         assert batch.judge.names[-4:] == (f"{NAME}:jolt", "applied_torque", f"{NAME}:closeness", f"{NAME}:decisions")
-        goal = batch.own.decision.goal.numpy().astype(float)
+        goal = batch.custom_parts.decision.goal.numpy().astype(float)
         assert ((goal >= GOAL["place"].low) & (goal <= GOAL["place"].high)).all()
         assert np.ptp(goal, axis=0).min() > 0.01
         torques = np.zeros(N)
@@ -156,7 +157,7 @@ class TestRewards:
             assert not batch.episodes.mask.numpy().any()
             column = [name.startswith(f"{NAME}:to_goal") for name in batch.senses.names]
             away = np.linalg.norm(batch.senses.observation.numpy()[:, column], axis=1)
-            worth = batch.judge.gains.own.numpy() * batch.judge.gains.own_weight.numpy()
+            worth = batch.judge.gains.custom.numpy() * batch.judge.gains.custom_weight.numpy()
             np.testing.assert_allclose(worth[:, 2], 2.0 * batch.dt * np.exp(-((away / 0.2) ** 2)), rtol=1e-4, atol=1e-7)
             np.testing.assert_allclose(worth[:, 3], -0.5 * batch.dt * k, rtol=1e-5)
             sums = dict(
@@ -172,12 +173,12 @@ class TestRewards:
 
     def test_points_are_observed_from_the_root_and_memories_begin_anew_with_an_episode(self, batch: EpisodeBatch):
         batch.reset(1)
-        goal, column = batch.own.decision.goal.numpy().copy(), batch.senses.names.index("goal.place.x")
+        goal, column = batch.custom_parts.decision.goal.numpy().copy(), batch.senses.names.index("goal.place.x")
         np.testing.assert_allclose(batch.senses.observation.numpy()[:, column : column + 3], goal, atol=1e-6)
         for _ in range(batch.longest + 1):
             batch.step()
-        assert (batch.judge.gains.own.numpy()[:, 3] == 1.0).all()
-        assert (batch.own.decision.goal.numpy() != goal).any()
+        assert (batch.judge.gains.custom.numpy()[:, 3] == 1.0).all()
+        assert (batch.custom_parts.decision.goal.numpy() != goal).any()
 
     def test_an_instance_is_rewarded_alike_whatever_the_batch(self, batch: EpisodeBatch):
         batch.reset(1)
@@ -221,10 +222,13 @@ def test_goals_and_starts_are_drawn_ends_end_and_a_curriculum_makes_it_harder():
         np.testing.assert_array_equal(batch.judge.gains.terminated.numpy(), ended)
         np.testing.assert_array_equal(batch.judge.gains.sums.numpy()[:, -1], 0.0)
         drawn.append(batch.rollout.state.coordinates.numpy()[ended, column])
-        difficulty.append(batch.own.decision.difficulty.numpy().copy())
-        np.testing.assert_array_equal(batch.own.decision.goal.numpy()[ended, 3], difficulty[-1][ended])
-    assert batch.own.goals == [("far", 0, 1), ("place", 1, 3)]
-    assert ((batch.own.decision.goal.numpy()[:, 0] >= 0.1) & (batch.own.decision.goal.numpy()[:, 0] <= 0.2)).all()
+        difficulty.append(batch.custom_parts.decision.difficulty.numpy().copy())
+        np.testing.assert_array_equal(batch.custom_parts.decision.goal.numpy()[ended, 3], difficulty[-1][ended])
+    assert batch.custom_parts.goals == [("far", 0, 1), ("place", 1, 3)]
+    assert (
+        (batch.custom_parts.decision.goal.numpy()[:, 0] >= 0.1)
+        & (batch.custom_parts.decision.goal.numpy()[:, 0] <= 0.2)
+    ).all()
     assert next(name for name in batch.senses.names if "goal" in name) == "goal.far"
     starts = np.concatenate(drawn)
     assert len(starts) == 4 * 2 + 3 * 2  # every 3 decisions, every 4
@@ -263,6 +267,11 @@ def test_an_end_that_is_a_cost_is_a_failure():
         ({"goals": {"g": Goal([0.0, 1.0], [1.0, 2.0])}}, "low and high have three numbers each, of a point, or one"),
         ({"goals": {"g": Goal()}}, "give either low and high, or draw"),
         ({"observations": {f"{NAME}:early": Sense()}}, "is 'decision' here, not 'accelerations'"),
+        ({"custom": named(stageless=1.0)}, r"rewards.custom.*: .* takes a Decision: declare stage='decision'"),
+        (
+            {"variation": Variation(start=f"{NAME}:somewhere")},
+            "variation.start: .* must say that it returns nothing, and says wp.vec3",
+        ),
         ({"curriculum": "no colon"}, "is not the name of a function as in 'module:function'"),
     ],
     ids=str,

@@ -15,11 +15,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel, Dynamics
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import Prepared
-from warpmuscle.inverse.own_ground.floor_fit import Floor, Recorded, fit_floors, recorded
-from warpmuscle.inverse.own_ground.foot_contact import feet_of, has_contact, scene_on_ground
-from warpmuscle.inverse.own_ground.ground_run import GroundRun
-from warpmuscle.inverse.own_ground.plan import Plan, Planner
-from warpmuscle.inverse.own_ground.windows import Windows
+from warpmuscle.inverse.simulated_ground.floor_fit import Floor, Recorded, fit_floors, recorded
+from warpmuscle.inverse.simulated_ground.foot_contact import feet_of, has_contact, scene_on_ground
+from warpmuscle.inverse.simulated_ground.ground_run import GroundRun
+from warpmuscle.inverse.simulated_ground.plan import Plan, Planner
+from warpmuscle.inverse.simulated_ground.windows import Windows
 from warpmuscle.inverse.tracking.state_difference import difference, moved_by
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions, first_activations

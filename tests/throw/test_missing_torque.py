@@ -7,7 +7,7 @@ import numpy as np
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.computed_synergies import computed_excitation
 from warpmuscle.throw.job import Job, JobOptions
-from warpmuscle.throw.lacks import Lack, lacking, shortcoming
+from warpmuscle.throw.missing_torque import Lack, lacking, shortcoming
 from warpmuscle.throw.motion import ArmMotion, resample
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.inverse.own_ground.linear_quadratic import Costs, solve
-from warpmuscle.inverse.own_ground.windows import Windows
+from warpmuscle.inverse.simulated_ground.linear_quadratic import Costs, solve
+from warpmuscle.inverse.simulated_ground.windows import Windows
 from warpmuscle.inverse.tracking.state_difference import difference, moved_by
 from warpmuscle.scene.joints import root_type
 

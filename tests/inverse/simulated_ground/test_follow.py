@@ -5,7 +5,7 @@ import pytest
 
 import small_squat
 from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.own_ground.windows import Windows
+from warpmuscle.inverse.simulated_ground.windows import Windows
 from warpmuscle.inverse.tracking.track import track
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.without_plates.ground_forces import ground_forces
