@@ -82,15 +82,16 @@ def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats, smoot
     if isinstance(surface, CylinderSurface | SphereSurface) and where == MUJOCO:
         point = None if surface.side_point is None else plain_vector(surface.side_point)
         return mujoco_touch(a, b, plain_number(surface.radius), point, isinstance(surface, SphereSurface))
+    as_opensim = not smooth and where in (IN_PLANE, AMONG_OTHERS)
     if isinstance(surface, CylinderSurface):
         sizes = plain_number(surface.radius), plain_number(surface.length)
-        return cylinder_touch(a, b, *sizes, *half_of(surface), where, smooth)
+        return cylinder_touch(a, b, *sizes, *half_of(surface), where, smooth, as_opensim)
     if isinstance(surface, SphereSurface):
         return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface), smooth)
     if isinstance(surface, EllipsoidSurface):
         return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method, smooth)
     radii = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
-    return torus_touch(a, b, *radii, *half_of(surface), where)
+    return torus_touch(a, b, *radii, *half_of(surface), where, as_opensim)
 
 
 def _place(point: ViaPoint, poses: Poses, angles: Angles) -> Floats:
