@@ -33,6 +33,7 @@ class RouteKind(NamedTuple):
     smooth: bool = False  # whether no route jumps off cylinders, spheres and ellipsoids
     mujoco: bool = False  # whether each surface is between two points of its own, see `wrap_mujoco.py`; then exact
     branches: bool = False  # whether the ways to some points count more or less than others
+    rows: bool = False  # whether some go over several surfaces between two of their points, see `route_rows.py`
     across: bool = False  # whether motions of points pull on segments between two bodies alone
 
 
