@@ -36,6 +36,11 @@ class RouteKind(NamedTuple):
     rows: bool = False  # whether some go over several surfaces between two of their points, see `route_rows.py`
     across: bool = False  # whether motions of points pull on segments between two bodies alone
 
+    @property
+    def as_opensim(self) -> bool:
+        """Whether arcs are all OpenSim's, see `wrap_cylinder.py`."""
+        return not self.smooth and not self.exact
+
 
 @cache
 def bends_of(count: int) -> Any:
@@ -154,11 +159,7 @@ def bend_of(kind: RouteKind) -> Any:
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
     place, mujoco = place_of(kind.motions), kind.mujoco
-    touch_at = (
-        mujoco_touch_of(kind.surfaces)
-        if mujoco
-        else touch_of(kind.surfaces, kind.smooth, not kind.smooth and not kind.exact)
-    )
+    touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
     exact, rows, (last_counted, first_counted) = kind.exact, rows_of(count), ends_of(kind.conditions)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 

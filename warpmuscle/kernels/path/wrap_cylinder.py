@@ -127,20 +127,15 @@ def slid_heights(
 
 @cache
 def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
-    """The Warp function `cylinder_touch`.
-
-    Args:
-        smooth: whether no path jumps off the cylinder. as_opensim: whether its arc is OpenSim's, see above.
-    """
+    """The Warp function `cylinder_touch`; `smooth`: of one off which no path jumps; `as_opensim`: see above."""
 
     @func(inline=False)
     def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
         """How a segment from a to b, m, goes round a cylinder.
 
         Args:
-            full: radius, m. length: between the ends. axis, side: the half that a path must stay on: the axis, and
-                1 or -1; side 0: both.
-            where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
+            full: radius, m. length: between the ends. where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
+            axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
         """
         touch = Touch()
         pa = wp.vec2(a[0], a[1])
@@ -156,8 +151,7 @@ def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
             touch.kind = INSIDE
             return touch
         d = pb - pa
-        span = wp.dot(d, d)
-        t = -wp.dot(pa, d) / wp.max(span, SMALLEST)
+        t = -wp.dot(pa, d) / wp.max(wp.dot(d, d), SMALLEST)
         near = pa + d * t
         through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
         kind = wp.where(through, THROUGH, FREE)
@@ -198,9 +192,7 @@ def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
                 second = b_on
             around = wp.dot(first + second, first - pa + second - pb) < 0.0
         angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
-        anticlockwise = wp.bool(True)
-        if wp.static(as_opensim):
-            anticlockwise = first[0] * second[1] >= first[1] * second[0]
+        anticlockwise = wp.static(not as_opensim) or first[0] * second[1] >= first[1] * second[0]
         if around:
             angle = 2.0 * wp.pi + wp.where(anticlockwise, -angle, angle)
         arc = radius * angle
@@ -209,14 +201,13 @@ def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         if wp.static(not as_opensim):  # noqa: SIM102, with `and` it would be compiled in all the same
             if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
                 heights = heights_unrolled(a, b, first, second, arc)
-                rise = heights[1] - heights[0]
         if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
             return touch
         if wp.static(as_opensim):  # noqa: SIM102, as above
             if where == AMONG_OTHERS:
-                turn = wp.where(anticlockwise and not around, angle, -angle)
-                heights = slid_heights(a, b, first, second, heights, radius, turn)
-                rise = heights[1] - heights[0]
+                way = wp.where(anticlockwise and not around, 1.0, -1.0)
+                heights = slid_heights(a, b, first, second, heights, radius, way * angle)
+        rise = heights[1] - heights[0]
         touch.kind = kind
         touch.first = wp.vec3(first[0], first[1], heights[0])
         touch.second = wp.vec3(second[0], second[1], heights[1])
