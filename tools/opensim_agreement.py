@@ -72,13 +72,17 @@ def measure(
     return Measure(name, unit, least, values.size, float(within), float(middle), float(worst), listed)
 
 
-def paths(found: Numbers, ours: Ours) -> list[Measure]:
-    """Lengths, moment arms about independent coordinates, and virtual power."""
+def paths(found: Numbers, ours: Ours, ellipsoids: float = ELLIPSOID_LENGTH) -> list[Measure]:
+    """Lengths, moment arms about independent coordinates, and virtual power.
+
+    Args:
+        ellipsoids: tolerance of lengths of paths that may go round ellipsoids, m.
+    """
     columns = [ours.muscles.index(name) for name in found.muscles]
     length, speed, arm = (values[:, columns] for values in ours.paths(found.q, found.rate))
     round_ellipsoids = np.array([over_ellipsoid(ours.scene, name) for name in found.muscles])
     names, count = list(found.muscles), len(found.q)
-    allowed = np.where(round_ellipsoids, ELLIPSOID_LENGTH, LENGTH)
+    allowed = np.where(round_ellipsoids, ellipsoids, LENGTH)
     measures = [measure("path length", "m", length, found.length, names, allowed)]
     labels = [f"{muscle} {found.coordinates[k]}" for muscle in names for k in found.independent]
     allowed = np.repeat(np.where(round_ellipsoids, ELLIPSOID_ARM, ARM), len(found.independent))
@@ -195,7 +199,10 @@ def turns(scene: Scene, coordinate: str) -> bool:
     return coordinate in scene.character.joints and scene.character.joints[coordinate].type != "slide"
 
 
-def compare(file: Path, poses: int, seed: int, moves: int, hard_points: bool, beyond: float = 0.0) -> dict[str, Any]:
+def compare(
+    file: Path, poses: int, seed: int, moves: int, hard_points: bool, beyond: float = 0.0,
+    ellipsoids: float = ELLIPSOID_LENGTH,
+) -> dict[str, Any]:  # fmt: skip
     """All measures of a model."""
     scene, found = wm.load(file, hard_points=hard_points), numbers(file, poses, seed, moves, beyond)
     ours = Ours(scene, [str(name) for name in found.coordinates], [int(k) for k in found.independent])
@@ -204,7 +211,7 @@ def compare(file: Path, poses: int, seed: int, moves: int, hard_points: bool, be
         raise SystemExit(f"{file.name}: the scene has no muscle {', '.join(missing)}")
     muscles, heavy = len(found.muscles) > 0, body_mass(scene.character) > 0.0
     measures = [
-        *(paths(found, ours) if muscles else []), *(dynamics(found, ours) if heavy else []),
+        *(paths(found, ours, ellipsoids) if muscles else []), *(dynamics(found, ours) if heavy else []),
         *([forces(found, ours)] if muscles and heavy else []),  # muscles that move nothing are not simulated
     ]  # fmt: skip
     report: dict[str, Any] = {"model": file.name, "poses": poses, "seed": seed}
@@ -239,6 +246,7 @@ def main(
     moves: Annotated[int, typer.Option(help="Moves of 0.1 degree.")] = 100_000,
     hard_points: Annotated[bool, typer.Option("--hard-points", help="As of `warpmuscle convert`.")] = False,
     beyond: Annotated[float, typer.Option(help="Part of each range that poses may be beyond its ends.")] = 0.0,
+    ellipsoids: Annotated[float, typer.Option(help="Tolerance of paths round ellipsoids, m.")] = ELLIPSOID_LENGTH,
     motion: Annotated[Path | None, typer.Option(help="Coordinates over time.")] = None,
     lengths: Annotated[Path | None, typer.Option(help="OpenSim's path lengths along it.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="File for all that was measured.")] = None,
@@ -251,7 +259,7 @@ def main(
             found = along(wm.load(model), motion, lengths)
             reports.append({"model": model.name, "poses": found.count, "seed": 0, "measures": [asdict(found)]})
         else:
-            reports.append(compare(model, poses, seed, moves, hard_points, beyond))
+            reports.append(compare(model, poses, seed, moves, hard_points, beyond, ellipsoids))
         show(reports[-1])
         if json_file is not None:
             json_file.write_text(json.dumps(reports, indent=1))

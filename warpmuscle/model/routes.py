@@ -30,7 +30,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.joints.displacement import held_beyond, pieces
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.paths import is_route, shares
+from warpmuscle.scene.validation.paths import has_rows, is_route, shares
 
 ZERO = (0.0, 0.0, 0.0)
 ANY_AXIS = 0  # of surfaces round both sides of which a path may go: none is read
@@ -68,6 +68,7 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         character.wrapping == "smooth",
         character.wrapping == "mujoco",
         any(muscle.branches for muscle in routes),
+        character.wrapping == "mujoco" and any(has_rows(muscle) for muscle in routes),
         character.moving_points == "opensim",
     )
 

@@ -7,7 +7,6 @@ import pytest
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
-from warpmuscle.formats import Ignored, load
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.frames import on_body
 from warpmuscle.formats.osim.read import read
@@ -176,13 +175,3 @@ def test_a_coordinate_starts_at_its_default_and_not_at_an_older_initial_value(tm
     for given, start in ((text, 0.3), (OLD.replace("default_value", "initial_value"), 0.3)):
         model = read(small.written(tmp_path, given), Notes())
         assert model.coordinates["q"].value == start
-
-
-def test_a_muscle_along_a_shortest_path_is_left_out_with_a_note(tmp_path: Path):
-    given = small.muscle("m", "").replace("GeometryPath", "Scholz2015GeometryPath")
-    ignored: list[Ignored] = []
-    scene = load(small.written(tmp_path, small.pendulum(forces=given)), ignored=ignored)
-    assert not scene.character.muscles
-    note = next(note for note in ignored if "Scholz2015GeometryPath" in note.reason)
-    assert note.text == "Millard2012EquilibriumMuscle m"
-    assert note.line > 0

@@ -13,11 +13,13 @@ from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, Touch
 RADII = np.array([0.035, 0.02, 0.025])
 METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
 
+guide = wrap_ellipsoid.guide_of(False)
+
 
 @wp.kernel(enable_backward=False)
 def guides(start: wp.array[wp.vec3], chord: wp.array[wp.vec3], r: wp.vec3, method: int, result: wp.array[Guide]):
     i = wp.tid()
-    result[i] = wrap_ellipsoid.guide_of(start[i], chord[i], r, method)
+    result[i] = guide(start[i], chord[i], r, method)
 
 
 @wp.kernel(enable_backward=False)
@@ -111,9 +113,21 @@ def test_the_fan_points_in_the_mean_direction_of_many_places(radii: tuple[float,
     start, chord = first, second - first
     toward = mean_direction(start, chord, r)
     point = evaluate(wrap_ellipsoid.nearest_on_ellipsoid, start + 0.5 * chord + toward, r, -1)
-    got = evaluate(wrap_ellipsoid.fan_point, start, chord, r)
-    off = np.linalg.norm(got - point, axis=1)
-    assert np.all(np.quantile(off, [0.5, 0.9, 0.98]) < [3e-4, 5e-3, 2e-2])
+    for fan, median in ((wrap_ellipsoid.fan_by_gauss, 3e-4), (wrap_ellipsoid.fan_of_samples, 4e-3)):
+        total = evaluate(fan, start, chord, r)
+        mean = total / np.linalg.norm(total, axis=1, keepdims=True)
+        got = evaluate(wrap_ellipsoid.nearest_on_ellipsoid, start + 0.5 * chord + mean, r, -1)
+        off = np.linalg.norm(got - point, axis=1)
+        assert np.all(np.quantile(off, [0.5, 0.9, 0.98]) < [median, 5e-3, 2e-2])
+
+
+def test_the_mean_over_opensims_places_leaves_out_both_ends_and_one_more():
+    """298 of 300 equal parts of the chord, so that it is off the mean by half and one and a half part's directions."""
+    start, chord, r = np.array([[0.3, 0.5, -0.2]]), np.array([[0.2, -0.1, 0.4]]), np.array([0.9, 0.8, 1.5])
+    places = start + chord * (np.arange(1, 299)[:, None] / 300.0)
+    directions = evaluate(wrap_ellipsoid.outward_at_nearest, places, r)
+    got = evaluate(wrap_ellipsoid.fan_of_samples, start, chord, r)
+    np.testing.assert_allclose(got[0], directions.sum(axis=0), atol=1e-3)
 
 
 def test_a_chord_is_cut_where_it_crosses_the_plane_of_two_longer_axes_or_passes_the_longest_one():

@@ -100,11 +100,15 @@ def build(
     _settle_drives(scene)
     hold_ranges(scene, limit_stiffness)
     tell_ranges(model, scene, notes)
+    shortest = any(muscle.shortest and muscle.wraps for muscle in model.muscles)
+    if shortest:
+        character.wrapping = "mujoco"
     if not hard_points:
-        drop_idle_wraps(character)
+        if not shortest:
+            drop_idle_wraps(character)
         open_at_stops(scene)
     jumps = {} if hard_points else blend_conditions(scene)
-    if character.surfaces and not hard_points:
+    if character.surfaces and not hard_points and not shortest:
         character.wrapping = "smooth"
     if hard_points and any(point.motion for muscle in character.muscles.values() for point in muscle.path):
         character.moving_points = "opensim"

@@ -97,7 +97,7 @@ def _surface(model: Model, one: records.Surface, placement: Placement) -> Surfac
     sizes = one.sizes
     match one.kind:
         case "WrapCylinder":
-            return CylinderSurface(body, position, sizes[0], sizes[1], turn, side)  # type: ignore[arg-type]
+            return CylinderSurface(body, position, sizes[0], sizes[1], turn, side, one.side_point)  # type: ignore[arg-type]
         case "WrapSphere":
             return SphereSurface(body, position, sizes[0], turn, side)  # type: ignore[arg-type]
         case "WrapEllipsoid":

@@ -9,6 +9,7 @@ from warpmuscle.formats.osim.frames import Frames
 from warpmuscle.formats.osim.functions import Function, owned_function, read_function
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Model, Muscle, OldCurves, PathWrap, Point, PolynomialPath, Surface
+from warpmuscle.formats.osim.wraps.shortest import Route
 
 # Numbers of each class with OpenSim 4.6's defaults.
 COMMON = {
@@ -88,8 +89,14 @@ def read_surfaces(
         taken.setdefault(element.name, element.line)
 
 
-def read_muscle(element: Element, frames: Frames, own: Properties, old: OldCurves | None = None) -> Muscle:
-    """A muscle or path actuator of a class in `CLASSES`, with curves through knots if it has such."""
+def read_muscle(
+    element: Element, frames: Frames, own: Properties, old: OldCurves | None = None, route: Route | None = None
+) -> Muscle:
+    """A muscle or path actuator of a class in `CLASSES`, with curves through knots if it has such.
+
+    Args:
+        route: points and wraps of a path that is a shortest one.
+    """
     numbers = {tag: own.number(element, tag, default, True) for tag, default in CLASSES[element.tag].items()}
     truths = {tag: own.truth(element, tag, False) for tag in TRUTHS}
     curves: dict[str, dict[str, float]] = {}
@@ -101,6 +108,11 @@ def read_muscle(element: Element, frames: Frames, own: Properties, old: OldCurve
         element.child(tag)
     path = f"/forceset/{element.name}"
     tension = _tension(element, own)
+    if route is not None:
+        return Muscle(
+            element.tag, element.name, element.line, numbers, truths, curves, *route, tension=tension, old=old,
+            shortest=True,
+        )  # fmt: skip
     function = own.find(element, "FunctionBasedPath")
     if function is not None:
         polynomial = _polynomial(function)

@@ -20,6 +20,7 @@ from warpmuscle.formats.osim.properties import Properties
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.formats.osim.skeleton import read_bodies, read_constraint, read_joint
 from warpmuscle.formats.osim.upgrade import rename_duplicates, upgraded
+from warpmuscle.formats.osim.wraps.shortest import KINDS, MIXED, TAG, read_shortest, settle_mixed
 
 NEWEST = 49999  # version of the format: later ones may mean other things by the same words
 OLDEST = 10500  # of files that do not say it
@@ -41,11 +42,6 @@ NO_FORCE = "forces of this class are not known; it is left out, and pulls on not
 NO_MUSCLE = (
     "muscles of this class are not known; make it a Millard2012EquilibriumMuscle or a Thelen2003Muscle; "
     "it is left out, and pulls on nothing"
-)
-SHORTEST = "Scholz2015GeometryPath"
-NO_SHORTEST = (
-    "its path is the shortest one over surfaces of contact (Scholz2015GeometryPath), which is not known; give it a "
-    "GeometryPath; it is left out, and pulls on nothing"
 )
 NO_CONTROLLER = "only a PrescribedController is known; what it controls gets its excitation from the scene"
 SWITCHED_OFF = "switched off in the model, and left out"
@@ -83,6 +79,9 @@ def read(path: Path, notes: Notes) -> Model:
     for element in _members(top, "ContactGeometrySet"):
         if element.tag in ("ContactSphere", "ContactHalfSpace"):
             read_contact(element, found, frames, own)
+        elif element.tag in KINDS and element.name in found.obstacles:
+            found.lost_shapes[element.name] = frozenset(words_of(element))
+            _read(element)
         else:
             found.lost_shapes[element.name] = frozenset(words_of(element))
             _leave_out(notes, element, "shapes of this class are not known; it touches nothing")
@@ -161,7 +160,8 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
     """Muscles and forces; what is switched off or not known is noted."""
     names: dict[str, int] = {}
     _controls(top, found, own, notes)
-    shapes = {shape.name: words_of(shape) for shape in _members(top, "ContactGeometrySet")}
+    solids = {shape.name: shape for shape in _members(top, "ContactGeometrySet")}
+    shapes = {name: words_of(shape) for name, shape in solids.items()}
     for element in _members(top, "ForceSet"):
         if not own.applied(element):
             _leave_out(notes, element, SWITCHED_OFF)
@@ -174,11 +174,15 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
         if element.tag in CLASSES:
             if element.name in names or not element.name:
                 element.fail("a muscle needs a name that no other one has")
-            if own.find(element, SHORTEST) is not None:
-                _leave_out(notes, element, NO_SHORTEST)
-                continue
+            route = None
+            if (path := own.find(element, TAG)) is not None:
+                made = read_shortest(path, element.name, solids, found, frames, own)
+                if isinstance(made, str):
+                    _leave_out(notes, element, made)
+                    continue
+                route = made
             names[element.name] = element.line
-            found.muscles.append(read_muscle(element, frames, own, old))
+            found.muscles.append(read_muscle(element, frames, own, old, route))
         elif element.tag in NUMBERS:
             found.forces += read_force(element, frames, own)
         elif element.tag in READERS:
@@ -192,6 +196,8 @@ def _forces(top: Element, found: Model, frames: Frames, own: Properties, notes: 
             if "Muscle" not in element.tag:
                 found.lost.append(lost_force(element, shapes))
             _leave_out(notes, element, NO_MUSCLE if "Muscle" in element.tag else NO_FORCE)
+    for kind, name, line in settle_mixed(found):
+        notes.ignore(found.file, line, f"{kind} {name}", MIXED)
 
 
 def _controls(top: Element, found: Model, own: Properties, notes: Notes) -> None:
@@ -212,6 +218,11 @@ def _controls(top: Element, found: Model, own: Properties, notes: Notes) -> None
 def _leave_out(notes: Notes, element: Element, reason: str) -> None:
     """Note that an element is left out, with all that is in it."""
     notes.ignore(element.file, element.line, f"{element.tag} {element.name}".strip(), reason)
+    _read(element)
+
+
+def _read(element: Element) -> None:
+    """Take all that is in an element as used."""
     for inner in element.all():
         inner.used = True
 

@@ -182,6 +182,7 @@ class Surface:
     translation: Vec3
     quadrant: str
     sizes: tuple[float, ...]  # radius and length; radius; radii; inner and outer radius
+    side_point: Vec3 | None = None  # on whose side of a cylinder a shortest path runs, in its axes
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +211,7 @@ class Muscle:
     polynomial: PolynomialPath | None = None
     tension: Function | None = None  # of a ligament, over pcsa_force, of its length over resting_length
     old: OldCurves | None = None
+    shortest: bool = False  # whether its path is the shortest one over its surfaces, see `wraps.shortest`
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,6 +287,7 @@ class Model:
     couplers: list[Coupler] = field(default_factory=list)
     loops: list[Loop] = field(default_factory=list)
     surfaces: dict[str, Surface] = field(default_factory=dict)
+    obstacles: set[str] = field(default_factory=set)  # names of shapes of contact that shortest paths go over
     muscles: list[Muscle] = field(default_factory=list)
     forces: list[OsimForce] = field(default_factory=list)
     contacts: dict[str, Contact] = field(default_factory=dict)

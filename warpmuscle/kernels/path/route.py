@@ -18,6 +18,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
+from warpmuscle.kernels.path.route_rows import lay_of
 from warpmuscle.kernels.path.route_walk import lever_arm_of, pulls_of, room_of, walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
@@ -126,8 +127,10 @@ def route_stretch_of(
     levers, count, several = room_of(kind, wrench), max(kind.wraps, 1), kind.wraps > 1
     bends_struct, bend, pulls_struct = bends_of(count), bend_of(kind), pulls_of(levers)
     walk = walk_of(kind, True, coordinate_joints, followers, wrench)
-    apart = kind.mujoco and several
-    settle = settle_of(kind, wrench) if several and not apart else bend
+    rows = kind.mujoco and kind.rows
+    apart = kind.mujoco and several and not rows
+    lay = lay_of(kind) if rows else bend
+    settle = settle_of(kind, wrench) if several and not apart and not rows else bend
     with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
     whole_arm = lever_arm_of(levers, coordinate_joints or followers, followers)
 
@@ -145,7 +148,10 @@ def route_stretch_of(
         if wp.static(not wrench):
             for k in range(own.first_crossing, own.end_crossing):
                 arm[nonnegative(model.paths.of_muscle[nonnegative(k)].number)] = wp.vec3(0.0)
-        if wp.static(apart):
+        if wp.static(rows):
+            if wraps > 0:
+                lay(instance, span, bends, model, state, work)
+        elif wp.static(apart):
             for w in range(wraps):
                 bend(instance, w, span, bends, model, state, work)
         elif wp.static(several):

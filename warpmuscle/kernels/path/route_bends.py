@@ -12,7 +12,7 @@ from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE,
 from warpmuscle.kernels.path.wrap_ellipsoid import ellipsoid_touch_of
 from warpmuscle.kernels.path.wrap_mujoco import mujoco_cylinder_touch, mujoco_sphere_touch
 from warpmuscle.kernels.path.wrap_sphere import smooth_sphere_touch, sphere_touch
-from warpmuscle.kernels.path.wrap_torus import torus_touch
+from warpmuscle.kernels.path.wrap_torus import torus_touch_of
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, THROUGH, Touch
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
 
@@ -33,7 +33,13 @@ class RouteKind(NamedTuple):
     smooth: bool = False  # whether no route jumps off cylinders, spheres and ellipsoids
     mujoco: bool = False  # whether each surface is between two points of its own, see `wrap_mujoco.py`; then exact
     branches: bool = False  # whether the ways to some points count more or less than others
+    rows: bool = False  # whether some go over several surfaces between two of their points, see `route_rows.py`
     across: bool = False  # whether motions of points pull on segments between two bodies alone
+
+    @property
+    def as_opensim(self) -> bool:
+        """Whether arcs are all OpenSim's, see `wrap_cylinder.py`."""
+        return not self.smooth and not self.exact
 
 
 @cache
@@ -54,13 +60,14 @@ def bends_of(count: int) -> Any:
 
 
 @cache
-def touch_of(surfaces: tuple[int, ...], smooth: bool = False) -> Any:
+def touch_of(surfaces: tuple[int, ...], smooth: bool = False, as_opensim: bool = False) -> Any:
     """The Warp function of how a segment from a to b, in a surface's axes, goes round it.
 
     Args:
-        surfaces: the kinds that there are. smooth: see `RouteKind`.
+        surfaces: the kinds that there are. smooth: see `RouteKind`. as_opensim: see `wrap_cylinder.py`.
     """
-    cylinder_touch, ellipsoid_touch = cylinder_touch_of(smooth), ellipsoid_touch_of(smooth)
+    cylinder_touch, ellipsoid_touch = cylinder_touch_of(smooth, as_opensim), ellipsoid_touch_of(smooth, as_opensim)
+    torus_touch = torus_touch_of(as_opensim)
     round_sphere = smooth_sphere_touch if smooth else sphere_touch
     cylinders, spheres, ellipsoids, tori = (kind in surfaces for kind in (CYLINDER, SPHERE, ELLIPSOID, TORUS))
 
@@ -152,7 +159,7 @@ def bend_of(kind: RouteKind) -> Any:
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
     place, mujoco = place_of(kind.motions), kind.mujoco
-    touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth)
+    touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
     exact, rows, (last_counted, first_counted) = kind.exact, rows_of(count), ends_of(kind.conditions)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 

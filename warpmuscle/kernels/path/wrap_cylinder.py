@@ -2,10 +2,13 @@
 
 Side, contact and ends are as OpenSim 4.6 has them (WrapCylinder): a segment with an end inside stays straight, and so
 does one that touches beyond both ends of the cylinder; else it has no end. Round one surface, OpenSim's path lies in
-the plane through both ends and the bisector of their directions from the axis (IN_PLANE); round several (AMONG_OTHERS),
-unless it is short, and here if it shall be EXACT, it is the shortest one, straight on the unrolled cylinder.
+the plane through both ends and the bisector of their directions from the axis (IN_PLANE). Round several (AMONG_OTHERS)
+it slides along the axis until it is nearly tangent, and so does ours if it shall be `as_opensim`; else, unless it is
+short, it is the shortest one, straight on the unrolled cylinder, and so is an EXACT one. For a long way round OpenSim
+turns anticlockwise about the axis, and where that is clockwise it goes the short way and one turn more.
 """
 
+import math
 from functools import cache
 from typing import Any
 
@@ -19,6 +22,10 @@ SMALLEST = 1.0e-12  # m^2
 IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2
 LEAST_SHARE = 1.0e-4  # of a radius that something goes round
 SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
+SLIDES = 100  # of places of touch, at most
+PIECE = 0.002  # m, of an arc, whose slope is compared with that of the leg
+TANGENT = math.radians(0.1)  # between the two
+OVERSHOT = 1.5  # how much farther OpenSim slides than would make them equal
 
 
 @func
@@ -71,18 +78,64 @@ def heights_unrolled(a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, ar
     return wp.vec2(a[2] + before * slope, b[2] - after * slope)
 
 
+@func
+def slide(leg: float, flat: float, ahead: float, arc: float, chord: float, cosine: float) -> float:
+    """How far OpenSim slides a place of touch along the axis, m.
+
+    Args:
+        leg, flat: how far the leg to the place goes up, and how far along the tangent. arc, chord: the same of a piece
+            of the arc that follows. ahead: 1: it goes on from the leg; -1: back. cosine: of the angle between the two.
+    """
+    off = wp.atan2(flat, leg) - wp.atan2(wp.abs(chord), arc)
+    if wp.abs(off) <= wp.static(TANGENT):
+        return 0.0
+    along = ahead * flat * chord * cosine
+    share = (flat * flat + along) / wp.max(flat * flat + 2.0 * along + chord * chord, SMALLEST)
+    return OVERSHOT * (share * (leg + arc) - leg)
+
+
+@func(inline=False)
+def slid_heights(
+    a: wp.vec3, b: wp.vec3, first: wp.vec2, second: wp.vec2, heights: wp.vec2, radius: float, turn: float
+) -> wp.vec2:
+    """Heights of both tangent points where OpenSim has slid them; a turn, rad, leads from the first to the second."""
+    to_first = first - wp.vec2(a[0], a[1])
+    to_second = second - wp.vec2(b[0], b[1])
+    first_ahead = wp.where(wp.dot(to_first, wp.vec2(-first[1], first[0])) * turn < 0.0, -1.0, 1.0)
+    second_ahead = wp.where(wp.dot(to_second, wp.vec2(second[1], -second[0])) * turn < 0.0, -1.0, 1.0)
+    low = wp.float32(heights[0])
+    high = wp.float32(heights[1])
+    for _ in range(SLIDES):
+        rise = high - low
+        count = wp.floor(wp.sqrt(radius * turn * radius * turn + rise * rise) / PIECE)
+        if count < 2.0:
+            break
+        share = 1.0 / count
+        half = 0.5 * wp.abs(turn) * share
+        chord = 2.0 * radius * wp.sin(half)
+        cosine = wp.cos(half)
+        up = slide(low - a[2], wp.length(to_first), first_ahead, rise * share, chord, cosine)
+        # The last piece goes up with the first point, as OpenSim has it.
+        piece = up - rise * share
+        down = slide(high - b[2], wp.length(to_second), second_ahead, piece, chord, cosine)
+        if up == 0.0 and down == 0.0:
+            break
+        low += up
+        high += down
+    return wp.vec2(low, high)
+
+
 @cache
-def cylinder_touch_of(smooth: bool) -> Any:
-    """The Warp function `cylinder_touch`, of OpenSim's cylinder, or of one off which no path jumps."""
+def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
+    """The Warp function `cylinder_touch`; `smooth`: of one off which no path jumps; `as_opensim`: see above."""
 
     @func(inline=False)
     def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
         """How a segment from a to b, m, goes round a cylinder.
 
         Args:
-            full: radius, m. length: between the ends. axis, side: the half that a path must stay on: the axis, and
-                1 or -1; side 0: both.
-            where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
+            full: radius, m. length: between the ends. where: IN_PLANE, AMONG_OTHERS or EXACT, see above.
+            axis, side: the half that a path must stay on: the axis, and 1 or -1; side 0: both.
         """
         touch = Touch()
         pa = wp.vec2(a[0], a[1])
@@ -98,8 +151,7 @@ def cylinder_touch_of(smooth: bool) -> Any:
             touch.kind = INSIDE
             return touch
         d = pb - pa
-        span = wp.dot(d, d)
-        t = -wp.dot(pa, d) / wp.max(span, SMALLEST)
+        t = -wp.dot(pa, d) / wp.max(wp.dot(d, d), SMALLEST)
         near = pa + d * t
         through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
         kind = wp.where(through, THROUGH, FREE)
@@ -140,16 +192,22 @@ def cylinder_touch_of(smooth: bool) -> Any:
                 second = b_on
             around = wp.dot(first + second, first - pa + second - pb) < 0.0
         angle = wp.atan2(wp.abs(first[0] * second[1] - first[1] * second[0]), wp.dot(first, second))
+        anticlockwise = wp.static(not as_opensim) or first[0] * second[1] >= first[1] * second[0]
         if around:
-            angle = 2.0 * wp.pi - angle
+            angle = 2.0 * wp.pi + wp.where(anticlockwise, -angle, angle)
         arc = radius * angle
         heights = heights_in_plane(a, b, first, second)
         rise = heights[1] - heights[0]
-        if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
-            heights = heights_unrolled(a, b, first, second, arc)
-            rise = heights[1] - heights[0]
+        if wp.static(not as_opensim):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if where == EXACT or (where == AMONG_OTHERS and arc * arc + rise * rise >= SHORT * SHORT):
+                heights = heights_unrolled(a, b, first, second, arc)
         if wp.abs(heights[0]) > 0.5 * length and wp.abs(heights[1]) > 0.5 * length:
             return touch
+        if wp.static(as_opensim):  # noqa: SIM102, as above
+            if where == AMONG_OTHERS:
+                way = wp.where(anticlockwise and not around, 1.0, -1.0)
+                heights = slid_heights(a, b, first, second, heights, radius, way * angle)
+        rise = heights[1] - heights[0]
         touch.kind = kind
         touch.first = wp.vec3(first[0], first[1], heights[0])
         touch.second = wp.vec3(second[0], second[1], heights[1])

@@ -3,9 +3,10 @@
 Contact, side and c are as OpenSim 4.6 has them (WrapEllipsoid). By MIDPOINT c is the point nearest to the middle of the
 chord within the ellipsoid; by AXIAL the one nearest to where the chord crosses the plane across the axis that is most
 along it, within that plane; by HYBRID, between the two, with the mean of the directions from the chord to the
-ellipsoid in place of the middle's. OpenSim takes that mean over 298 places, we by Gauss's rule; it iterates for the
-tangents and adds up the arc in pieces, we have both in closed form where the ellipsoid is a unit sphere and the section
-a circle, the arc but for an integral by Gauss's rule.
+ellipsoid in place of the middle's. OpenSim takes that mean over 298 places, and so do we if it shall be `as_opensim`
+(where the direction turns at once, the places decide how much of it is on either side), else by Gauss's rule. OpenSim
+iterates for the tangents and adds up the arc in pieces; we have both in closed form where the ellipsoid is a unit
+sphere and the section a circle, the arc but for an integral by Gauss's rule.
 """
 
 from functools import cache
@@ -20,6 +21,7 @@ HYBRID, MIDPOINT, AXIAL = 0, 1, 2
 FAN_COSINE, AXIAL_COSINE = 0.7073, 0.9  # of the greatest angle to an axis, between which the methods blend
 FADED = 0.3  # share of the chord near its ends where the axial method counts less
 FAN_PLACES = 5  # of Gauss's rule on each part of the chord
+SAMPLES = 300  # parts of it between OpenSim's places, of which the first, the last and the last but one do not count
 NEWTON_STEPS = 10
 SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place may miss it
 TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
@@ -125,8 +127,8 @@ def gauss_place(k: int) -> wp.vec2:
 
 
 @func
-def fan_point(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
-    """The point of the ellipsoid in the mean direction from a chord within it."""
+def fan_by_gauss(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
+    """The sum of the directions from a chord within the ellipsoid to that, by Gauss's rule."""
     turns = turning_place(start, chord, r)
     total = wp.vec3(0.0)
     for k in range(2 * FAN_PLACES):
@@ -135,7 +137,16 @@ def fan_point(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
         share = wp.where(before, turns, 1.0 - turns)
         place = wp.where(before, 0.0, turns) + share * 0.5 * (1.0 + own[0])
         total += outward_at_nearest(start + chord * place, r) * (share * own[1])
-    return nearest_on_ellipsoid(start + 0.5 * chord + wp.normalize(total), r, -1)
+    return total
+
+
+@func
+def fan_of_samples(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
+    """The same over OpenSim's places."""
+    total = wp.vec3(0.0)
+    for k in range(1, SAMPLES - 1):
+        total += outward_at_nearest(start + chord * (float(k) / float(SAMPLES)), r)
+    return total
 
 
 @wp.struct
@@ -146,30 +157,38 @@ class Guide:
     fan: float  # how much the mean direction from the chord counts, 0..1
 
 
-@func
-def guide_of(start: wp.vec3, chord: wp.vec3, r: wp.vec3, method: int) -> Guide:
-    """The point that a path's plane goes through, from the part of the segment within the ellipsoid."""
-    along = most_along(chord)
-    toward = wp.abs(chord[along]) / wp.length(chord)
-    result = Guide()
-    result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
-    if method == MIDPOINT:
-        result.point = nearest_on_ellipsoid(start + 0.5 * chord, r, -1)
-        return result
-    t = -start[along] / chord[along]
-    if method == HYBRID:
-        if toward > FAN_COSINE:
-            toward = FAN_COSINE + wp.clamp(wp.min(t, 1.0 - t) / FADED, 0.0, 1.0) * (toward - FAN_COSINE)
+@cache
+def guide_of(as_opensim: bool) -> Any:
+    """The Warp function `guide`; `as_opensim`: with the mean of directions over OpenSim's places."""
+    fan = fan_of_samples if as_opensim else fan_by_gauss
+
+    @func
+    def guide(start: wp.vec3, chord: wp.vec3, r: wp.vec3, method: int) -> Guide:
+        """The point that a path's plane goes through, from the part of the segment within the ellipsoid."""
+        along = most_along(chord)
+        toward = wp.abs(chord[along]) / wp.length(chord)
+        result = Guide()
         result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
-    axial = wp.vec3(0.0)
-    if method == AXIAL or result.fan < 1.0:
-        axial = nearest_on_ellipsoid(start + t * chord, r, along)
-        result.point = axial
-    if method == HYBRID and result.fan > 0.0:
-        result.point = fan_point(start, chord, r)
-        if result.fan < 1.0:
-            result.point = nearest_on_ellipsoid(axial + (result.point - axial) * result.fan, r, -1)
-    return result
+        if method == MIDPOINT:
+            result.point = nearest_on_ellipsoid(start + 0.5 * chord, r, -1)
+            return result
+        t = -start[along] / chord[along]
+        if method == HYBRID:
+            if toward > FAN_COSINE:
+                toward = FAN_COSINE + wp.clamp(wp.min(t, 1.0 - t) / FADED, 0.0, 1.0) * (toward - FAN_COSINE)
+            result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
+        axial = wp.vec3(0.0)
+        if method == AXIAL or result.fan < 1.0:
+            axial = nearest_on_ellipsoid(start + t * chord, r, along)
+            result.point = axial
+        if method == HYBRID and result.fan > 0.0:
+            total = fan(start, chord, r)
+            result.point = nearest_on_ellipsoid(start + 0.5 * chord + wp.normalize(total), r, -1)
+            if result.fan < 1.0:
+                result.point = nearest_on_ellipsoid(axial + (result.point - axial) * result.fan, r, -1)
+        return result
+
+    return guide
 
 
 @func
@@ -197,8 +216,13 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
 
 
 @cache
-def ellipsoid_touch_of(smooth: bool) -> Any:
-    """The Warp function `ellipsoid_touch`, of OpenSim's ellipsoid, or of one off which no path jumps."""
+def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
+    """The Warp function `ellipsoid_touch`.
+
+    Args:
+        smooth: whether no path jumps off the ellipsoid. as_opensim: see `guide_of`.
+    """
+    guide_to = guide_of(as_opensim)
 
     @func(inline=False)
     def ellipsoid_touch(a: wp.vec3, b: wp.vec3, full: wp.vec3, axis: int, side: int, method: int) -> Touch:
@@ -239,7 +263,7 @@ def ellipsoid_touch_of(smooth: bool) -> Any:
         out = -half / square + reach
         if into <= 0.0 or out >= 1.0:
             return touch
-        guide = guide_of(wp.cw_mul(r, p + d * into), wp.cw_mul(r, d * (out - into)), r, method)
+        guide = guide_to(wp.cw_mul(r, p + d * into), wp.cw_mul(r, d * (out - into)), r, method)
         c = guide.point
         start = guide.point
         if side != 0 and not on_side(c[axis], side):

@@ -5,10 +5,13 @@ and the path stays on the side of it that looks to the ring's centre. OpenSim lo
 ends; the equation that it solves has twice the distance from the axis in it, and so have we.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.path.wrap_cylinder import cylinder_touch
+from warpmuscle.kernels.path.wrap_cylinder import cylinder_touch_of
 from warpmuscle.kernels.path.wrap_touch import BESIDE, Touch, on_side
 
 ENDLESS = 1.0e4  # m, length of the cylinder
@@ -98,37 +101,47 @@ def from_circle(p: wp.vec3, ring: float) -> float:
     return inward * inward + p[2] * p[2]
 
 
-@func(inline=False)
-def torus_touch(a: wp.vec3, b: wp.vec3, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
-    """How a segment from a to b, m, goes through a torus.
+@cache
+def torus_touch_of(as_opensim: bool) -> Any:
+    """The Warp function `torus_touch`; `as_opensim`: whether its arc is OpenSim's, see `wrap_cylinder.py`."""
+    cylinder_touch = cylinder_touch_of(False, as_opensim)
 
-    Args:
-        section, ring: radii of the section and of the circle in the middle, m. axis, side: the half of the circle that
-            a path must be near: the axis, and 1 or -1; side 0: both. where: see `wrap_cylinder.py`.
-    """
-    touch = Touch()
-    place = place_from(a, b, ring)
-    other = place_from(b, a, ring)
-    if side == 0:
-        if from_circle(other, ring) <= from_circle(place, ring):
-            place = other
-    else:
-        on = on_side(place[axis], side)
-        other_on = on_side(other[axis], side)
-        if not on and not other_on:
+    @func(inline=False)
+    def torus_touch(a: wp.vec3, b: wp.vec3, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
+        """How a segment from a to b, m, goes through a torus.
+
+        Args:
+            section, ring: radii of the section and of the circle in the middle, m. where: see `wrap_cylinder.py`.
+            axis, side: the half of the circle that a path must be near: the axis, and 1 or -1; side 0: both.
+        """
+        touch = Touch()
+        place = place_from(a, b, ring)
+        other = place_from(b, a, ring)
+        if side == 0:
+            if from_circle(other, ring) <= from_circle(place, ring):
+                place = other
+        else:
+            on = on_side(place[axis], side)
+            other_on = on_side(other[axis], side)
+            if not on and not other_on:
+                return touch
+            if other_on and (not on or from_circle(other, ring) <= from_circle(place, ring)):
+                place = other
+        flat = wp.sqrt(place[0] * place[0] + place[1] * place[1])
+        if flat < SMALLEST:
             return touch
-        if other_on and (not on or from_circle(other, ring) <= from_circle(place, ring)):
-            place = other
-    flat = wp.sqrt(place[0] * place[0] + place[1] * place[1])
-    if flat < SMALLEST:
+        center = wp.vec3(place[0], place[1], 0.0) * (ring / flat)
+        x = center / -ring
+        y = wp.vec3(0.0, 0.0, -1.0)
+        turn = wp.matrix_from_rows(x, y, wp.cross(x, y))
+        touch = cylinder_touch(turn * (a - center), turn * (b - center), section, ENDLESS, 0, 1, where)
+        if touch.kind >= BESIDE:
+            touch.kind = BESIDE
+            touch.first = center + wp.transpose(turn) * touch.first
+            touch.second = center + wp.transpose(turn) * touch.second
         return touch
-    center = wp.vec3(place[0], place[1], 0.0) * (ring / flat)
-    x = center / -ring
-    y = wp.vec3(0.0, 0.0, -1.0)
-    turn = wp.matrix_from_rows(x, y, wp.cross(x, y))
-    touch = cylinder_touch(turn * (a - center), turn * (b - center), section, ENDLESS, 0, 1, where)
-    if touch.kind >= BESIDE:
-        touch.kind = BESIDE
-        touch.first = center + wp.transpose(turn) * touch.first
-        touch.second = center + wp.transpose(turn) * touch.second
-    return touch
+
+    return torus_touch
+
+
+torus_touch = torus_touch_of(False)

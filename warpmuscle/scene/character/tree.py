@@ -63,12 +63,14 @@ class Character(Part):
 
     `wrapping`: round a cylinder, OpenSim's paths are not quite the shortest ones, and those round several surfaces stop
     half-way; so their moment arms, taken at the places of touch, miss the derivatives of their lengths by up to some
-    tenths of a millimetre. `opensim` does the same, `shortest` has neither fault. OpenSim's paths also jump: round a
-    surface to straight, where an end of a segment goes inside; the long way round, where they begin to touch near an
-    end; and on to an ellipsoid from the side that they may not be on. `smooth` is `opensim` without these: a surface
+    tenths of a millimetre. `opensim` does the same, and turns once too often where OpenSim does on a long way round;
+    `shortest` has none of these faults. OpenSim's paths also jump: round a surface to straight, where an end of a
+    segment goes inside; the long way round, where they begin to touch near an end; and on to an ellipsoid from the side
+    that they may not be on. `smooth` is `opensim` without these: a surface
     shrinks to nothing as an end goes inside by a quarter of its radius, a cylinder takes the shorter of two ways on its
     side, and a path comes over an ellipsoid to its side as it goes in. `mujoco` is as MuJoCo has it: between the two
-    points of a wrap, round or inside of a cylinder without ends or a sphere, on the side of its `side_point`.
+    points of a wrap, round or inside of a cylinder without ends or a sphere, on the side of its `side_point`; over
+    several surfaces between two points, in their order, it is the shortest path that begins at their side points.
     `moving_points`: with `slopes`, moment arms of paths whose points move on bodies are the slopes of their lengths;
     `opensim` leaves out what such a motion does to segments within one body, as OpenSim's moment arms and forces do.
     """

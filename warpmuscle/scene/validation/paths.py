@@ -175,10 +175,25 @@ def check_wraps(key: str, muscle: Muscle, character: Character) -> None:
         known(wrap.surface, character.surfaces, "surface", f"{key}.{index}.surface")
         _range(f"{key}.{index}", wrap, len(muscle.path))
         if character.wrapping == "mujoco":
-            first, others = wrap.first or 1, [other.first or 1 for other in muscle.wraps[:index]]
-            if (wrap.last or len(muscle.path)) != first + 1 or first in others:
-                message = "with wrapping 'mujoco' each surface is between two neighbouring points of its own"
-                raise SceneError(message, key=f"{key}.{index}.last")
+            _between_neighbours(f"{key}.{index}", wrap, muscle.wraps[:index], muscle)
+
+
+def _between_neighbours(key: str, wrap: Wrap, before: Sequence[Wrap], muscle: Muscle) -> None:
+    """A surface of MuJoCo's wrapping is between two neighbouring points, behind those that come before it."""
+    first = wrap.first or 1
+    if (wrap.last or len(muscle.path)) != first + 1:
+        raise SceneError("with wrapping 'mujoco' each surface is between two neighbouring points", key=f"{key}.last")
+    rows = has_rows(muscle)
+    if rows and any((other.first or 1) > first for other in before):
+        raise SceneError("surfaces in a row stand in the order in which the path comes to them", key=f"{key}.first")
+    if rows and any(point.condition is not None for point in muscle.path):
+        raise SceneError("points of a path over surfaces in a row take no condition", key=f"{key}.first")
+
+
+def has_rows(muscle: Muscle) -> bool:
+    """Whether a path goes over several surfaces between two of its points."""
+    firsts = [wrap.first or 1 for wrap in muscle.wraps]
+    return len(set(firsts)) < len(firsts)
 
 
 def _range(key: str, wrap: Wrap, count: int) -> None:

@@ -12,10 +12,21 @@ from warpmuscle.scene.wrapping.touch import BESIDE, FREE, INSIDE, THROUGH, Touch
 IN_PLANE, AMONG_OTHERS, EXACT = 0, 1, 2  # where the tangent points are along the axis
 LEAST_SHARE = 1.0e-4  # of a radius that something goes round
 SHORT = 0.004  # m, of an arc that OpenSim does not bend so that it is tangent to both legs
+SLIDES = 100  # of places of touch, at most
+PIECE = 0.002  # m, of an arc
+TANGENT = math.radians(0.1)  # between leg and arc
 
 
 def cylinder_touch(
-    a: Floats, b: Floats, full: float, length: float, axis: int, side: int, where: int, smooth: bool = False
+    a: Floats,
+    b: Floats,
+    full: float,
+    length: float,
+    axis: int,
+    side: int,
+    where: int,
+    smooth: bool = False,
+    as_opensim: bool = False,
 ) -> Touch:
     """How a segment from a to b goes round a cylinder.
 
@@ -53,14 +64,54 @@ def cylinder_touch(
         out = (first - a[:2]) + (second - b[:2])
         round_behind = float((first + second) @ out) < 0.0
     angle = math.acos(min(max(float(first @ second) / radius**2, -1.0), 1.0))
+    anticlockwise = float(first[0] * second[1]) >= float(first[1] * second[0])
     if round_behind:
-        angle = 2.0 * math.pi - angle
+        angle = 2.0 * math.pi + (angle if as_opensim and not anticlockwise else -angle)
     za, zb = _in_plane(a, b, da, db, first, second)
-    if where == EXACT or (where == AMONG_OTHERS and math.hypot(radius * angle, zb - za) >= SHORT):
+    if as_opensim:
+        if abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
+            return untouched(FREE)
+        if where == AMONG_OTHERS:
+            way = 1.0 if anticlockwise and not round_behind else -1.0
+            za, zb = _slid(np.append(first, za), np.append(second, zb), a, b, radius, way * angle)
+    elif where == EXACT or (where == AMONG_OTHERS and math.hypot(radius * angle, zb - za) >= SHORT):
         za, zb = _unrolled(a, b, first, second, radius * angle)
-    if abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
+    if not as_opensim and abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
         return untouched(FREE)
     return Touch(kind, np.append(first, za), np.append(second, zb), math.hypot(radius * angle, zb - za))
+
+
+def _slid(first: Floats, second: Floats, a: Floats, b: Floats, radius: float, angle: float) -> tuple[float, float]:
+    """Heights of both tangent points where OpenSim has slid them until the path is nearly tangent there.
+
+    A turn about the axis, rad, leads from the first to the second one. OpenSim compares the slope of each leg with that
+    of the first or last piece of the arc, of 2 mm, and moves the point by half as much again as would make them equal;
+    the last piece goes up with the first point, if that has just been moved.
+    """
+    for _ in range(SLIDES):
+        rise = second[2] - first[2]
+        count = int(math.hypot(radius * angle, rise) / PIECE)
+        if count < 2:
+            break
+        before = first[2], second[2]
+        share = 1.0 / count
+        first = _slide(first, a, first, radius, angle * share, rise * share)
+        second = _slide(second, b, first, radius, angle * (1.0 - share), rise * (1.0 - share))
+        if (first[2], second[2]) == before:
+            break
+    return float(first[2]), float(second[2])
+
+
+def _slide(place: Floats, end: Floats, first: Floats, radius: float, turn: float, rise: float) -> Floats:
+    """A tangent point after a slide, between the end of its leg and a place on the arc."""
+    c, s = math.cos(turn), math.sin(turn)
+    on_arc = np.array([c * first[0] - s * first[1], s * first[0] + c * first[1], first[2] + rise])
+    leg, arc = place - end, on_arc - place
+    if abs(math.atan2(math.hypot(*leg[:2]), leg[2]) - math.atan2(math.hypot(*arc[:2]), arc[2])) <= TANGENT:
+        return place
+    way = on_arc - end
+    share = float(leg[:2] @ way[:2]) / float(way[:2] @ way[:2])
+    return np.append(place[:2], place[2] + 1.5 * (end[2] + share * way[2] - place[2]))
 
 
 def _nearest(a: Floats, b: Floats, radius: float) -> tuple[bool, Floats]:

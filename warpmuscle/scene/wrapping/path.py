@@ -25,6 +25,7 @@ class Placed(NamedTuple):
     name: str
     first: int  # of the points between which the path wraps, counted from 0
     last: int
+    start: Floats | None = None  # (3,) m, world, where a path in a row touches it at first
 
 
 @dataclass(frozen=True)

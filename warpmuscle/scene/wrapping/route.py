@@ -22,11 +22,12 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints.displacement import rates
-from warpmuscle.scene.validation.paths import shares
+from warpmuscle.scene.validation.paths import has_rows, shares
 from warpmuscle.scene.wrapping.cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch
 from warpmuscle.scene.wrapping.ellipsoid import ellipsoid_touch
 from warpmuscle.scene.wrapping.mujoco import mujoco_touch
 from warpmuscle.scene.wrapping.path import Placed, Stop, wrapped
+from warpmuscle.scene.wrapping.rows import laid
 from warpmuscle.scene.wrapping.sphere import sphere_touch
 from warpmuscle.scene.wrapping.torus import torus_touch
 from warpmuscle.scene.wrapping.touch import Touch
@@ -59,7 +60,8 @@ def route_stops(character: Character, muscle: Muscle, poses: Poses, angles: Angl
         else IN_PLANE
     )
     surfaces = [_placed(character, muscle, wrap, poses, where) for wrap in muscle.wraps]
-    stops = wrapped(points, active, surfaces, exact)
+    rows = character.wrapping == "mujoco" and has_rows(muscle)
+    stops = laid(points, surfaces) if rows else wrapped(points, active, surfaces, exact)
     return _shared(stops, muscle) if muscle.branches else stops
 
 
@@ -82,15 +84,16 @@ def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats, smoot
     if isinstance(surface, CylinderSurface | SphereSurface) and where == MUJOCO:
         point = None if surface.side_point is None else plain_vector(surface.side_point)
         return mujoco_touch(a, b, plain_number(surface.radius), point, isinstance(surface, SphereSurface))
+    as_opensim = not smooth and where in (IN_PLANE, AMONG_OTHERS)
     if isinstance(surface, CylinderSurface):
         sizes = plain_number(surface.radius), plain_number(surface.length)
-        return cylinder_touch(a, b, *sizes, *half_of(surface), where, smooth)
+        return cylinder_touch(a, b, *sizes, *half_of(surface), where, smooth, as_opensim)
     if isinstance(surface, SphereSurface):
         return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface), smooth)
     if isinstance(surface, EllipsoidSurface):
         return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method, smooth)
     radii = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
-    return torus_touch(a, b, *radii, *half_of(surface), where)
+    return torus_touch(a, b, *radii, *half_of(surface), where, as_opensim)
 
 
 def _place(point: ViaPoint, poses: Poses, angles: Angles) -> Floats:
@@ -114,11 +117,23 @@ def _placed(character: Character, muscle: Muscle, wrap: Wrap, poses: Poses, wher
     surface = character.surfaces[wrap.surface]
     position, turn = poses[surface.body]
     axes = rotate(turn, rotate(from_rotation_vector(plain_vector(surface.orientation)), np.eye(3)))
+    center = position + rotate(turn, plain_vector(surface.position))
     return Placed(
         partial(touch, surface, wrap.method, where, smooth=character.wrapping == "smooth"),
         axes.T,
-        position + rotate(turn, plain_vector(surface.position)),
+        center,
         wrap.surface,
         (wrap.first or 1) - 1,
         (wrap.last or len(muscle.path)) - 1,
+        _start(surface, center, axes.T),
     )
+
+
+def _start(surface: Surface, center: Floats, rotation: Floats) -> Floats | None:
+    """The place of a surface that is nearest to its side point, None without one."""
+    if not isinstance(surface, CylinderSurface | SphereSurface) or surface.side_point is None:
+        return None
+    point = plain_vector(surface.side_point)
+    out = point * [1.0, 1.0, 0.0] if isinstance(surface, CylinderSurface) else point
+    far = float(np.linalg.norm(out))
+    return np.asarray(center + rotation @ (point + out * (plain_number(surface.radius) / far - 1.0)))

@@ -21,13 +21,15 @@ FIRST_REACH = 0.2
 TOLERANCE = WORTHLESS = 1.0e-4
 
 
-def torus_touch(a: Floats, b: Floats, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
+def torus_touch(
+    a: Floats, b: Floats, section: float, ring: float, axis: int, side: int, where: int, as_opensim: bool = False
+) -> Touch:
     """How a segment from a to b, (3,) m, goes through a torus.
 
     Args:
         section, ring: radii of the section and of the circle in the middle, m.
         axis, side: the half of the circle that a path must be near: the axis, and 1 or -1; 0: both halves.
-        where: see `cylinder_touch`.
+        where, as_opensim: see `cylinder_touch`.
     """
     near = [place_from(a, b, ring), place_from(b, a, ring)]
     if side != 0:
@@ -41,7 +43,9 @@ def torus_touch(a: Floats, b: Floats, section: float, ring: float, axis: int, si
     center = np.array([place[0], place[1], 0.0]) * (ring / flat)
     x, y = -center / ring, np.array([0.0, 0.0, -1.0])
     turn = np.array([x, y, np.cross(x, y)])
-    touch = cylinder_touch(turn @ (a - center), turn @ (b - center), section, ENDLESS, 0, 1, where)
+    touch = cylinder_touch(
+        turn @ (a - center), turn @ (b - center), section, ENDLESS, 0, 1, where, as_opensim=as_opensim
+    )
     if touch.kind < BESIDE:
         return touch
     return Touch(BESIDE, center + turn.T @ touch.first, center + turn.T @ touch.second, touch.length)

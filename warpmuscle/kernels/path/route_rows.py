@@ -1,0 +1,125 @@
+"""Routes over several surfaces in a row between two of their points: the shortest ones.
+
+Each surface in turn is gone over from where the path leaves the one before to where it reaches the one behind, until no
+place of touch moves any more: each turn makes the path shorter. A surface with a side point is touched there at first,
+which says on which side of it the path runs, others are not touched at first.
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.path.path import offset_between
+from warpmuscle.kernels.path.route_bends import CYLINDER, NOWHERE, WRAP_BIT, RouteKind, bends_of, mujoco_touch_of
+from warpmuscle.kernels.path.route_points import place_of, slopes_of
+from warpmuscle.kernels.path.wrap_mujoco import NO_SIDE
+from warpmuscle.kernels.path.wrap_touch import FREE
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
+
+SWEEPS = 100  # over all surfaces of a route, at most
+SETTLED = 1.0e-6  # m, by which no place of touch then moves any more
+
+
+@cache
+def neighbours_of(count: int) -> Any:
+    """The Warp functions of the wraps before and behind one in its row that the path touches, NOWHERE if none is."""
+    stops = wp.types.vector(length=count, dtype=int)
+    number = rows_of(count).number
+
+    @wp.func
+    def touched_before(w: int, span: RouteSpan, after: stops, model: ModelRef) -> int:
+        found = int(NOWHERE)
+        first = model.routes.wrap[nonnegative(span.first_wrap + w)].first
+        for k in range(w):
+            if model.routes.wrap[nonnegative(span.first_wrap + k)].first == first and number(after, k) != NOWHERE:
+                found = int(k)
+        return found
+
+    @wp.func
+    def touched_behind(w: int, span: RouteSpan, after: stops, model: ModelRef) -> int:
+        found = int(NOWHERE)
+        first = model.routes.wrap[nonnegative(span.first_wrap + w)].first
+        for k in range(w + 1, span.end_wrap - span.first_wrap):
+            same = model.routes.wrap[nonnegative(span.first_wrap + k)].first == first
+            if found == NOWHERE and same and number(after, k) != NOWHERE:
+                found = int(k)
+        return found
+
+    return touched_before, touched_behind
+
+
+@cache
+def lay_of(kind: RouteKind) -> Any:
+    """The Warp function that lets a route go over all of its surfaces; what is compiled in is that of the route."""
+    count = max(kind.wraps, 1)
+    bends_struct, rows, touch_at = bends_of(count), rows_of(count), mujoco_touch_of(kind.surfaces)
+    place, slopes_struct = place_of(kind.motions), slopes_of(max(kind.motions, 1))
+    touched_before, touched_behind = neighbours_of(count)
+    row, with_row, number, with_number, with_length = (
+        rows.row, rows.with_row, rows.number, rows.with_number, rows.with_length
+    )  # fmt: skip
+
+    @wp.func(inline=True)
+    def lay(
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef
+    ):
+        routes = model.routes
+        slopes = slopes_struct()
+        wraps = span.end_wrap - span.first_wrap
+        for sweep in range(SWEEPS + 1):
+            moved = wp.float32(0.0)
+            for w in range(wraps):
+                wrap = routes.wrap[nonnegative(span.first_wrap + w)]
+                own = at(routes.wrap_row, instance, span.first_wrap + w)
+                side = at(routes.side_point, instance, span.first_wrap + w)
+                body = work.rotation[nonnegative(wrap.body)]
+                center = body * own.position + offset_between(wrap.body, span.origin, work)
+                axes = body * own.rotation
+                if sweep == 0:
+                    if wrap.side != NO_SIDE:
+                        flat = wp.where(wrap.kind == CYLINDER, wp.vec3(side[0], side[1], 0.0), side)
+                        start = center + axes * (side + wp.normalize(flat) * (own.size[0] - wp.length(flat)))
+                        bends.first = with_row(bends.first, w, start)
+                        bends.second = with_row(bends.second, w, start)
+                        bends.after = with_number(bends.after, w, 0)
+                    moved = 1.0
+                else:
+                    near = touched_before(w, span, bends.after, model)
+                    far = touched_behind(w, span, bends.after, model)
+                    before = wp.vec3(0.0)
+                    behind = wp.vec3(0.0)
+                    if near >= 0:
+                        before = row(bends.second, near)
+                    else:
+                        before = place(instance, span.first_point + wrap.first, span.origin, model, state, work, slopes)
+                    if far >= 0:
+                        behind = row(bends.first, far)
+                    else:
+                        behind = place(instance, span.first_point + wrap.last, span.origin, model, state, work, slopes)
+                    turn = wp.transpose(axes)
+                    touch = touch_at(turn * (before - center), turn * (behind - center), wrap, own.size, side)
+                    touched = number(bends.after, w) != NOWHERE
+                    if touch.kind != FREE:
+                        first = center + axes * touch.first
+                        second = center + axes * touch.second
+                        change = wp.length(first - row(bends.first, w)) + wp.length(second - row(bends.second, w))
+                        moved = wp.max(moved, wp.where(touched, change, 1.0))
+                        bends.first = with_row(bends.first, w, first)
+                        bends.second = with_row(bends.second, w, second)
+                        bends.arc = with_length(bends.arc, w, touch.arc)
+                        bends.after = with_number(bends.after, w, 0)
+                    else:
+                        moved = wp.max(moved, wp.where(touched, 1.0, 0.0))
+                        bends.after = with_number(bends.after, w, NOWHERE)
+            if moved < SETTLED:
+                break
+        for k in range(wraps):
+            w = wraps - 1 - k  # from the last on, since those before are looked for by what is kept
+            if number(bends.after, w) != NOWHERE:
+                near = touched_before(w, span, bends.after, model)
+                stop = wp.where(near >= 0, WRAP_BIT + near, routes.wrap[nonnegative(span.first_wrap + w)].first)
+                bends.after = with_number(bends.after, w, stop)
+
+    return lay
