@@ -16,6 +16,7 @@ from warpmuscle.scene import (
     Body,
     BodyContact,
     BoxObject,
+    CapsuleObject,
     Controller,
     Displacement,
     Force,
@@ -120,6 +121,17 @@ def on_bumps() -> Scene:
     scene = walk("walk56")
     patch = Patch((0.0, 0.5), (-0.5, 0.6), friction=0.3, stiffness=0.5)
     scene.ground.terrain = Terrain([Rough(height=0.01, spacing=0.1, patches=[patch])], yaw=0.3, x=0.1)
+    return scene
+
+
+def objects_on_bumps() -> Scene:
+    """A ball and a capsule roll over bumps smaller than they are."""
+    scene = walk("fwalk")
+    scene.ground.terrain = Terrain([Rough(height=0.01, spacing=0.1)], yaw=0.3, x=0.1)
+    scene.objects = {
+        "ball": BallObject(radius=0.1, position=(1.0, 0.1, 0.0), velocity=(0.0, 0.0, 2.0)),
+        "bar": CapsuleObject(position=(2.0, 0.1, 0.0), velocity=(0.0, -1.0, 1.0), angular_velocity=(3.0, 0.0, 1.0)),
+    }
     return scene
 
 
@@ -309,6 +321,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "touching": lambda _: touching(),
     "terrain": lambda _: on_bumps(),
     "objects": lambda _: among_objects(),
+    "objects on bumps": lambda _: objects_on_bumps(),
     "treadmill": lambda _: on_belts(),
     "water": lambda _: under_water(),
     "objective": lambda _: judged(),

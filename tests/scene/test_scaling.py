@@ -133,6 +133,9 @@ def test_unknown_bodies_and_impossible_factors_are_errors():
     for factor in (0.0, -1.0, np.inf, np.nan):
         with pytest.raises(SceneError, match="positive factor"):
             scaled_segments(scene, {"lFoot": factor})
+    for factor in (1e300, 1e-300, 1e7):  # whose fifth power is no number, or none that a body could have
+        with pytest.raises(SceneError, match=r"between 1e-06 and 1e\+06"):
+            scaled_segments(scene, {"lFoot": factor})
 
 
 def follower_scene() -> Scene:

@@ -33,6 +33,18 @@ radius = 0.06
 length = 0.1
 mass = { value = 4, min = 1, max = 12 }
 held = { body = "rLowerarm", position = [-0.28, 0.0, 0.0], until = 2.0 }
+[objects.plank]
+type = "box"
+size = [0.4, 0.04, 2.0]
+mass = 8.0
+position = [1.5, 0.4, 1.5]
+restitution = 0.1
+touches = ["ball", "parcel"]
+hinge = { axis = [1, 0, 0], position = [0, 0, 0], damping = 0.5 }
+[objects.parcel]
+type = "box"
+size = [0.2, 0.2, 0.2]
+position = [1.5, 0.52, 0.7]
 
 [water]
 level = 0.1

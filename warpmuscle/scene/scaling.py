@@ -23,6 +23,7 @@ from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
 
 SURFACE_LENGTHS = ("position", "radius", "length", "radii", "inner_radius", "outer_radius")
+GREATEST = 1.0e6  # factor of a body, or 1 over it; inertias grow by its fifth power
 
 
 def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:
@@ -84,6 +85,9 @@ def scaled_segments(scene: Scene, factors: Mapping[str, float], muscles: bool = 
             raise SceneError(f"no body is called {name!r}{near(name, character.bodies)}", key=f"scale.{name}")
         if not 0.0 < factor < math.inf:
             raise SceneError(f"a body is scaled by a positive factor, not by {factor:g}", key=f"scale.{name}")
+        if not 1.0 / GREATEST <= factor <= GREATEST:
+            limits = f"{1.0 / GREATEST:g} and {GREATEST:g}"
+            raise SceneError(f"a body is scaled by a factor between {limits}, not by {factor:g}", key=f"scale.{name}")
         by_path |= _of_body(character, name, factor)
         for marker_name, marker in (scene.opensim.markers if scene.opensim is not None else {}).items():
             if marker.body == name:

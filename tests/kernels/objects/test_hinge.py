@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from objects_alone import PLAIN, STEP, played, together
+from warpmuscle.core.status import Status
 from warpmuscle.scene import BallObject, BoxObject, Hinge
+from warpmuscle.scene.objects.motion import object_motion
+from warpmuscle.simulation.rollout import Rollout
 
 pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 
@@ -116,3 +119,13 @@ def test_a_seesaw_that_is_heavier_on_one_side_comes_to_lie_on_the_ground():
     assert 0.5 - (1.0 + off) * np.sin(last) - 0.02 * np.cos(last) == pytest.approx(0.0, abs=1e-3)
     np.testing.assert_allclose(motion["plank"].angular_velocity[-1], 0.0, atol=1e-3)
     assert recording.time[-1] == pytest.approx(3.0, abs=0.05)
+
+
+def test_an_object_beyond_all_bounds_ends_its_instance():
+    solid = BoxObject(mass=8.0, size=(4e11, 0.04, 2.0), position=(0.0, 0.4, 0.0), hinge=Hinge(damping=0.5))
+    rollout = Rollout(together({"one": solid}, ground=PLAIN, duration=0.05, gravity=G), 1, "cpu", record=[0])
+    rollout.run()
+    assert rollout.status()[0] == Status.DIVERGED
+    motion = object_motion(rollout.recording(0), "one")
+    assert motion is not None
+    assert all(np.isfinite(values).all() for values in motion)

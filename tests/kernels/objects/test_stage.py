@@ -21,7 +21,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.objects.motion import ObjectMotion, object_motion
-from warpmuscle.scene.terrain.tiles import Flat, Slope
+from warpmuscle.scene.terrain.tiles import Flat, Slope, Stairs
 from warpmuscle.simulation.rollout import Rollout
 
 G, STEP = 9.8, 0.0005
@@ -221,3 +221,19 @@ def test_a_box_slides_down_a_slope_of_terrain_by_gravity_less_friction():
     acceleration = G * (np.sin(angle) - friction * np.cos(angle))
     assert motion.velocity[-1] @ down == pytest.approx(acceleration * 0.5, rel=0.01)
     np.testing.assert_allclose(np.abs(motion.orientation[-1] @ turn), 1.0, atol=1e-4)
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0])
+def test_a_ball_bounces_off_a_stair_with_less_energy_than_it_had(speed):
+    mass, radius = 2.0, 0.15
+    solid = BallObject(
+        mass=mass, radius=radius, position=(0.0, radius, 0.2), velocity=(0.0, 0.0, speed), restitution=0.4, friction=0.4
+    )
+    ground = Ground(terrain=Terrain([Stairs(0.05, 0.4, 3, start=0.5)]))
+    _, motion = played(beside(solid, ground, 1.0, place=(5.0, 3.0, 0.0)))
+    total = energy(motion, mass, 0.4 * mass * radius**2) - mass * G * radius
+    edge = 0.5 - np.sqrt(radius**2 - (radius - 0.05) ** 2)  # where the ball meets it
+    assert motion.position[:, 2].max() == pytest.approx(edge, abs=0.025)
+    assert motion.velocity[-1, 2] < 0.0
+    assert total.max() < 1.01 * total[0]
+    assert total[-1] < 0.5 * total[0]

@@ -9,9 +9,10 @@ from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.body_contact import mobility
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, friction_damping, minus_skew_product
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, nearest_footing, patch_below
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, patch_below
 from warpmuscle.kernels.object_structs import ObjectMotion, ObjectRow
 from warpmuscle.kernels.objects.bounce import bounce
+from warpmuscle.kernels.objects.nearest_ground import nearest_ground
 from warpmuscle.kernels.objects.shape import corner, is_another
 from warpmuscle.kernels.structs import ModelRef, at
 
@@ -45,7 +46,7 @@ def ground_contacts_of(terrain: int, moves: bool = False) -> Any:
                 arm = rotation * corner(number, row.half)
                 point = motion.place + arm
                 if wp.static(rises):
-                    below = nearest_footing(instance, normal, height, arm, point, row.radius, model)
+                    below = nearest_ground(instance, normal, height, arm, point, row.radius, model)
                 depth = row.radius - below.height - wp.dot(below.normal, arm)
                 if depth > 0.0:
                     r = arm - below.normal * row.radius

@@ -80,7 +80,8 @@ def move_object_of(kind: ObjectsKind) -> Any:
                 else:
                     found = accelerations(row, motion.orientation, force, moment, contacts)
                     after = moved(motion, found, row, kick, h)
-                if not (wp.length(after.velocity) <= at(model.failure, instance, 0).max_speed):
+                slow = wp.length(after.velocity) <= at(model.failure, instance, 0).max_speed
+                if not (slow and wp.isfinite(after.momentum)):
                     work.flags[1] = 1
                 keep(memory, after, wp.static(FREE))
 
