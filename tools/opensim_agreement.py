@@ -111,6 +111,15 @@ def dynamics(found: Numbers, ours: Ours) -> list[Measure]:
     return [
         measure("mass matrix", "1", *flat, pairs, DYNAMICS, scale),
         measure("inverse dynamics", "1", needed, found.inverse_dynamics, names, DYNAMICS, most),
+        measure(
+            "OpenSim's accelerations and the rate of its velocities",
+            "1",
+            found.acceleration_off[:, None],
+            np.zeros((len(mass), 1)),
+            ["bodies"],
+            DYNAMICS,
+        ),
+        measure("inverse dynamics, with that rate", "1", needed, found.dynamics_by_slope, names, DYNAMICS, most),
         measure("gravity", "1", gravity, found.gravity, names, DYNAMICS, most),
     ]
 
