@@ -157,10 +157,10 @@ class Posed:
         self.bare.updForceSet().clearAndDestroy()
         self.bare.updControllerSet().clearAndDestroy()
         self.state, self.bare_state = self.model.initSystem(), self.bare.initSystem()
-        self.coordinates = _all(self.model.getCoordinateSet())
-        self.bare_coordinates = _all(self.bare.getCoordinateSet())
-        self.names = self._names()
-        self.muscles = [muscle for muscle in _all(self.model.getMuscles()) if muscle.appliesForce(self.state)]
+        self.coordinates = members(self.model.getCoordinateSet())
+        self.bare_coordinates = members(self.bare.getCoordinateSet())
+        self.names = coordinate_names(self.coordinates)
+        self.muscles = [muscle for muscle in members(self.model.getMuscles()) if muscle.appliesForce(self.state)]
         self.rotational = np.array([coordinate.getMotionType() != 2 for coordinate in self.coordinates])
         self.couplers = self._couplers()
         self.held = [c.getLocked(self.state) or c.isPrescribed(self.state) for c in self.coordinates]
@@ -170,19 +170,10 @@ class Posed:
         self.start = np.array([c.getDefaultValue() for c in self.coordinates])
         self.place = self._places()
 
-    def _names(self) -> list[str]:
-        """Names of all coordinates; one that comes again is called after the body that its joint carries."""
-        found: list[str] = []
-        for coordinate in self.coordinates:
-            name = coordinate.getName()
-            body = coordinate.getJoint().getChildFrame().findBaseFrame().getName()
-            found.append(name if name not in found else f"{body}_{name}")
-        return found
-
     def _couplers(self) -> list[tuple[int, list[int], Any, float]]:
         """Dependent and independent coordinates, function and its factor, of the couplers that are enforced."""
         found = []
-        for constraint in _all(self.model.getConstraintSet()):
+        for constraint in members(self.model.getConstraintSet()):
             coupler = self.opensim.CoordinateCouplerConstraint.safeDownCast(constraint)
             if coupler is None or not coupler.isEnforced(self.state):
                 continue
@@ -374,13 +365,23 @@ class Posed:
         return np.concatenate(found) if found else np.zeros((0, len(self.names)))
 
 
+def coordinate_names(coordinates: list[Any]) -> list[str]:
+    """Names of all coordinates; one that comes again is called after the body that its joint carries."""
+    found: list[str] = []
+    for coordinate in coordinates:
+        name = coordinate.getName()
+        body = coordinate.getJoint().getChildFrame().findBaseFrame().getName()
+        found.append(name if name not in found else f"{body}_{name}")
+    return found
+
+
 def excite(model: Any, function_of: Callable[[str], Any]) -> None:
     """Let a controller excite muscles of an OpenSim model by functions of time; None: not this muscle."""
     import opensim
 
     brain = opensim.PrescribedController()
     brain.setName("excitations")
-    for muscle in _all(model.getMuscles()):
+    for muscle in members(model.getMuscles()):
         function = function_of(muscle.getName())
         if function is not None:
             brain.addActuator(muscle)
@@ -388,8 +389,9 @@ def excite(model: Any, function_of: Callable[[str], Any]) -> None:
     model.addController(brain)
 
 
-def _all(members: Any) -> list[Any]:
-    return [members.get(k) for k in range(members.getSize())]
+def members(of: Any) -> list[Any]:
+    """All that an OpenSim set has."""
+    return [of.get(k) for k in range(of.getSize())]
 
 
 def main(
