@@ -130,7 +130,8 @@ def forces(found: Numbers, ours: Ours) -> Measure:
     tension = ours.forces(found.q, found.activation, names)
     least = 0.01 * np.array([float(ours.scene.character.muscles[name].f_max) for name in names])  # type: ignore[arg-type]
     scale = np.maximum(np.abs(found.force), least)
-    return measure("force in equilibrium", "1", tension, found.force, names, FORCE, scale)
+    theirs = np.where(np.isinf(tension), np.nan, found.force)
+    return measure("force in equilibrium", "1", tension, theirs, names, FORCE, scale)
 
 
 def jumps(found: Numbers, ours: Ours) -> dict[str, Any]:
