@@ -115,6 +115,15 @@ def dynamics(found: Numbers, ours: Ours) -> list[Measure]:
     return [
         measure("mass matrix", "1", *flat, pairs, DYNAMICS, scale),
         measure("inverse dynamics", "1", needed, found.inverse_dynamics, names, DYNAMICS, most),
+        measure(
+            "OpenSim's accelerations and the rate of its velocities",
+            "1",
+            found.acceleration_off[:, None],
+            np.zeros((len(mass), 1)),
+            ["bodies"],
+            DYNAMICS,
+        ),
+        measure("inverse dynamics, with that rate", "1", needed, found.dynamics_by_slope, names, DYNAMICS, most),
         measure("gravity", "1", gravity, found.gravity, names, DYNAMICS, most),
     ]
 
@@ -125,7 +134,8 @@ def forces(found: Numbers, ours: Ours) -> Measure:
     tension = ours.forces(found.q, found.activation, names)
     least = 0.01 * np.array([float(ours.scene.character.muscles[name].f_max) for name in names])  # type: ignore[arg-type]
     scale = np.maximum(np.abs(found.force), least)
-    return measure("force in equilibrium", "1", tension, found.force, names, FORCE, scale)
+    theirs = np.where(np.isinf(tension), np.nan, found.force)
+    return measure("force in equilibrium", "1", tension, theirs, names, FORCE, scale)
 
 
 def jumps(found: Numbers, ours: Ours) -> dict[str, Any]:

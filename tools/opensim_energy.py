@@ -122,7 +122,7 @@ class Probed(Posed):
         for frame in range(len(motion.q)):
             q = self.start.copy()
             q[order] = motion.q[frame]
-            self._put(self.state, self.coordinates, self.coupled(q))
+            self.put(self.state, self.coordinates, self.coupled(q))
             self.state.setU(self.opensim.Vector(self.state.getNU(), 0.0))
             for k, muscle in enumerate(self.moved):
                 muscle.setActivation(self.state, float(motion.activation[frame, k]))

@@ -20,7 +20,7 @@ import numpy as np
 import typer
 import warp as wp
 from numpy.typing import NDArray
-from opensim_oracle import excite, with_process
+from opensim_oracle import coordinate_names, excite, members, with_process
 from opensim_ours import bare
 
 import warpmuscle as wm
@@ -81,8 +81,9 @@ def theirs(
     manager.setWriteToStorage(False)
     manager.setPerformAnalyses(False)
     manager.initialize(state)
-    coordinates = [model.getCoordinateSet().get(k) for k in range(model.getCoordinateSet().getSize())]
-    found: dict[str, list[float]] = {one.getName(): [] for one in coordinates}
+    coordinates = members(model.getCoordinateSet())
+    names = coordinate_names(coordinates)
+    found: dict[str, list[float]] = {name: [] for name in names}
     for moment in frames:
         if time.process_time() > LONGEST:
             break
@@ -90,8 +91,8 @@ def theirs(
             now = manager.integrate(float(moment)) if moment > 0.0 else state
         except RuntimeError:
             break
-        for one in coordinates:
-            found[one.getName()].append(one.getValue(now))
+        for name, one in zip(names, coordinates, strict=True):
+            found[name].append(one.getValue(now))
     return found
 
 
@@ -117,8 +118,9 @@ def energies(file: Path, names: list[str], q: Floats, rate: Floats) -> Floats:
     model.updForceSet().clearAndDestroy()
     model.updControllerSet().clearAndDestroy()
     state = model.initSystem()
-    known = [name for name in names if model.getCoordinateSet().contains(name)]
-    ones = [(names.index(name), model.getCoordinateSet().get(name)) for name in known]
+    all_of_them = members(model.getCoordinateSet())
+    named = zip(coordinate_names(all_of_them), all_of_them, strict=True)
+    ones = [(names.index(name), one) for name, one in named if name in names]
     found = []
     for places, speeds in zip(q, rate, strict=True):
         for k, one in ones:

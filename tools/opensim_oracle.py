@@ -24,9 +24,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from numpy.typing import NDArray
+from opensim_drift import put_right
 
 Floats = NDArray[np.float64]
-FORMAT = 2  # of the kept numbers
+FORMAT = 3  # of the kept numbers
 STEP = np.radians(0.1)  # of the small moves, rad of all rotations together
 SMALL = 1e-5  # rad or m, of differences
 LINE = 500  # small moves in a row
@@ -51,6 +52,8 @@ class Numbers:
     slope: Floats  # (n, M, K) m, -dl/dq by differences of OpenSim's lengths
     mass: Floats  # (n, I, I)
     inverse_dynamics: Floats  # (n, I) N m or N
+    dynamics_by_slope: Floats  # (n, I) the same with bodies' accelerations that are the rates of OpenSim's velocities
+    acceleration_off: Floats  # (n,) how far OpenSim's accelerations are from these, over the greatest
     gravity: Floats  # (n, I) the same without rates and accelerations
     activation: Floats  # (n, M)
     force: Floats  # (n, M) N, of the tendon at equilibrium, without rates; NaN where OpenSim finds none
@@ -128,7 +131,19 @@ def _compute(file: Path, poses: int, seed: int, moves: int, beyond: float) -> Nu
     )  # fmt: skip
 
 
-_OF_A_POSE = ("length", "speed", "arm", "slope", "mass", "inverse_dynamics", "gravity", "force", "fibre")
+_OF_A_POSE = (
+    "length",
+    "speed",
+    "arm",
+    "slope",
+    "mass",
+    "inverse_dynamics",
+    "dynamics_by_slope",
+    "acceleration_off",
+    "gravity",
+    "force",
+    "fibre",
+)
 
 
 class Posed:
@@ -142,10 +157,10 @@ class Posed:
         self.bare.updForceSet().clearAndDestroy()
         self.bare.updControllerSet().clearAndDestroy()
         self.state, self.bare_state = self.model.initSystem(), self.bare.initSystem()
-        self.coordinates = _all(self.model.getCoordinateSet())
-        self.bare_coordinates = _all(self.bare.getCoordinateSet())
-        self.names = self._names()
-        self.muscles = [muscle for muscle in _all(self.model.getMuscles()) if muscle.appliesForce(self.state)]
+        self.coordinates = members(self.model.getCoordinateSet())
+        self.bare_coordinates = members(self.bare.getCoordinateSet())
+        self.names = coordinate_names(self.coordinates)
+        self.muscles = [muscle for muscle in members(self.model.getMuscles()) if muscle.appliesForce(self.state)]
         self.rotational = np.array([coordinate.getMotionType() != 2 for coordinate in self.coordinates])
         self.couplers = self._couplers()
         self.held = [c.getLocked(self.state) or c.isPrescribed(self.state) for c in self.coordinates]
@@ -155,19 +170,10 @@ class Posed:
         self.start = np.array([c.getDefaultValue() for c in self.coordinates])
         self.place = self._places()
 
-    def _names(self) -> list[str]:
-        """Names of all coordinates; one that comes again is called after the body that its joint carries."""
-        found: list[str] = []
-        for coordinate in self.coordinates:
-            name = coordinate.getName()
-            body = coordinate.getJoint().getChildFrame().findBaseFrame().getName()
-            found.append(name if name not in found else f"{body}_{name}")
-        return found
-
     def _couplers(self) -> list[tuple[int, list[int], Any, float]]:
         """Dependent and independent coordinates, function and its factor, of the couplers that are enforced."""
         found = []
-        for constraint in _all(self.model.getConstraintSet()):
+        for constraint in members(self.model.getConstraintSet()):
             coupler = self.opensim.CoordinateCouplerConstraint.safeDownCast(constraint)
             if coupler is None or not coupler.isEnforced(self.state):
                 continue
@@ -235,20 +241,20 @@ class Posed:
 
     def pose(self, q: Floats, rate: Floats) -> None:
         """Put the state there; muscles at their default states."""
-        self._put(self.state, self.coordinates, q)
-        self._put_speeds(self.model, self.state, rate)
+        self.put(self.state, self.coordinates, q)
+        self.put_speeds(self.model, self.state, rate)
         self.model.realizeVelocity(self.state)
 
-    def _put(self, state: Any, coordinates: list[Any], q: Floats) -> None:
+    def put(self, state: Any, coordinates: list[Any], q: Floats) -> None:
         values = state.getQ().to_numpy().copy()
         values[self.place] = q
         state.setQ(self.opensim.Vector.createFromMat(values))
 
-    def _put_speeds(self, model: Any, state: Any, rate: Floats) -> None:
+    def put_speeds(self, model: Any, state: Any, rate: Floats) -> None:
         model.realizePosition(state)
-        state.setU(self._speeds(model, state, rate))
+        state.setU(self.speeds(model, state, rate))
 
-    def _speeds(self, model: Any, state: Any, rate: Floats) -> Any:
+    def speeds(self, model: Any, state: Any, rate: Floats) -> Any:
         """The state's speeds, which are not the rates of a ball joint's angles."""
         rates = np.zeros(state.getNQ())
         rates[self.place] = rate
@@ -261,7 +267,7 @@ class Posed:
         return [muscle.getLength(self.state) for muscle in self.muscles]
 
     def lengths_at(self, q: Floats) -> list[float]:
-        self._put(self.state, self.coordinates, q)
+        self.put(self.state, self.coordinates, q)
         self.model.realizePosition(self.state)
         return self.lengths()
 
@@ -312,31 +318,35 @@ class Posed:
         """Mass matrix, inverse dynamics and gravity for the independent coordinates."""
         along = self._along(q)
         needed = along.T @ self._inverse(q, rate, acceleration)
+        missing, off = put_right(self, q, rate, acceleration)
         gravity = along.T @ self._inverse(q, 0.0 * q, 0.0 * q)
         matrix = self.opensim.Matrix()
         self.bare.getMatterSubsystem().calcM(self.bare_state, matrix)
-        return {"mass": along.T @ matrix.to_numpy() @ along, "inverse_dynamics": needed, "gravity": gravity}
+        return {
+            "mass": along.T @ matrix.to_numpy() @ along, "inverse_dynamics": needed, "gravity": gravity,
+            "dynamics_by_slope": needed + along.T @ missing, "acceleration_off": np.array(off),
+        }  # fmt: skip
 
     def _along(self, q: Floats) -> Floats:
         """The state's speeds for a unit rate of each independent coordinate, (S, I)."""
-        self._put(self.bare_state, self.bare_coordinates, q)
+        self.put(self.bare_state, self.bare_coordinates, q)
         self.bare.realizePosition(self.bare_state)
         still, columns = np.zeros_like(q), []
         for k in self.independent:
             rate, _ = self.consistent(q, np.eye(len(q))[k], still)
-            columns.append(self._speeds(self.bare, self.bare_state, rate).to_numpy().copy())
+            columns.append(self.speeds(self.bare, self.bare_state, rate).to_numpy().copy())
         return np.array(columns).T
 
     def _inverse(self, q: Floats, rate: Floats, acceleration: Floats) -> Floats:
         """Generalised forces of all speeds, constraints ignored."""
         state, matter = self.bare_state, self.bare.getMatterSubsystem()
-        self._put(state, self.bare_coordinates, q)
-        self._put_speeds(self.bare, state, rate)
+        self.put(state, self.bare_coordinates, q)
+        self.put_speeds(self.bare, state, rate)
         self.bare.realizeVelocity(state)
         drift = self.opensim.Vector(state.getNQ(), 0.0)
         matter.multiplyByNDot(state, False, state.getU(), drift)
         left = acceleration - drift.to_numpy()[self.place]
-        rates = self._speeds(self.bare, state, left)
+        rates = self.speeds(self.bare, state, left)
         return np.array(self.opensim.InverseDynamicsSolver(self.bare).solve(state, rates).to_numpy())
 
     def lines(self, generator: np.random.Generator, moves: int) -> Floats:
@@ -355,13 +365,23 @@ class Posed:
         return np.concatenate(found) if found else np.zeros((0, len(self.names)))
 
 
+def coordinate_names(coordinates: list[Any]) -> list[str]:
+    """Names of all coordinates; one that comes again is called after the body that its joint carries."""
+    found: list[str] = []
+    for coordinate in coordinates:
+        name = coordinate.getName()
+        body = coordinate.getJoint().getChildFrame().findBaseFrame().getName()
+        found.append(name if name not in found else f"{body}_{name}")
+    return found
+
+
 def excite(model: Any, function_of: Callable[[str], Any]) -> None:
     """Let a controller excite muscles of an OpenSim model by functions of time; None: not this muscle."""
     import opensim
 
     brain = opensim.PrescribedController()
     brain.setName("excitations")
-    for muscle in _all(model.getMuscles()):
+    for muscle in members(model.getMuscles()):
         function = function_of(muscle.getName())
         if function is not None:
             brain.addActuator(muscle)
@@ -369,8 +389,9 @@ def excite(model: Any, function_of: Callable[[str], Any]) -> None:
     model.addController(brain)
 
 
-def _all(members: Any) -> list[Any]:
-    return [members.get(k) for k in range(members.getSize())]
+def members(of: Any) -> list[Any]:
+    """All that an OpenSim set has."""
+    return [of.get(k) for k in range(of.getSize())]
 
 
 def main(

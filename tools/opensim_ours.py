@@ -151,10 +151,13 @@ class Ours:
         return mass, np.einsum("nsi,ns->ni", along, needed), np.einsum("nsi,ns->ni", along, gravity)
 
     def forces(self, q: Floats, activation: Floats, muscles: list[str]) -> Floats:
-        """Tension (n, m), N, of muscles at rest at these activations (n, m), in equilibrium with their tendons."""
+        """Tension (n, m), N, of muscles at rest at these activations (n, m), in equilibrium with their tendons.
+
+        Those that cross no joint that moves are not simulated, and have none: infinite.
+        """
         first = self._stages(q[:BATCH], 0.0 * q[:BATCH], self.scene)
         column = [muscles.index(name) for name in first.structure.actuation.muscles]
-        found = np.full((len(q), len(muscles)), np.nan)
+        found = np.full((len(q), len(muscles)), np.inf)
         for at in batches(len(q)):
             stages, count = self._stages(q[at], np.zeros_like(q[at]), self.scene), len(q[at])
             levels = activation[at][:, column].astype(np.float32)

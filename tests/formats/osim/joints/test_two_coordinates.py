@@ -62,6 +62,15 @@ def linkage_text(on_axis: str = PRODUCT, coupled: str = "") -> str:
     return small.model(bodies, joints, small.muscle("flexor", path), more)
 
 
+def knee_text() -> str:
+    """The same where the first coordinate turns the last axis, too, as flexion turns a shank."""
+    last = f'<TransformAxis name="rotation3"><coordinates>b</coordinates><axis>0 1 0</axis>{small.LINE}'
+    turn = '<PolynomialFunction name="function"><coefficients>0.3 -0.2 0.4 0</coefficients></PolynomialFunction>'
+    text = linkage_text(SUM)
+    assert last in text
+    return text.replace(last, last.replace(">b<", ">a<").replace(small.LINE, turn))
+
+
 def coupler(function: str, names: str = "a lean") -> str:
     return (
         f'<CoordinateCouplerConstraint name="c_follows"><coupled_coordinates_function>{function}'
@@ -125,7 +134,7 @@ def test_energy_stays(tmp_path: Path, text: str):
     check_energy_stays(scene)
 
 
-@pytest.mark.parametrize("text", [spine_text(), linkage_text(), linkage_text(coupled=coupler(PRODUCT))])
+@pytest.mark.parametrize("text", [spine_text(), linkage_text(), knee_text(), linkage_text(coupled=coupler(PRODUCT))])
 def test_accelerations_need_no_force_in_float64(tmp_path: Path, text: str):
     scene = loaded(tmp_path, text)
     scene.character.muscles.clear()
