@@ -13,7 +13,7 @@ if str(ROOT / "tools") not in sys.path:
 
 from mutations.changes import all_mutations, mutations_of, sample  # noqa: E402
 from mutations.equal import EQUAL, EQUAL_CHANGES  # noqa: E402
-from mutations.tests_of import ordered_tests  # noqa: E402
+from mutations.tests_of import Order  # noqa: E402
 from mutations.trial import Trial  # noqa: E402
 
 SOURCE = b'''"""No 1.0 + 2.0 of a docstring."""
@@ -147,19 +147,24 @@ def test_a_file_that_has_changed_is_not_mutated():
         mutation.applied(SOURCE + b"\n")
 
 
-def test_the_mirror_comes_first_then_what_imports_the_module():
-    tests = ordered_tests(ROOT, "warpmuscle/kernels/muscle/activation.py")
+@pytest.fixture(scope="module")
+def order() -> Order:
+    return Order(ROOT)
+
+
+def test_the_mirror_comes_first_then_what_imports_the_module(order: Order):
+    tests = order.of("warpmuscle/kernels/muscle/activation.py")
     assert tests[0] == "tests/kernels/muscle/test_activation.py"
     near, far = tests.index("tests/kernels/muscle/test_muscle_control.py"), tests.index("tests/search/test_random.py")
     assert near < far
     assert not any(test.startswith(("tests/docs", "tests/tools")) for test in tests)
 
 
-def test_files_called_as_the_changed_function_come_before_what_only_imports_it():
+def test_files_called_as_the_changed_function_come_before_what_only_imports_it(order: Order):
     path = "warpmuscle/model/couplings.py"
     source = (ROOT / path).read_text().splitlines()
     line = next(k for k, text in enumerate(source, 1) if text.startswith("def constraints_struct"))
-    assert "tests/kernels/body/test_constraints.py" in ordered_tests(ROOT, path, line + 2)[:2]
+    assert "tests/kernels/body/test_constraints.py" in order.of(path, line + 2)[:2]
 
 
 @pytest.mark.long

@@ -22,29 +22,36 @@ def module_of(path: str) -> str:
     return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
 
 
-def ordered_tests(root: Path, path: str, line: int | None = None) -> list[str]:
-    """Test files for a module: the one that mirrors it, then by how many imports lead to it, those of `SLOW` last.
+class Order:
+    """Order of the test files of a repository, for any of its modules; it is read once, which takes seconds."""
 
-    Before these come files that are called as its function in this line is, then as any of its functions is. Files of
-    as many steps: first those that simulate nothing, then those of the same folder. Files that never import it come
-    last, since scenes are run by name, too; files without physics are left out.
-    """
-    imports = _imports(root)
-    wanted, folder = module_of(path), path.removeprefix("warpmuscle/").rsplit("/", 1)[0]
-    distance = _distances(imports, wanted)
-    simulating = _distances(imports, SIMULATING)
-    tests = [str(p.relative_to(root)) for p in sorted((root / "tests").rglob("test_*.py"))]
-    mirror = f"tests/{folder}/test_{Path(path).stem}.py"
-    own, every = _words_of(root / path, line)
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.imports = _imports(root)
+        self.simulating = _distances(self.imports, SIMULATING)
+        tests = (str(p.relative_to(root)) for p in sorted((root / "tests").rglob("test_*.py")))
+        self.tests = [test for test in tests if not test.startswith(LEFT_OUT)]
 
-    def key(test: str) -> tuple[bool, bool, int, int, bool, bool, str]:
-        elsewhere = not test.startswith(f"tests/{folder}/")
-        slow = test.startswith(SLOW) and elsewhere
-        called = _words(Path(test).stem.removeprefix("test_"))
-        near = 0 if called <= own else 1 if called <= every else 2
-        return test != mirror, slow, near, distance.get(test, FAR), simulating.get(test, FAR) <= 1, elsewhere, test
+    def of(self, path: str, line: int | None = None) -> list[str]:
+        """Test files for a module: the one that mirrors it, then by how many imports lead to it, those of `SLOW` last.
 
-    return sorted((test for test in tests if not test.startswith(LEFT_OUT)), key=key)
+        Before these come files that are called as its function in this line is, then as any of its functions is. Files
+        of as many steps: first those that simulate nothing, then those of the same folder. Files that never import it
+        come last, since scenes are run by name, too; files without physics are left out.
+        """
+        folder = path.removeprefix("warpmuscle/").rsplit("/", 1)[0]
+        distance = _distances(self.imports, module_of(path))
+        mirror = f"tests/{folder}/test_{Path(path).stem}.py"
+        own, every = _words_of(self.root / path, line)
+
+        def key(test: str) -> tuple[bool, bool, int, int, bool, bool, str]:
+            elsewhere = not test.startswith(f"tests/{folder}/")
+            slow = test.startswith(SLOW) and elsewhere
+            called = _words(Path(test).stem.removeprefix("test_"))
+            near, far = 0 if called <= own else 1 if called <= every else 2, distance.get(test, FAR)
+            return test != mirror, slow, near, far, self.simulating.get(test, FAR) <= 1, elsewhere, test
+
+        return sorted(self.tests, key=key)
 
 
 def _words(name: str) -> set[str]:
