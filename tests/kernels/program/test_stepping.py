@@ -9,12 +9,13 @@ from probes import filled
 from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.program.controller import ProgramParameters
+from warpmuscle.kernels.program.controller import ProgramParameters, quadratic_program
 from warpmuscle.kernels.program.stepping import (
     DEEPER,
     STEP_FLOATS,
     StepPlan,
     foothold,
+    has_landed,
     hill,
     pressure_of_step,
     smooth_way,
@@ -22,7 +23,7 @@ from warpmuscle.kernels.program.stepping import (
     swing_path,
 )
 from warpmuscle.kernels.program.structs import Frames, Layout
-from warpmuscle.kernels.structs import Contacts, Model
+from warpmuscle.kernels.structs import Contacts, Model, Skeleton, State
 from warpmuscle.scene import Controller
 from warpmuscle.simulation.rollout import Rollout
 
@@ -66,11 +67,11 @@ def parameters(**changes: float) -> ProgramParameters:
     return p
 
 
-def plans(xi: np.ndarray, phase: np.ndarray, out: float) -> tuple[np.ndarray, np.ndarray]:
+def plans(xi: np.ndarray, phase: np.ndarray, out: float, **changes: float) -> tuple[np.ndarray, np.ndarray]:
     """Footholds and pressures (n, 3)."""
     arrays = [wp.zeros(len(phase), dtype=wp.vec3, device="cpu") for _ in range(2)]
     given = wp.array(xi.astype(np.float32), dtype=wp.vec3, device="cpu"), wp.array(phase, dtype=float, device="cpu")
-    inputs = [parameters(), wp.vec3(*STANDS), out, RATE, *given, SPEED]
+    inputs = [parameters(**changes), wp.vec3(*STANDS), out, RATE, *given, SPEED]
     wp.launch(planned, len(phase), inputs, arrays, device="cpu")
     return arrays[0].numpy(), arrays[1].numpy()
 
@@ -143,6 +144,35 @@ def test_the_middle_of_a_sole_is_that_of_its_points():
         touching = [turns[foot].apply(place[k]) - radius[k] * normal for k in its]
         expected = origins[foot] + (np.mean(touching, axis=0) if its else 0.0)
         assert found.numpy()[foot] == pytest.approx(expected, abs=1e-6)
+
+
+@wp.kernel(enable_backward=False)
+def landings(p: ProgramParameters, model: Model, state: State, phase: wp.array[float], found: wp.array2d[int]):
+    i, side = wp.tid()
+    found[i, side] = wp.where(has_landed(0, side, p, model, state, phase[i]), 1, 0)
+
+
+def test_a_foot_has_landed_when_it_bears_or_has_had_its_time():
+    """A twentieth of the weight, from three quarters of its way; the left foot bears less."""
+    model = filled(Model, gravity=np.float32([[9.8]]))
+    model.skeleton = filled(Skeleton, total_mass=np.float32([[70.0]]))
+    weight = 70.0 * 9.8
+    state = filled(State, foot_force=np.float32([[[0.0, 0.045 * weight, 0.0], [0.0, 0.055 * weight, 0.0]]]))
+    phase = wp.array(
+        [DOUBLE + share * (1.0 - DOUBLE) for share in (0.74, 0.76)] + [1.29, 1.31], dtype=float, device="cpu"
+    )
+    found = wp.zeros((4, 2), dtype=int, device="cpu")
+    wp.launch(landings, (4, 2), [parameters(), model, state, phase], [found], device="cpu")
+    assert found.numpy().tolist() == [[0, 0], [0, 1], [0, 1], [1, 1]]
+
+
+def test_by_default_pressure_lets_errors_go_as_fast_as_they_would_grow():
+    """xi' = w (xi - p): what xi is off from a steady step changes by -w of itself."""
+    phase, off = np.full(2, 0.6), np.array([[0.01, 0.0, 0.02], [0.0, 0.0, 0.0]])
+    xi = steady(phase, 1.0) + off
+    pressure = plans(xi, phase, 1.0, sway=dict(quadratic_program.defaults)["sway"])[1]
+    rate = RATE * (xi - pressure)
+    assert (rate[0] - rate[1])[[0, 2]] == pytest.approx(-RATE * off[0, [0, 2]], abs=1e-5)
 
 
 def test_a_body_without_feet_does_not_step():
