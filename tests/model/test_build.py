@@ -109,7 +109,7 @@ def test_only_a_model_with_prescribed_joints_has_their_curves():
         name: build_model(scene, structure_of(scene), "cpu").motion for name, scene in (("f", free), ("m", moved))
     }
     assert curves["m"].angle.shape == (1, 3)
-    assert curves["f"].angle.shape[0] == 0
+    assert curves["f"].angle is None or len(curves["f"].angle) == 0
 
 
 def test_starts_may_differ_by_instance():

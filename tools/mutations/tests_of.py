@@ -36,9 +36,9 @@ class Order:
         """Test files for a module: the one that mirrors it, then those of its folder, those of `SLOW` last.
 
         Before those of its folder come files that are called as its function in this line is, then as any of its
-        functions is; called as the module alone are many, which count if they import it or are in its folder or above. Of
-        as many steps of imports: first those that simulate nothing. Files that never import it come last, since scenes
-        are run by name, too; files without physics are left out.
+        functions is; called as the module alone are many, which count if they import it or are in its folder or
+        above. Of as many steps of imports: first those that simulate nothing. Files that never import it come last,
+        since scenes are run by name, too; files without physics are left out.
         """
         folder = path.removeprefix("warpmuscle/").rsplit("/", 1)[0]
         distance = _distances(self.imports, module_of(path))

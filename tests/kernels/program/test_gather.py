@@ -7,9 +7,10 @@ from probes import filled
 
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels.muscle_structs import Muscles
-from warpmuscle.kernels.program.controller import REPORTED, JointTask, ProgramParameters
-from warpmuscle.kernels.program.gather import gather_forces, tell_muscles
-from warpmuscle.kernels.program.structs import Columns, Frames, Layout, Programs
+from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED, BodyTask, JointTask, ProgramParameters
+from warpmuscle.kernels.program.gather import gather_forces, gather_tasks, tell_muscles
+from warpmuscle.kernels.program.stepping import STEP_FLOATS
+from warpmuscle.kernels.program.structs import Columns, Frames, Layout, Programs, ProgramWork
 from warpmuscle.kernels.structs import Contacts, Model, MuscleState, Skeleton, State
 
 EVERY, STEP = 10, 0.001  # steps between decisions, and s
@@ -78,3 +79,34 @@ def test_muscles_and_torques_cost_and_give_what_their_numbers_say():
     low, high = now * np.exp(-time / FALL[0, :2]), 1.0 - (1.0 - now) * np.exp(-time / RISE[0, :2])
     np.testing.assert_allclose(programs.low.numpy()[0], [*low, -30.0, 0.0], rtol=1e-5)
     np.testing.assert_allclose(programs.high.numpy()[0], [*high, 30.0, 0.0], rtol=1e-5)
+
+
+def test_nothing_is_wanted_of_who_has_no_task():
+    """Also where an earlier decision has left numbers: W is that of speeds without a task, and accelerations are 0."""
+    bodies, steps = 0, BODY_FLOATS
+    memory = np.zeros((1, 1, steps + STEP_FLOATS), np.float32)
+    memory[0, 0, bodies] = 1.0  # the start is known
+    layout = filled(Layout, bodies=bodies, steps=steps, center=steps, point=np.zeros((0, 2), np.int32))
+    frames = filled(Frames, orientation=np.float32([[[0, 0, 0, 1]]]), angular_velocity=np.zeros((1, 1, 3), np.float32))
+    programs = filled(Programs, weight=np.full((1, 4), 7.0, np.float32), wanted=np.full((1, 2), 7.0, np.float32))
+    work = filled(ProgramWork, factor=np.zeros((1, 3)), vector=np.zeros((1, 4, 2)))
+    tasks = [
+        structs_to_device(kind, {name: np.zeros((1, 1), np.float32)}, "cpu")
+        for kind, name in ((ProgramParameters, "effort"), (JointTask, "weight"), (BodyTask, "weight"))
+    ]
+    due, pull = wp.array([1], dtype=int, device="cpu"), wp.array(np.full((1, 2), 7.0), dtype=float, device="cpu")
+    row, bound = wp.zeros((1, 2, 2), dtype=float, device="cpu"), wp.zeros((1, 0), dtype=float, device="cpu")
+    given = [
+        filled(Model, body_count=1),
+        State(),
+        frames,
+        layout,
+        due,
+        *tasks,
+        wp.array(memory, dtype=float, device="cpu"),
+    ]
+    wp.launch(gather_tasks, 1, [*given, programs, work, pull, row], [bound], device="cpu")
+    weight = programs.weight.numpy().reshape(2, 2)
+    assert weight[0, 1] == weight[1, 0] == 0.0
+    assert 0.0 < weight[0, 0] == weight[1, 1] < 1e-3
+    np.testing.assert_array_equal(programs.wanted.numpy(), 0.0)
