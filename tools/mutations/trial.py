@@ -24,7 +24,7 @@ COPIED = ("warpmuscle", "tests", "tools", "docs", "pyproject.toml", "README.md",
 # As `pytest -v` writes them; what stands in brackets may have spaces.
 FAILED = re.compile(r"^(\S+?\.py::.+?) (?:FAILED|ERROR) +\[ *\d+%\]$", re.MULTILINE)
 NOT_IMPORTED = re.compile(r"^ERROR (\S+?\.py)(?: - .*)?$", re.MULTILINE)
-RUNNING = re.compile(r"^(tests/\S+?\.py::.+?)(?: (?:PASSED|FAILED|ERROR|SKIPPED|XFAIL|XPASS).*)?$", re.MULTILINE)
+RUNNING = re.compile(r"^(tests/\S+?\.py::[^\s\[]+(?:\[.*\])?)", re.MULTILINE)  # what a crash tells may follow it
 BRIEF = "tests/kernels/", "tests/model/"  # as in tests/conftest.py
 OPTIMIZED = re.compile(r"\b(optimized_test|mark\.optimized)\b")
 BATCHES = 1, 3, 8, 16, 32  # test files of a session of pytest, which imports all of them first; of the rest the last
@@ -167,7 +167,20 @@ class Trial:
 
     def _pytest(self, tests: list[str], limit: float, left_out: list[str], brief: bool = False) -> _Run:
         """Run test files, or tests, in this order until one fails."""
-        arguments = ["-x", "-v", "-n", "0", "-p", "no:cacheprovider", "--tb", "no", "-p", "mutations.compiling"]
+        arguments = [
+            "-x",
+            "-v",
+            "-n",
+            "0",
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "no:faulthandler",
+            "--tb",
+            "no",
+            "-p",
+            "mutations.compiling",
+        ]
         arguments += ["--unoptimized"] if brief else []
         arguments += [f"--deselect={test}" for test in left_out]
         temporary, written = self.home / "temporary", self.home / "output"
