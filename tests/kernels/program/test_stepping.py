@@ -17,13 +17,14 @@ from warpmuscle.kernels.program.stepping import (
     foothold,
     has_landed,
     hill,
+    plan_step,
     pressure_of_step,
     smooth_way,
     sole_middle,
     swing_path,
 )
 from warpmuscle.kernels.program.structs import Frames, Layout
-from warpmuscle.kernels.structs import Contacts, Model, Skeleton, State
+from warpmuscle.kernels.structs import Contacts, Feet, Model, Skeleton, State
 from warpmuscle.scene import Controller
 from warpmuscle.simulation.rollout import Rollout
 
@@ -173,6 +174,37 @@ def test_by_default_pressure_lets_errors_go_as_fast_as_they_would_grow():
     pressure = plans(xi, phase, 1.0, sway=dict(quadratic_program.defaults)["sway"])[1]
     rate = RATE * (xi - pressure)
     assert (rate[0] - rate[1])[[0, 2]] == pytest.approx(-RATE * off[0, [0, 2]], abs=1e-5)
+
+
+@wp.kernel(enable_backward=False)
+def begin(
+    p: ProgramParameters, layout: Layout, model: Model, state: State, frames: Frames, memory: wp.array2d[float],
+    found: wp.array2d[float],
+):  # fmt: skip
+    i = wp.tid()
+    plan = plan_step(i, p, layout, model, state, frames, memory[i])
+    found[i, 0] = plan.rate
+    found[i, 1] = plan.height
+    found[i, 2] = plan.pressure[0]
+
+
+def test_before_its_first_step_each_body_brings_its_weight_over_its_own_left_foot():
+    """Of two instances whose feet stand elsewhere: the pendulum is as high as the centre of mass over their middle."""
+    feet = np.array([[[9, 9, 9], [0.1, 0.02, 0.0], [-0.1, 0.04, 0.0]], [[7, 7, 7], [0.3, 0.3, 1.0], [0.1, 0.1, 1.0]]])
+    center = np.array([[[0.02, 0.93, 0.0], [0.0, 0.0, 0.0]], [[0.2, 1.3, 1.0], [0.0, 0.0, 0.0]]])
+    still = np.tile(np.float32([0, 0, 0, 1]), (2, 3, 1))
+    frames = filled(Frames, position=np.float32(feet), orientation=still, center=np.float32(center))
+    model = filled(Model, gravity=np.float32([[9.8]]), feet=filled(Feet, left=1, right=2))
+    place = {"place": np.zeros((1, 2, 3)), "radius": np.zeros((1, 2))}
+    model.contacts = filled(Contacts, point=place, normal=np.float32([[[0, 1, 0]]]))
+    layout = filled(Layout, point=np.int32([[0, 1], [1, 2]]))
+    memory, found = (wp.zeros((2, k), dtype=float, device="cpu") for k in (STEP_FLOATS, 3))
+    wp.launch(begin, 2, [parameters(), layout, model, State(), frames, memory], [found], device="cpu")
+    middle, half = feet[:, 1:].mean(axis=1), 0.1  # m, half the distance between the feet
+    height, xi = center[:, 0, 1] - middle[:, 1], center[:, 0, 0]
+    pressure = np.clip(xi + (xi - middle[:, 0] - 0.9 * half), feet[:, 2, 0], feet[:, 1, 0])
+    expected = np.stack([np.sqrt(9.8 / height), center[:, 0, 1], pressure], axis=1)
+    np.testing.assert_allclose(found.numpy(), expected, rtol=1e-5, atol=1e-6)
 
 
 def test_a_body_without_feet_does_not_step():
