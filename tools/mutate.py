@@ -55,8 +55,8 @@ def mutate(
             print(_told(mutation))
         return
     results: dict[str, dict[str, Any]] = json.loads(output.read_text()) if output.exists() else {}
-    skipped = ("caught",) if again else ("caught", "survived", "unfinished")
-    waiting = [m for m in chosen if results.get(m.name, {}).get("status") not in skipped]
+    wanted = ("survived", "unfinished") if again else (None,)
+    waiting = [m for m in chosen if results.get(m.name, {}).get("status") in wanted]
     end = None if minutes is None else time.monotonic() + 60.0 * minutes
     with tempfile.TemporaryDirectory(prefix="mutations-") as temporary:
         folder = (scratch or Path(temporary)).resolve()

@@ -37,6 +37,7 @@ def test_lanes_that_share_a_loop_begin_each_at_its_own_place():
     """A processor has one lane, whose number is 0: there a loop that all lanes begin at one place looks right."""
     loops = 0
     for path in (ROOT / "warpmuscle/kernels").rglob("*.py"):
+        assert "lanes, lane," not in path.read_text(), path
         for node in ast.walk(ast.parse(path.read_bytes())):
             if not isinstance(node, ast.For) or not (
                 of := re.fullmatch(r"range\((.+), .+, lanes\)", ast.unparse(node.iter))
