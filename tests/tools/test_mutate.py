@@ -1,6 +1,7 @@
 """Mutations are such changes as they say, and are tried on a copy by the tests that may see them."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,9 @@ if str(ROOT / "tools") not in sys.path:
 
 from mutations.changes import all_mutations, mutations_of, sample  # noqa: E402
 from mutations.equal import EQUAL, EQUAL_CHANGES  # noqa: E402
+from mutations.sessions import Sessions  # noqa: E402
 from mutations.tests_of import Order  # noqa: E402
-from mutations.trial import Trial  # noqa: E402
+from mutations.trial import Trial, _batches, _Run  # noqa: E402
 
 SOURCE = b'''"""No 1.0 + 2.0 of a docstring."""
 HALF: float = 0.5
@@ -165,6 +167,36 @@ def test_files_called_as_the_changed_function_come_before_what_only_imports_it(o
     source = (ROOT / path).read_text().splitlines()
     line = next(k for k, text in enumerate(source, 1) if text.startswith("def constraints_struct"))
     assert "tests/kernels/body/test_constraints.py" in order.of(path, line + 2)[:2]
+
+
+def test_all_files_run_once_in_their_order_the_first_ones_by_themselves():
+    files = [f"tests/test_{k}.py" for k in range(100)]
+    batches = list(_batches(files))
+    assert [test for batch in batches for test in batch] == files
+    assert [len(batch) for batch in batches] == [1, 3, 8, 16, 32, 32, 8]
+    assert list(_batches([])) == []
+
+
+@pytest.mark.parametrize("name", ["tests/a/test_a.py::test_it", "tests/a/test_a.py::test_it[of two - newtons]"])
+def test_the_test_in_which_a_process_ends_is_told_apart_from_what_it_writes(name: str):
+    begin = "tests/a/test_a.py::test_before PASSED   [ 50%]\n"
+    for rest in ("", " ", " Fatal Python error: Segmentation fault\n", " double free or corruption\n"):
+        run = _Run(-11, begin + name + rest, 1.0, 1.0, 0.0)
+        assert (run.running, run.failed) == (name, "")
+    assert _Run(1, begin + name + " FAILED  [100%]\n", 1.0, 1.0, 0.0).failed == name
+
+
+@pytest.mark.long
+def test_a_session_tells_its_code_and_is_stopped_when_its_time_is_over(tmp_path: Path):
+    (tmp_path / "test_one.py").write_text("import os, time\ndef test_it():\n    {}\n")
+    sessions = Sessions(tmp_path, {**os.environ, "PYTHONPATH": str(ROOT / "tools")})
+    found = []
+    for line in ("pass", "assert False", "os.abort()", "time.sleep(60)"):
+        (tmp_path / "test_one.py").write_text(f"import os, time\ndef test_it():\n    {line}\n")
+        arguments = ["-p", "no:cacheprovider", "-p", "no:faulthandler", str(tmp_path / "test_one.py")]
+        found.append(sessions.run(arguments, tmp_path / "output", 4.0)[0])
+    sessions.close()
+    assert found == [0, 1, -6, None]
 
 
 @pytest.mark.long

@@ -24,7 +24,7 @@ COPIED = ("warpmuscle", "tests", "tools", "docs", "pyproject.toml", "README.md",
 # As `pytest -v` writes them; what stands in brackets may have spaces.
 FAILED = re.compile(r"^(\S+?\.py::.+?) (?:FAILED|ERROR) +\[ *\d+%\]$", re.MULTILINE)
 NOT_IMPORTED = re.compile(r"^ERROR (\S+?\.py)(?: - .*)?$", re.MULTILINE)
-RUNNING = re.compile(r"^(tests/\S+?\.py::[^\s\[]+(?:\[.*\])?)", re.MULTILINE)  # what a crash tells may follow it
+RUNNING = re.compile(r"^(tests/\S+?\.py::\w+(?:::\w+)*(?:\[.*\])?)", re.MULTILINE)  # a crash may write after it
 BRIEF = "tests/kernels/", "tests/model/"  # as in tests/conftest.py
 OPTIMIZED = re.compile(r"\b(optimized_test|mark\.optimized)\b")
 BATCHES = 1, 3, 8, 16, 32  # test files of a session of pytest, which imports all of them first; of the rest the last
