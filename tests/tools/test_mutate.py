@@ -143,6 +143,15 @@ def test_a_seed_gives_the_same_mutations_a_line_each():
     assert len({(m.path, m.line) for m in chosen}) == 30
 
 
+def test_a_line_that_is_left_out_changes_no_other_choice():
+    mutations = all_mutations(ROOT, "gait/")
+    chosen = sample(mutations, 30, 5)
+    out = chosen[7].path, chosen[7].line
+    others = sample([m for m in mutations if (m.path, m.line) != out], 30, 5)
+    assert others[:29] == [m for m in chosen if (m.path, m.line) != out]
+    assert others[29] not in chosen
+
+
 def test_a_file_that_has_changed_is_not_mutated():
     mutation = mutations_of("a.py", SOURCE)[0]
     with pytest.raises(ValueError, match=r"^a\.py: changed since its mutations were listed; run again$"):
