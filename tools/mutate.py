@@ -44,7 +44,9 @@ def mutate(
     ),
     listing: Annotated[bool, typer.Option("--list", help="Only print the mutations.")] = False,
     again: Annotated[bool, typer.Option("--again", help="Try once more what survived or had no time.")] = False,
-    scratch: Annotated[Path | None, typer.Option(help="Folder to work in; by default one that is removed.")] = None,
+    scratch: Annotated[
+        Path | None, typer.Option(help="Folder to work in; its kernels are kept. By default it is removed.")
+    ] = None,
 ) -> None:
     """Try mutations; exit code 1 if one survives, 3 if time was over before all were tried."""
     if only is not None and not (found := all_mutations(ROOT, only)):
@@ -55,8 +57,8 @@ def mutate(
             print(_told(mutation))
         return
     results: dict[str, dict[str, Any]] = json.loads(output.read_text()) if output.exists() else {}
-    skipped = ("caught",) if again else ("caught", "survived", "unfinished")
-    waiting = [m for m in chosen if results.get(m.name, {}).get("status") not in skipped]
+    wanted = ("survived", "unfinished") if again else (None,)
+    waiting = [m for m in chosen if results.get(m.name, {}).get("status") in wanted]
     end = None if minutes is None else time.monotonic() + 60.0 * minutes
     with tempfile.TemporaryDirectory(prefix="mutations-") as temporary:
         folder = (scratch or Path(temporary)).resolve()

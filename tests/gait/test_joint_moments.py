@@ -7,7 +7,8 @@ import pytest
 
 from biped import random_recording
 from warpmuscle.formats import load
-from warpmuscle.gait.joint_moments import leg_moments, leg_powers
+from warpmuscle.gait.cycles import PERCENT
+from warpmuscle.gait.joint_moments import PEOPLE, from_people, leg_moments, leg_powers
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import start_values, substitute
 
@@ -53,3 +54,10 @@ def test_power_is_that_of_the_torque_on_the_child_as_it_turns_against_the_parent
             k = recording.joint_names.index(side[0] + name.split()[0])
             expected = -np.sum(recording.joint_torque[:, k] * recording.joint_angular_velocity[:, k], axis=1)
             np.testing.assert_allclose(power, expected / body_mass(scene.character), rtol=1e-5)
+
+
+def test_the_distance_from_people_is_that_of_both_sides_in_their_mean_standard_deviation():
+    for name, norm in PEOPLE.items():
+        mean, deviation = norm.mean(PERCENT), norm.sd(PERCENT).mean()
+        assert from_people(name, [mean, mean + 2.0 * deviation]) == pytest.approx(1.0)
+        assert from_people(name, [mean - deviation, mean - deviation]) == pytest.approx(1.0)

@@ -1,5 +1,9 @@
 """Stages by themselves: the energy that masses, speeds and torques must have, for every kind of root and joint."""
 
+import ast
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import warp as wp
@@ -11,6 +15,7 @@ from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, Model
 from warpmuscle.scene import Body, Character, Failure, Ground, Joint, Scene
 from warpmuscle.simulation.stages import Stages
 
+ROOT = Path(__file__).parents[2]
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AXES = {"universal": [X, (0.3, 0.2, 1.0)], "hinge": [(0.2, 1.0, 0.1)], "ball": [X, Y], "slide": [(0.5, -0.3, 1.0)]}
 COUNT, G = 12, 9.8
@@ -26,6 +31,22 @@ def chain(root: str) -> Scene:
         joints[kind] = Joint(kind, parent, kind, (0.05, -0.2, 0.02 * k), (-0.01, 0.15, 0.03), AXES[kind])
     failure = Failure(com_height=0.0, heading=0.0, max_com_speed=1000.0)
     return Scene("chain", Character("root", bodies, joints, root), ground=Ground(stiffness=0.0), failure=failure)
+
+
+def test_lanes_that_share_a_loop_begin_each_at_its_own_place():
+    """A processor has one lane, whose number is 0: there a loop that all lanes begin at one place looks right."""
+    loops = 0
+    for path in (ROOT / "warpmuscle/kernels").rglob("*.py"):
+        assert "lanes, lane," not in path.read_text(), path
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if not isinstance(node, ast.For) or not (
+                of := re.fullmatch(r"range\((.+), .+, lanes\)", ast.unparse(node.iter))
+            ):
+                continue
+            loops += 1
+            groups = f"{ast.unparse(node.target)} + lane" in ast.unparse(node)  # all begin at a group's first
+            assert re.search(r"\blane\b", of[1]) or groups, f"{path}:{node.lineno}"
+    assert loops > 50
 
 
 @wp.kernel(enable_backward=False)

@@ -9,6 +9,7 @@ import pytest
 from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
 from warpmuscle.core.status import Status
+from warpmuscle.kernels import step
 from warpmuscle.scene import Actuation, Failure, InitialState, JointState, Scene
 from warpmuscle.simulation.rollout import Rollout
 
@@ -71,3 +72,10 @@ def test_a_pendulum_swings_as_its_equation_says(swung: Rollout):
     state = swung.state
     np.testing.assert_allclose(state.coordinates.numpy()[[0, 2], 7], q, atol=2e-5)
     np.testing.assert_allclose(state.speeds.numpy()[[0, 2], 0], v, atol=2e-4)
+
+
+def test_blocks_are_made_for_multiprocessors_as_their_maker_says():
+    """CUDA C++ Programming Guide, technical specifications by compute capability, 9.0."""
+    assert (step.REGISTERS, step.WARP) == (65536, 32)
+    assert (step.SHARED_MEMORY, step.SHARED_BY_SYSTEM) == (233472, 1024)
+    assert step.MAX_REGISTERS * 4 * 3 * step.WARP <= step.REGISTERS < (step.MAX_REGISTERS + 8) * 4 * 3 * step.WARP

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from biped import biped
+from muscle_arm import arm
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.pose import about, multiply, rotate, twist_angle
 from warpmuscle.formats import load
@@ -23,7 +24,7 @@ from warpmuscle.model.build import (
     update_model,
 )
 from warpmuscle.model.structure import structure_of
-from warpmuscle.scene import Ground, InitialState, JointState, Scene
+from warpmuscle.scene import Actuation, Ground, InitialState, JointState, Motion, Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.stages import Stages
@@ -99,6 +100,16 @@ def test_numbers_that_all_instances_share_are_stored_once():
     np.testing.assert_allclose(skeleton.row.numpy()["mass"][:, names.bodies.index("torso")], [20.0, 22.0, 24.0])
     assert skeleton.limits.shape == (1, 15)
     np.testing.assert_allclose(skeleton.total_mass.numpy()[:, 0], [70.4 - 2.5, 70.4 - 0.5, 70.4 + 1.5], rtol=1e-6)
+
+
+def test_only_a_model_with_prescribed_joints_has_their_curves():
+    free = arm()
+    moved = arm(actuation={"elbow": Actuation("kinematic")}, motion={"elbow": Motion([0.0, 0.5, 2.0], [0.0, 0.3, 0.1])})
+    curves = {
+        name: build_model(scene, structure_of(scene), "cpu").motion for name, scene in (("f", free), ("m", moved))
+    }
+    assert curves["m"].angle.shape == (1, 3)
+    assert curves["f"].angle is None or len(curves["f"].angle) == 0
 
 
 def test_starts_may_differ_by_instance():

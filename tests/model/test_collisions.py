@@ -5,11 +5,12 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
-from warpmuscle.model.collisions import TEST_TIME, capsule_of, collision_pairs
+from warpmuscle.model.collisions import TEST_TIME, capsule_of, collision_pairs, segment_distance
 from warpmuscle.scene import (
     Body,
     Box,
@@ -118,6 +119,17 @@ def test_a_walk_fails_whose_legs_run_through_each_other():
     assert outcome(scene).tolist() == [Status.COLLIDED]
     scene.failure.self_collision_pairs = [("head", "rLowerleg")]
     assert outcome(scene).tolist() == [Status.COMPLETED]
+
+
+def test_distances_of_segments_are_those_of_bounded_least_squares():
+    random, count = np.random.default_rng(1), 60
+    middle, half_a, half_b = random.normal(size=(3, count, 3)) * np.array([0.6, 1.0, 1.0])[:, None, None]
+    half_a[:5] = 0.0
+    expected = [  # |m + t b - s a| at its least for s, t within -1..1
+        np.sqrt(2.0 * lsq_linear(np.stack([-a, b], axis=1), -m, (-1.0, 1.0), tol=1e-14).cost)
+        for m, a, b in zip(middle, half_a, half_b, strict=True)
+    ]
+    np.testing.assert_allclose(segment_distance(middle, half_a, half_b), expected, atol=1e-6)
 
 
 def test_all_bodies_are_paired_but_those_that_a_joint_joins():

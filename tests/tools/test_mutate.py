@@ -1,6 +1,7 @@
 """Mutations are such changes as they say, and are tried on a copy by the tests that may see them."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +14,9 @@ if str(ROOT / "tools") not in sys.path:
 
 from mutations.changes import all_mutations, mutations_of, sample  # noqa: E402
 from mutations.equal import EQUAL, EQUAL_CHANGES  # noqa: E402
-from mutations.tests_of import ordered_tests  # noqa: E402
-from mutations.trial import Trial  # noqa: E402
+from mutations.sessions import Sessions  # noqa: E402
+from mutations.tests_of import Order  # noqa: E402
+from mutations.trial import Trial, _batches, _Run  # noqa: E402
 
 SOURCE = b'''"""No 1.0 + 2.0 of a docstring."""
 HALF: float = 0.5
@@ -141,25 +143,69 @@ def test_a_seed_gives_the_same_mutations_a_line_each():
     assert len({(m.path, m.line) for m in chosen}) == 30
 
 
+def test_a_line_that_is_left_out_changes_no_other_choice():
+    mutations = all_mutations(ROOT, "gait/")
+    chosen = sample(mutations, 30, 5)
+    out = chosen[7].path, chosen[7].line
+    others = sample([m for m in mutations if (m.path, m.line) != out], 30, 5)
+    assert others[:29] == [m for m in chosen if (m.path, m.line) != out]
+    assert others[29] not in chosen
+
+
 def test_a_file_that_has_changed_is_not_mutated():
     mutation = mutations_of("a.py", SOURCE)[0]
     with pytest.raises(ValueError, match=r"^a\.py: changed since its mutations were listed; run again$"):
         mutation.applied(SOURCE + b"\n")
 
 
-def test_the_mirror_comes_first_then_what_imports_the_module():
-    tests = ordered_tests(ROOT, "warpmuscle/kernels/muscle/activation.py")
+@pytest.fixture(scope="module")
+def order() -> Order:
+    return Order(ROOT)
+
+
+def test_the_mirror_comes_first_then_what_imports_the_module(order: Order):
+    tests = order.of("warpmuscle/kernels/muscle/activation.py")
     assert tests[0] == "tests/kernels/muscle/test_activation.py"
     near, far = tests.index("tests/kernels/muscle/test_muscle_control.py"), tests.index("tests/search/test_random.py")
     assert near < far
     assert not any(test.startswith(("tests/docs", "tests/tools")) for test in tests)
 
 
-def test_files_called_as_the_changed_function_come_before_what_only_imports_it():
+def test_files_called_as_the_changed_function_come_before_what_only_imports_it(order: Order):
     path = "warpmuscle/model/couplings.py"
     source = (ROOT / path).read_text().splitlines()
     line = next(k for k, text in enumerate(source, 1) if text.startswith("def constraints_struct"))
-    assert "tests/kernels/body/test_constraints.py" in ordered_tests(ROOT, path, line + 2)[:2]
+    assert "tests/kernels/body/test_constraints.py" in order.of(path, line + 2)[:2]
+
+
+def test_all_files_run_once_in_their_order_the_first_ones_by_themselves():
+    files = [f"tests/test_{k}.py" for k in range(100)]
+    batches = list(_batches(files))
+    assert [test for batch in batches for test in batch] == files
+    assert [len(batch) for batch in batches] == [1, 3, 8, 16, 32, 32, 8]
+    assert list(_batches([])) == []
+
+
+@pytest.mark.parametrize("name", ["tests/a/test_a.py::test_it", "tests/a/test_a.py::test_it[of two - newtons]"])
+def test_the_test_in_which_a_process_ends_is_told_apart_from_what_it_writes(name: str):
+    begin = "tests/a/test_a.py::test_before PASSED   [ 50%]\n"
+    for rest in ("", " ", " Fatal Python error: Segmentation fault\n", " double free or corruption\n"):
+        run = _Run(-11, begin + name + rest, 1.0, 1.0, 0.0)
+        assert (run.running, run.failed) == (name, "")
+    assert _Run(1, begin + name + " FAILED  [100%]\n", 1.0, 1.0, 0.0).failed == name
+
+
+@pytest.mark.long
+def test_a_session_tells_its_code_and_is_stopped_when_its_time_is_over(tmp_path: Path):
+    (tmp_path / "test_one.py").write_text("import os, time\ndef test_it():\n    {}\n")
+    sessions = Sessions(tmp_path, {**os.environ, "PYTHONPATH": str(ROOT / "tools")})
+    found = []
+    for line in ("pass", "assert False", "os.abort()", "time.sleep(60)"):
+        (tmp_path / "test_one.py").write_text(f"import os, time\ndef test_it():\n    {line}\n")
+        arguments = ["-p", "no:cacheprovider", "-p", "no:faulthandler", str(tmp_path / "test_one.py")]
+        found.append(sessions.run(arguments, tmp_path / "output", 4.0)[0])
+    sessions.close()
+    assert found == [0, 1, -6, None]
 
 
 @pytest.mark.long

@@ -97,13 +97,17 @@ def all_mutations(root: Path, only: str | None = None) -> list[Mutation]:
 
 
 def sample(mutations: Sequence[Mutation], count: int, seed: int) -> list[Mutation]:
-    """Some of them: of lines drawn at random, one each, so that long lines count no more than others."""
+    """Some of them: of lines drawn at random, one each, so that long lines count no more than others.
+
+    Each line has its own place in the draw, so that one that is listed as equal, or a change of another file, changes
+    no other choice, and a run goes on.
+    """
     lines: dict[tuple[str, int], list[Mutation]] = {}
     for mutation in mutations:
         lines.setdefault((mutation.path, mutation.line), []).append(mutation)
-    draw = random.Random(seed)
-    chosen = draw.sample(sorted(lines), min(count, len(lines)))
-    return [_drawn(lines[place], draw) for place in chosen]
+    draws = {place: random.Random(f"{seed} {place}") for place in lines}
+    order = sorted((draw.random(), place) for place, draw in draws.items())
+    return [_drawn(lines[place], draws[place]) for _, place in order[:count]]
 
 
 def _drawn(candidates: list[Mutation], draw: random.Random) -> Mutation:

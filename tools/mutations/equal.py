@@ -24,6 +24,12 @@ EQUAL: dict[tuple[str, str], str] = {
         "a tolerance",
     ("warpmuscle/model/routes.py", "ANY_AXIS = 0  # of surfaces round both sides of which a path may go: none is read"):
         "its comment says it",
+    ("warpmuscle/studies/robustness.py", "_RESAMPLES = 400"):
+        "of how many draws a range is made, which is the same range for more of them",
+    ("warpmuscle/kernels/body/followed.py", "right = wp.float32(0.0)"):
+        "of an unknown whose coordinate is prescribed, which moves nothing: its moments are none",
+    ("warpmuscle/kernels/inverse/marker_fit.py", "least = wp.float32(0.0)"):
+        "nothing is compared with it before the first step has set it",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
@@ -54,4 +60,11 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
     ("warpmuscle/kernels/inverse/emg_driven.py",
      "force[c, f, m] = ligament_force(0, m, known.length[f, m], known.speed[f, m], row, model)", "1"): "the same",
     ("warpmuscle/kernels/inverse/emg_driven.py", "of_muscle = curves_of(0, m, model)", "1"): "the same",
+    ("warpmuscle/kernels/path/wrap_sphere.py", "middle = a + b", "(a + b + b)"):
+        "both tangent points of an end lie the same way along it, so that only the other end counts, by its sign",
+    ("warpmuscle/kernels/path/wrap_sphere.py",
+     "if depth < 0.0 or wp.abs(t - 0.5) + wp.sqrt(wp.max(depth, 0.0) / span) >= 0.5:", "wp.max(depth, 0.0)"):
+        "ends are outside: what the line has within the sphere lies between them wholly, or not at all",
+    ("warpmuscle/kernels/path/wrap_cylinder.py", "if radius < LEAST_SHARE * full:", "LEAST_SHARE"):
+        "a tolerance: how near to its axis an end is, here a tenth of a millimetre, for which nothing is gone round",
 }  # fmt: skip

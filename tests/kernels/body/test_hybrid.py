@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import warp as wp
-from joint_chains import accelerated, chain
+from joint_chains import accelerate_of, accelerated, chain
 from probes import filled
 
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
+from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.kernels.structs import (
     FIXED,
     HINGE,
@@ -20,6 +21,9 @@ from warpmuscle.kernels.structs import (
     Skeleton,
     State,
 )
+from warpmuscle.model.prescribed_motion import speed_numbers
+from warpmuscle.scene import Motion
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.inverse_dynamics import inverse_dynamics
 
 CHAINS = {
@@ -38,6 +42,25 @@ def test_the_others_accelerate_so_that_no_force_acts_along_them(drives: tuple):
     assert scale > 0.5  # along the prescribed ones
     np.testing.assert_allclose(needed[:, found.others], 0.0, atol=3e-4 * scale)
     assert np.abs(found.accelerations[:, found.others]).max() > 1.0
+
+
+@pytest.mark.parametrize("root", ["free", "planar"])
+def test_a_prescribed_root_accelerates_as_given(root: str):
+    """A planar one as far as it can move: up, forwards and about its axis across."""
+    scene = chain(("hinge", "none"), root=root)
+    times, still = [0.0, 0.2, 0.5], [(0.0, 0.0, 0.0)] * 3
+    scene.motion["root"] = Motion(times, position=[(0.0, 1.0, 0.0)] * 3, rotation=still)
+    rollout = Rollout(scene, 3, "cpu")
+    numbers = speed_numbers(rollout.structure.kinematic)
+    assert len(numbers) == {"free": 6, "planar": 3}[root]
+    given = np.zeros((3, rollout.names.speeds))
+    given[:, numbers] = 4.0 * np.random.default_rng(3).normal(size=(3, len(numbers)))
+    rollout.state.accelerations.assign(given.astype(np.float32))
+    rollout.model.time_step = 0.0
+    room = wp.zeros((3, work_floats(capacity_of(2), True)), dtype=float, device="cpu")
+    rate = wp.zeros(given.shape, dtype=float, device="cpu")
+    wp.launch(accelerate_of(True), 3, [rollout.model, rollout.state, room, rate], device="cpu")
+    np.testing.assert_allclose(rate.numpy()[:, numbers], given[:, numbers], rtol=1e-5)
 
 
 @wp.kernel(enable_backward=False)

@@ -80,6 +80,20 @@ def test_before_its_second_landing_a_foot_follows_the_phase_and_late_it_waits_at
     assert parts[-1] == 1.0
 
 
+@wp.kernel(enable_backward=False)
+def parts_before_a_cycle(given: wp.array[float], part: wp.array[float]):
+    part[wp.tid()] = part_of_cycle(FootCycle(), given[wp.tid()])
+
+
+def test_without_a_whole_cycle_the_part_is_the_given_one_within_0_and_1():
+    given, part = (
+        wp.array([-0.5, 0.0, 0.3, 0.9, 1.4], dtype=float, device="cpu"),
+        wp.zeros(5, dtype=float, device="cpu"),
+    )
+    wp.launch(parts_before_a_cycle, 5, [given], [part], device="cpu")
+    np.testing.assert_allclose(part.numpy(), [0.0, 0.0, 0.3, 0.9, 1.0], rtol=1e-6)
+
+
 def test_a_stance_leg_is_in_the_first_half_of_its_cycle_and_a_swing_leg_in_the_second():
     found = evaluate(part_of_step, [0.0, 0.5, 1.0, 1.3, 0.0, 0.5], [0, 0, 0, 0, 1, 1], [0, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(found, [0.0, 0.25, 0.5, 0.5, 0.5, 0.75])

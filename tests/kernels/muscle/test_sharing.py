@@ -235,6 +235,14 @@ def test_muscles_share_as_bounded_least_squares_says_and_few_sweeps_come_near(ki
     assert settled[:, both].max() > 0.2
 
 
+def test_the_speed_of_a_path_is_kept_from_the_sharing_to_the_force():
+    posed = Posed(limb())
+    posed.shared(posed.reachable(0.4), 1)
+    kept, paths = posed.stages.state.muscles.sharing.muscle.numpy(), posed.stages.muscle_paths()
+    assert np.abs(paths.speed).max() > 0.05
+    np.testing.assert_allclose(kept["speed"], paths.speed, atol=1e-6)
+
+
 def test_torque_that_follows_a_movement_is_met_within_two_percent():
     """As from step to step of a walk, where wanted torques change by some percent."""
     posed = Posed(limb())

@@ -5,6 +5,7 @@ import warp as wp
 from probes import evaluate, filled
 
 from warpmuscle.kernels.objective.failure import (
+    begin_step,
     has_fallen,
     has_turned,
     nearest_on_the_way,
@@ -163,3 +164,34 @@ def test_who_is_low_has_fallen_and_who_is_nowhere_or_too_fast_has_diverged():
     assert standing([0.0] * 3, height=[0.95, 0.85, np.nan], com_height=0.9) == [RUNNING, FELL, DIVERGED]
     assert standing([0.0], speed=8.9) == [RUNNING]
     assert standing([0.0], speed=9.1) == standing([0.0], speed=np.nan) == [DIVERGED]
+
+
+@wp.kernel(enable_backward=False)
+def begin(
+    model: Model, state: State, orientation: wp.array2d[wp.quat], center: wp.array2d[wp.vec3], flags: wp.array2d[int],
+    step: wp.array[int],
+):  # fmt: skip
+    i = wp.tid()
+    work = Scratch()
+    work.orientation = orientation[i]
+    work.center = center[i]
+    work.flags = flags[i]
+    begin_step(i, step[i], model, state, work)
+
+
+def test_the_height_and_heading_of_the_first_step_are_remembered_and_those_of_others_not():
+    """Above ground at 0.1 m; in no step has anything diverged yet."""
+    half = 0.5 * np.array([0.6, 0.9])
+    orientation = np.stack([0.0 * half, np.sin(half), 0.0 * half, np.cos(half)], axis=-1)[:, None]
+    model = filled(Model, contacts=filled(Contacts, normal=[[[0.0, 1.0, 0.0]]], height=[[0.1]]))
+    state = filled(State, start_height=np.full(2, 0.7), start_heading=np.full(2, 0.2))
+    center, flags = np.zeros((2, 2, 3)), wp.array(np.ones((2, 2)), dtype=int, device="cpu")
+    center[:, 0, 1] = 1.0
+    given = [
+        wp.array(np.float32(values), dtype=kind, device="cpu")
+        for values, kind in ((orientation, wp.quat), (center, wp.vec3))
+    ]
+    wp.launch(begin, 2, [model, state, *given, flags, wp.array([0, 3], dtype=int, device="cpu")], device="cpu")
+    np.testing.assert_allclose(state.start_height.numpy(), [0.9, 0.7], rtol=1e-6)
+    np.testing.assert_allclose(state.start_heading.numpy(), [0.6, 0.2], rtol=1e-6)
+    assert flags.numpy().tolist() == [[1, 0], [1, 0]]

@@ -6,10 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import warp as wp
 
 from muscle_arm import arm, leg
+from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.core.pose import from_rotation_vector, multiply, rotate
 from warpmuscle.formats import load
+from warpmuscle.kernels.path.route import neighbours
+from warpmuscle.kernels.route_structs import RouteSpan, RouteWrap
 from warpmuscle.scene import (
     Condition,
     CylinderSurface,
@@ -48,6 +52,24 @@ def wrapped_leg(wrapping: str = "opensim") -> Scene:
     character.muscles["hip"].wraps = [Wrap("head")]
     character.muscles["knee"].wraps = [Wrap("shin")]
     return scene
+
+
+@wp.kernel(enable_backward=False)
+def find_neighbours(first: int, end: int, wrap: wp.array[RouteWrap], found: wp.array[int]):
+    span = RouteSpan()
+    span.first_wrap = first
+    span.end_wrap = end
+    found[wp.tid()] = neighbours(wp.tid(), span, wrap)
+
+
+def test_neighbours_of_a_surface_share_a_segment_with_it():
+    """Of a route behind others: points 0 to 2, 1 to 3, 2 to 3 and 4 to 5."""
+    others = [(0, 9)] * 3
+    first, last = np.array([*others, (0, 2), (1, 3), (2, 3), (4, 5), *others], dtype=np.int32).T
+    found = wp.zeros(4, dtype=int, device="cpu")
+    wrap = structs_to_device(RouteWrap, {"first": first, "last": last}, "cpu")
+    wp.launch(find_neighbours, 4, [3, 7, wrap], [found], device="cpu")
+    assert found.numpy().tolist() == [0b0010, 0b0101, 0b0010, 0]
 
 
 def posed(scene: Scene, count: int, seed: int = 0) -> Stages:

@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 from muscle_arm import arm, muscle
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.dynamics import prepare
+from warpmuscle.inverse.reactions.joint_reactions import muscle_wrenches
+from warpmuscle.inverse.trial import Coordinates
 from warpmuscle.scene import Condition, PointMotion, ViaPoint
 from warpmuscle.simulation.stages import MusclePaths, Stages
 
@@ -91,3 +95,23 @@ def test_moment_arms_of_opensim_leave_out_what_a_motion_does_within_one_body(fou
                       for one in (found, theirs))  # fmt: skip
     np.testing.assert_allclose(ours - left_out, slope, atol=2e-6)
     assert np.ptp(slope) > 0.02
+
+
+def test_a_muscle_pulls_on_bodies_where_its_moving_points_are_however_these_move():
+    """Force and moment about the elbow on the forearm, along the segment between a moving point and the end."""
+    scene, tension, slope = arm(), 100.0, 0.03
+    scene.character.muscles["extensor"].path[1].motion = [PointMotion((0.0, 0.0, 1.0), slope=slope, joint="elbow")]
+    body = BodyModel(scene, "cpu")
+    times = np.arange(5) * 0.01
+    q = np.linspace(-0.8, 0.9, 5)
+    trials = prepare(body, Coordinates(("elbow",), times, q[:, None]), None, None, None)
+    pulling = np.zeros((5, len(body.muscles)))
+    pulling[:, body.muscles.index("extensor")] = tension
+    moment, force = (
+        array.numpy().astype(float) for array in muscle_wrenches(body, trials.states, slice(0, 5), pulling)
+    )
+    for k, angle in enumerate(trials.states.coordinates[:, -1]):
+        end, middle = in_base(angle, (0.0, 0.1, -0.04)), np.array([0.0, 0.12, slope * angle - 0.04])
+        pull = tension * (middle - end) / np.linalg.norm(middle - end)
+        np.testing.assert_allclose(force[k, 1], pull, atol=1e-3)
+        np.testing.assert_allclose(moment[k, 1], np.cross(end, pull), atol=1e-3)

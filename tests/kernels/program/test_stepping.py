@@ -9,20 +9,22 @@ from probes import filled
 from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.errors import SceneError
-from warpmuscle.kernels.program.controller import ProgramParameters
+from warpmuscle.kernels.program.controller import ProgramParameters, quadratic_program
 from warpmuscle.kernels.program.stepping import (
     DEEPER,
     STEP_FLOATS,
     StepPlan,
     foothold,
+    has_landed,
     hill,
+    plan_step,
     pressure_of_step,
     smooth_way,
     sole_middle,
     swing_path,
 )
 from warpmuscle.kernels.program.structs import Frames, Layout
-from warpmuscle.kernels.structs import Contacts, Model
+from warpmuscle.kernels.structs import Contacts, Feet, Model, Skeleton, State
 from warpmuscle.scene import Controller
 from warpmuscle.simulation.rollout import Rollout
 
@@ -66,11 +68,11 @@ def parameters(**changes: float) -> ProgramParameters:
     return p
 
 
-def plans(xi: np.ndarray, phase: np.ndarray, out: float) -> tuple[np.ndarray, np.ndarray]:
+def plans(xi: np.ndarray, phase: np.ndarray, out: float, **changes: float) -> tuple[np.ndarray, np.ndarray]:
     """Footholds and pressures (n, 3)."""
     arrays = [wp.zeros(len(phase), dtype=wp.vec3, device="cpu") for _ in range(2)]
     given = wp.array(xi.astype(np.float32), dtype=wp.vec3, device="cpu"), wp.array(phase, dtype=float, device="cpu")
-    inputs = [parameters(), wp.vec3(*STANDS), out, RATE, *given, SPEED]
+    inputs = [parameters(**changes), wp.vec3(*STANDS), out, RATE, *given, SPEED]
     wp.launch(planned, len(phase), inputs, arrays, device="cpu")
     return arrays[0].numpy(), arrays[1].numpy()
 
@@ -143,6 +145,66 @@ def test_the_middle_of_a_sole_is_that_of_its_points():
         touching = [turns[foot].apply(place[k]) - radius[k] * normal for k in its]
         expected = origins[foot] + (np.mean(touching, axis=0) if its else 0.0)
         assert found.numpy()[foot] == pytest.approx(expected, abs=1e-6)
+
+
+@wp.kernel(enable_backward=False)
+def landings(p: ProgramParameters, model: Model, state: State, phase: wp.array[float], found: wp.array2d[int]):
+    i, side = wp.tid()
+    found[i, side] = wp.where(has_landed(0, side, p, model, state, phase[i]), 1, 0)
+
+
+def test_a_foot_has_landed_when_it_bears_or_has_had_its_time():
+    """A twentieth of the weight, from three quarters of its way; the left foot bears less."""
+    model = filled(Model, gravity=np.float32([[9.8]]))
+    model.skeleton = filled(Skeleton, total_mass=np.float32([[70.0]]))
+    weight = 70.0 * 9.8
+    state = filled(State, foot_force=np.float32([[[0.0, 0.045 * weight, 0.0], [0.0, 0.055 * weight, 0.0]]]))
+    phase = wp.array(
+        [DOUBLE + share * (1.0 - DOUBLE) for share in (0.74, 0.76)] + [1.29, 1.31], dtype=float, device="cpu"
+    )
+    found = wp.zeros((4, 2), dtype=int, device="cpu")
+    wp.launch(landings, (4, 2), [parameters(), model, state, phase], [found], device="cpu")
+    assert found.numpy().tolist() == [[0, 0], [0, 1], [0, 1], [1, 1]]
+
+
+def test_by_default_pressure_lets_errors_go_as_fast_as_they_would_grow():
+    """xi' = w (xi - p): what xi is off from a steady step changes by -w of itself."""
+    phase, off = np.full(2, 0.6), np.array([[0.01, 0.0, 0.02], [0.0, 0.0, 0.0]])
+    xi = steady(phase, 1.0) + off
+    pressure = plans(xi, phase, 1.0, sway=dict(quadratic_program.defaults)["sway"])[1]
+    rate = RATE * (xi - pressure)
+    assert (rate[0] - rate[1])[[0, 2]] == pytest.approx(-RATE * off[0, [0, 2]], abs=1e-5)
+
+
+@wp.kernel(enable_backward=False)
+def begin(
+    p: ProgramParameters, layout: Layout, model: Model, state: State, frames: Frames, memory: wp.array2d[float],
+    found: wp.array2d[float],
+):  # fmt: skip
+    i = wp.tid()
+    plan = plan_step(i, p, layout, model, state, frames, memory[i])
+    found[i, 0] = plan.rate
+    found[i, 1] = plan.height
+    found[i, 2] = plan.pressure[0]
+
+
+def test_before_its_first_step_each_body_brings_its_weight_over_its_own_left_foot():
+    """Of two instances whose feet stand elsewhere: the pendulum is as high as the centre of mass over their middle."""
+    feet = np.array([[[9, 9, 9], [0.1, 0.02, 0.0], [-0.1, 0.04, 0.0]], [[7, 7, 7], [0.3, 0.3, 1.0], [0.1, 0.1, 1.0]]])
+    center = np.array([[[0.02, 0.93, 0.0], [0.0, 0.0, 0.0]], [[0.2, 1.3, 1.0], [0.0, 0.0, 0.0]]])
+    still = np.tile(np.float32([0, 0, 0, 1]), (2, 3, 1))
+    frames = filled(Frames, position=np.float32(feet), orientation=still, center=np.float32(center))
+    model = filled(Model, gravity=np.float32([[9.8]]), feet=filled(Feet, left=1, right=2))
+    place = {"place": np.zeros((1, 2, 3)), "radius": np.zeros((1, 2))}
+    model.contacts = filled(Contacts, point=place, normal=np.float32([[[0, 1, 0]]]))
+    layout = filled(Layout, point=np.int32([[0, 1], [1, 2]]))
+    memory, found = (wp.zeros((2, k), dtype=float, device="cpu") for k in (STEP_FLOATS, 3))
+    wp.launch(begin, 2, [parameters(), layout, model, State(), frames, memory], [found], device="cpu")
+    middle, half = feet[:, 1:].mean(axis=1), 0.1  # m, half the distance between the feet
+    height, xi = center[:, 0, 1] - middle[:, 1], center[:, 0, 0]
+    pressure = np.clip(xi + (xi - middle[:, 0] - 0.9 * half), feet[:, 2, 0], feet[:, 1, 0])
+    expected = np.stack([np.sqrt(9.8 / height), center[:, 0, 1], pressure], axis=1)
+    np.testing.assert_allclose(found.numpy(), expected, rtol=1e-5, atol=1e-6)
 
 
 def test_a_body_without_feet_does_not_step():

@@ -10,7 +10,7 @@ import pytest
 from biped import biped
 from warpmuscle.kernels.water.section import SECTIONS
 from warpmuscle.model.water.arrays import put_water
-from warpmuscle.scene import Scene, Water
+from warpmuscle.scene import Body, Character, Scene, Water
 from warpmuscle.scene.topology import topology
 
 BALL, ROD = "lUpperleg", "lLowerleg"
@@ -38,6 +38,15 @@ def test_a_ball_is_dragged_along_every_axis_alike_and_a_rod_less_along_its_lengt
     broadside = end + 4.0 * of_rod["radius"] * (of_rod["reach"] - of_rod["radius"])
     assert of_rod["across"] == pytest.approx(DRAG * broadside, rel=1e-5)
     assert of_rod["across"] > 5.0 * of_rod["along"]
+
+
+def test_a_body_alone_in_the_water_is_one_capsule():
+    ball, mass = 0.1, 4.0 / 3.0 * np.pi * 0.1**3 * DENSITY
+    body = Body(mass, (0.4 * mass * ball**2,) * 3)
+    scene = Scene("pool", Character("one", {"one": body}), water=Water(body_density=DENSITY))
+    made = SimpleNamespace()
+    put_water(made, scene, topology(scene.character), "cpu")
+    assert made.row.numpy()["radius"].ravel() == pytest.approx([ball], rel=1e-5)
 
 
 def test_sections_of_a_ball_share_its_volume_by_their_squared_radii():

@@ -1,0 +1,36 @@
+"""Steps of Newton's method for programmes with bounds, against closed forms in float64."""
+
+import numpy as np
+import pytest
+import warp as wp
+from probes import filled
+
+from warpmuscle.kernels.program.newton import Controls, step_length
+from warpmuscle.kernels.program.structs import Columns
+
+
+@wp.kernel(enable_backward=False)
+def lengths(
+    controls: Controls, columns: Columns, reserve: wp.array[wp.float64], x: wp.array[wp.float64],
+    d: wp.array[wp.float64], y: wp.array[wp.float64], dy: wp.array[wp.float64], needed: wp.array[wp.float64],
+    h: wp.array[wp.float64], found: wp.array[wp.float64],
+):  # fmt: skip
+    found[0] = step_length(1, 1, controls, columns, reserve, x, d, y, dy, needed, h)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6])
+def test_a_step_ends_where_the_balance_is_met_though_a_bound_is_on_the_way(size: float):
+    """R x + B u = needed, u = min(gain B x, high): the slope at the start leads less far, whatever the size."""
+    reserve, entry, gain, high, needed = 1.0, 2.0, 0.75, 0.6 * size, 4.0 * size
+    met = (needed - entry * high) / reserve
+    step = needed / (reserve + entry * gain * entry)
+    assert gain * entry * step > high
+    controls = filled(
+        Controls, gain=np.float32([gain]), low=np.float32([-high]), high=np.float32([high]), entry=np.float32([entry])
+    )
+    columns = filled(Columns, first=np.int32([0, 1]), row=np.int32([0]))
+    numbers = [reserve, 0.0, step, 0.0, 0.0, needed, -needed]
+    found = wp.zeros(1, dtype=wp.float64, device="cpu")
+    given = [wp.array([number], dtype=wp.float64, device="cpu") for number in numbers]
+    wp.launch(lengths, 1, [controls, columns, *given], [found], device="cpu")
+    assert found.numpy()[0] == pytest.approx(met / step, rel=1e-3)

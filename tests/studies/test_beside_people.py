@@ -1,0 +1,25 @@
+"""Which rows judge beside people of another speed: those within 0.15 m/s of 1.26 m/s, as the page on gaits says."""
+
+import pytest
+
+from warpmuscle.gait.quality import Measures
+from warpmuscle.scene.norms import FORCE, NORMS
+from warpmuscle.studies.beside_people import of_force, of_norms
+from warpmuscle.studies.verdicts import HUMPS
+
+
+@pytest.mark.parametrize(("speed", "judges"), [(1.10, False), (1.12, True), (1.40, True), (1.42, False)])
+def test_people_of_1_26_m_per_s_judge_who_walks_nearly_as_fast(speed: float, judges: bool):
+    measures: Measures = {"speed": speed, "stance": 60.0, "angles outside the norms": 0.2}
+    assert (of_norms(measures) == {}) == judges
+
+
+def test_the_humps_of_the_force_are_as_far_off_as_they_are_in_half_widths():
+    norm = NORMS[FORCE]
+    names = ("first hump of the force", "valley of the force", "second hump of the force")
+    off = dict(zip(names, (0.5, -1.0, 3.0), strict=True))
+    measures: dict[str, float | None] = {
+        name: norm.points[k][1] + off[name] * norm.half_width for k, name in enumerate(names, 1)
+    }
+    assert of_force(measures)[HUMPS] == pytest.approx(1.5)
+    assert of_force(measures | {names[1]: None})[HUMPS] is None
