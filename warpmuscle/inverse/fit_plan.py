@@ -1,8 +1,9 @@
 """The order in which the frames of recordings are fitted, and from where each starts.
 
 Of each recording every 16th frame is fitted first, from the pose that the model starts in, with the root turned and
-moved to where the markers are. The others start between the two solutions on either side. Frames that fit much worse
-than the others of their recording are tried again, from a neighbour's solution or from afar. Nothing depends on what
+moved to where the markers are. The others start between the two solutions on either side. Frames before or after a jump,
+as of an elbow that came to bend the wrong way, are tried again from its other side, those that fit much worse than the
+others of their recording from a neighbour's solution or from afar. Nothing depends on what
 other recordings are fitted with one.
 """
 
@@ -21,6 +22,7 @@ from warpmuscle.core.errors import SignalError
 COARSE = 16  # frames from one that is fitted from afar to the next
 FEWEST = 3  # markers of such a frame, and
 PART = 0.5  # of the most that any frame shows
+JUMP = 0.35  # rad, that no coordinate turns from one frame to the next: 20 rad/s at 60 Hz
 WORSE, BEYOND = 4.0, 1.0e-4  # times the median mean square, and m^2 besides: a frame that is tried again
 
 
@@ -111,6 +113,25 @@ class Plan:
                 frames.append(int(own[k]))
                 others.append(int(own[good[np.argmin(np.abs(good - k))]]))
         return np.array(frames, np.int64), np.array(others, np.int64)
+
+    def jumped(self, squares: Floats, turned: Floats) -> tuple[Integers, Integers]:
+        """Frames on the worse side of a jump, up to the next jump, and the frame on its other side.
+
+        Args:
+            squares: (F,) mean squares of errors. turned: (F,) rad, by which coordinates turn from the frame before.
+        """
+        jump = turned > JUMP
+        jump[self._starts] = True
+        edges = np.append(np.flatnonzero(jump), self._count)  # of runs without a jump
+        frames, others, first = [], [], np.isin(edges, self._starts)
+        for k in np.flatnonzero(~first[:-1]).tolist():
+            before, at, after = edges[k - 1], edges[k], edges[k + 1]
+            worse = (at, after) if squares[at] > squares[at - 1] else (before, at)
+            frames.append(np.arange(*worse))
+            others.append(np.full(len(frames[-1]), at - 1 if worse[0] == at else at))
+        nothing = [np.empty(0, np.int64)]
+        found, places = np.unique(np.concatenate(frames or nothing), return_index=True)
+        return found, np.concatenate(others or nothing)[places]
 
     def outliers(self, squares: Floats) -> Integers:
         """Frames that fit badly beside the others of their recording, but for those that were fitted first."""

@@ -82,7 +82,8 @@ class FittedFrames:
     """What has been found of all frames, on the device.
 
     Attributes:
-        values: (F, C) rad or m. errors: (F, K) m, in the axes recorded. squares: (F,) weighted mean squares, m^2.
+        values: (F, C) rad or m. errors: (F, K) m, in the axes recorded. squares: (F,) weighted mean squares, m^2, and
+            those of coordinates that have a target.
     """
 
     def __init__(self, markers: RecordedMarkers, coordinates: int, first_shift: int, shifts: int) -> None:
@@ -95,11 +96,15 @@ class FittedFrames:
         self._squares = wp.zeros(markers.count, dtype=wp.float64, device=self._device)
         self._errors = wp.empty((markers.count, markers.markers), dtype=wp.vec3, device=self._device)
 
-    def put(self, number: wp.array, start: wp.array, data: Any, better: bool) -> None:
-        """Keep what was found of these frames, or of those that fit better than before."""
+    def put(self, number: wp.array, start: wp.array, data: Any, task_weights: wp.array, better: bool) -> None:
+        """Keep what was found of these frames, or of those that fit better than before.
+
+        Args:
+            task_weights: (C,) of squared distances of coordinates from their targets.
+        """
         device, markers, n = self._device, self._markers, len(number)
         square = wp.empty(n, dtype=wp.float64, device=device)
-        wp.launch(marker_frames.mean_squares, n, [data.error, data.weight], [square], device=device)
+        wp.launch(marker_frames.mean_squares, n, [data, task_weights], [square], device=device)
         kept = wp.empty(n, dtype=int, device=device)
         inputs = [number, better, square, start, self._first_shift, self._shifts, data]
         outputs = [self._squares, self.values, self._iterations, self._loose, kept]
@@ -109,8 +114,19 @@ class FittedFrames:
 
     @property
     def squares(self) -> Floats:
-        """Weighted mean squares of the errors of all frames (F,), m^2."""
+        """Weighted mean squares of the errors of all frames (F,), m^2, and of coordinates from their targets."""
         return np.asarray(self._squares.numpy())
+
+    def jumps(self, first: int, turns: Integers) -> Floats:
+        """By how much coordinates after those of the root turn from the frame before to each (F,), at most, rad.
+
+        Args:
+            first: number of these coordinates. turns: (C,) 1 of one that turns something.
+        """
+        found = wp.empty(self._markers.count, dtype=float, device=self._device)
+        inputs = [self.values, first, to_device(turns, int, self._device)]
+        wp.launch(marker_frames.find_jumps, self._markers.count, inputs, [found], device=self._device)
+        return np.asarray(found.numpy())
 
     def found(self) -> tuple[Floats, Floats, Integers, NDArray[np.bool_]]:
         """Values (F, C), errors (F, K, 3), iterations (F,), and which coordinates are loose (F, C)."""

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from leg_model import chain_of, leg, markers_of, walk
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.formats.external_loads import TO_OPENSIM
-from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Problem, Recorded, _outlying
-from warpmuscle.inverse.marker_fit import MarkerFitter
+from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Plan, Problem, Recorded, _outlying
+from warpmuscle.inverse.marker_fit import MarkerFitter, _Run
 from warpmuscle.inverse.recorded_markers import SUDDEN, FittedFrames
 from warpmuscle.kernels.marker_fit_structs import FitFrames
 
@@ -41,11 +41,12 @@ def solved(chain, problem, frame, start):
     places = list(chain.markers.values())
     seen = np.isfinite(places_in(problem)[frame]).all(axis=1)
     root = np.sqrt(problem.weights[seen])[:, None]
+    beside = np.sqrt(problem.task_weights * problem.weights[seen].sum())  # of the mean of squares, as in Simbody
 
     def errors(q):
         at = chain.places(chain.poses(q[None]), places)[0]
         off = root * (places_in(problem)[frame] - at)[seen]
-        return np.concatenate([off.ravel(), np.sqrt(problem.task_weights) * (problem.targets[0] - q)])
+        return np.concatenate([off.ravel(), beside * (problem.targets[0] - q)])
 
     low, high = np.array(chain.low), np.array(chain.high)
     inside = np.clip(start, low + 1e-6, high - 1e-6)
@@ -102,9 +103,10 @@ def test_ranges_hold_as_in_bounded_least_squares(chain):
 def test_a_target_pulls_with_its_weight(chain):
     values = walk(chain, 20)
     weights, targets = np.zeros(len(chain.coordinates)), np.array([chain.neutral])
-    weights[[3, 7]] = 0.3, 2.0  # of a shift of the root and of a turn
+    weights[[3, 7]] = 0.03, 0.1  # of a shift of the root and of a turn
     targets[0, [3, 7]] = 1.0, 0.4
     problem = problem_of(chain, values, task_weights=weights, targets=targets)
+    places_in(problem)[11, 5] = np.nan  # which counts less there, and the target more
     found = fitted(chain, problem)
     free = fitted(chain, problem_of(chain, values))
     for frame in (0, 11):
@@ -219,6 +221,7 @@ def test_a_second_fit_is_kept_only_where_it_is_better(chain):
     fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
     markers = fitter.recorded(problem)
     found = FittedFrames(markers, len(chain.coordinates), 3, 3)
+    pulls = wp.array(0.5 * (np.arange(len(chain.coordinates)) == 2), dtype=wp.float64, device="cpu")
 
     def put(off, better):
         data, number = FitFrames(), wp.array(np.arange(5, dtype=np.int32), dtype=int, device="cpu")
@@ -226,21 +229,67 @@ def test_a_second_fit_is_kept_only_where_it_is_better(chain):
         markers.take(number, base, data)
         data.error = wp.array(off[:, None, None] * np.ones((1, markers.markers, 3)), dtype=wp.vec3, device="cpu")
         data.value = wp.array(np.tile(off[:, None], len(chain.coordinates)), dtype=float, device="cpu")
+        data.target = wp.zeros(data.value.shape, dtype=float, device="cpu")
         data.iterations = wp.full(5, 7, dtype=int, device="cpu")
         data.loose = wp.zeros(data.value.shape, dtype=int, device="cpu")
         start = wp.full(data.value.shape, 100.0, dtype=wp.float64, device="cpu")
-        found.put(number, start, data, better)
+        found.put(number, start, data, pulls, better)
 
     put(np.array([1.0, 2.0, 3.0, 4.0, 5.0]), better=False)
     put(np.array([2.0, 1.0, 3.0, 5.0, 0.5]), better=True)
     best = [1.0, 1.0, 3.0, 4.0, 0.5]
     kept, errors, iterations, loose = found.found()
-    assert found.squares == pytest.approx(3.0 * np.square(best))
+    assert found.squares == pytest.approx(3.5 * np.square(best))
     assert kept[:, 0] == pytest.approx(best)
     assert kept[:, 4] == pytest.approx(np.add(best, 100.0))  # a shift of the root
     assert errors[:, 2, 1] == pytest.approx(best)
     assert (iterations == 7).all()
     assert not loose.any()
+
+
+def test_jumps_between_frames_are_those_of_numpy(chain):
+    start_warp()
+    values = walk(chain, 30)
+    values[17:, chain.coordinates.index("ankle")] += 1.0
+    fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
+    found = FittedFrames(fitter.recorded(problem_of(chain, values)), len(chain.coordinates), 3, 3)
+    found.values.assign(values)
+    turns = [k for k in range(6, len(chain.coordinates)) if fitter.turns[k]]
+    expected = np.abs(np.diff(values[:, turns], axis=0)).max(axis=1)
+    assert found.jumps(6, fitter.turns) == pytest.approx(np.concatenate([[0.0], expected]))
+    assert expected.argmax() == 16
+
+
+def test_the_worse_side_of_a_jump_is_fitted_again_from_the_other_side():
+    positions = [np.zeros((count, 3, 3)) for count in (40, 25, 7)]
+    problem = Problem([Recorded(one, [0, 1, 2]) for one in positions], np.ones(3), np.zeros(1), np.zeros((1, 1)))
+    plan = Plan(problem, np.full(72, 3))
+    turned, squares = np.zeros(72), np.full(72, 1.0)
+    turned[[10, 14, 40, 62, 65]] = 1.0  # 40 and 65 begin recordings
+    squares[10:14] = squares[62:65] = 2.0
+    frames, others = plan.jumped(squares, turned)
+    assert frames.tolist() == [10, 11, 12, 13, 62, 63, 64]
+    assert set(others[:4].tolist()) <= {9, 14}
+    assert others[4:].tolist() == [61, 61, 61]
+    assert [len(one) for one in plan.jumped(squares, np.zeros(72))] == [0, 0]
+
+
+def test_an_arm_that_came_to_bend_the_wrong_way_is_bent_back(chain):
+    values = walk(chain, 33)
+    problem = problem_of(chain, values, noise=0.0)
+    start_warp()
+    fitter = MarkerFitter(chain, list(chain.markers.values()), wp.get_device("cpu"))
+    recorded = fitter.recorded(problem)
+    run = _Run(fitter, problem, recorded)
+    plan = Plan(problem, recorded.seen)
+    run.from_afar(plan.first, plan.coarse)
+    run.between(plan.rest, plan.between())
+    right, kept = run.found.values.numpy().copy(), run.found.values.numpy()
+    kept[20:24, chain.coordinates.index("ankle")] += 1.0
+    run.found.values.assign(kept)
+    run.found._squares.assign(np.where((np.arange(33) >= 20) & (np.arange(33) < 24), 1.0, run.found.squares))
+    run.from_others(*plan.jumped(run.found.squares, run.jumps()))
+    assert np.abs(run.found.values.numpy() - right).max() < AGREED
 
 
 def test_frames_that_fit_badly_are_told_from_the_median_of_their_recording():
