@@ -114,6 +114,16 @@ def test_a_target_pulls_with_its_weight(chain):
         assert np.abs(found.values[frame] - free.values[frame]).max() > 0.05
 
 
+def test_markers_that_miss_by_far_lead_to_a_minimum_yet(chain):
+    values = walk(chain, 60, seed=5)
+    problem = problem_of(chain, values, noise=0.2)  # m; without damped steps of Newton half of all did not converge
+    found = fitted(chain, problem)
+    assert (found.iterations < 0).mean() < 0.2
+    for frame in np.flatnonzero(found.iterations > 20)[:3]:
+        own = found.values[frame]
+        assert np.abs(own - solved(chain, problem, frame, own)).max() < 50 * AGREED
+
+
 def test_coordinates_that_no_marker_tells_stay_and_are_told(chain):
     values = walk(chain, 20)
     problem = problem_of(chain, values, noise=0.0)
