@@ -77,7 +77,7 @@ class Plan:
         self._starts: Integers = problem.starts
         self._ends: Integers = np.array([*problem.starts[1:], self._count])
         good = _good(seen, self._starts, self._ends)
-        self.coarse = [_spaced(good, first, end) for first, end in zip(self._starts, self._ends, strict=True)]
+        self.coarse = _spaced_in_all(good, self._starts, self._ends)
         self.first: Integers = np.concatenate(self.coarse)
         later = np.ones(self._count, dtype=bool)
         later[self.first] = False
@@ -104,7 +104,9 @@ class Plan:
         """
         frames: list[int] = []
         others: list[int] = []
-        for own in self.coarse:
+        counts = [len(own) for own in self.coarse]
+        for k in _may_outlie(squares[self.first], np.cumsum([0, *counts[:-1]])).tolist():
+            own = self.coarse[k]
             bad = _outlying(squares[own])
             if not bad.any():
                 continue
@@ -136,7 +138,8 @@ class Plan:
     def outliers(self, squares: Floats) -> Integers:
         """Frames that fit badly beside the others of their recording, but for those that were fitted first."""
         bad = np.zeros(self._count, dtype=bool)
-        for first, end in zip(self._starts.tolist(), self._ends.tolist(), strict=True):
+        for k in _may_outlie(squares, self._starts).tolist():
+            first, end = int(self._starts[k]), int(self._ends[k])
             bad[first:end] = _outlying(squares[first:end])
         bad[self.first] = False
         return np.flatnonzero(bad)
@@ -161,6 +164,25 @@ def _good(seen: Integers, starts: Integers, ends: Integers) -> NDArray[np.bool_]
         least = int(most[most < FEWEST][0])
         raise SignalError(f"no frame shows {FEWEST} markers that count; the most is {least}")
     return np.asarray(seen >= np.repeat(np.maximum(FEWEST, PART * most), ends - starts))
+
+
+def _spaced_in_all(good: NDArray[np.bool_], starts: Integers, ends: Integers) -> list[Integers]:
+    """`_spaced` of each recording: of all at once, where no frame has to be replaced."""
+    counts = (ends - starts + COARSE - 1) // COARSE  # of every 16th frame
+    places = np.cumsum([0, *counts])
+    wanted = np.repeat(starts - COARSE * places[:-1], counts) + COARSE * np.arange(places[-1])
+    wanted = np.insert(wanted, places[1:], ends - 1)
+    if not good[wanted].all():
+        return [_spaced(good, first, end) for first, end in zip(starts.tolist(), ends.tolist(), strict=True)]
+    kept = np.append(True, wanted[1:] != wanted[:-1])
+    breaks = (places[1:] + np.arange(1, len(starts) + 1))[:-1]
+    return np.split(wanted[kept], np.cumsum(kept)[breaks - 1] if len(breaks) else [])
+
+
+def _may_outlie(squares: Floats, starts: Integers) -> Integers:
+    """Parts that start at these places, and may have values far beyond their median, which is no less than the least."""
+    most, least = np.maximum.reduceat(squares, starts), np.minimum.reduceat(squares, starts)
+    return np.flatnonzero(~(most <= WORSE * least + BEYOND))
 
 
 def _spaced(good: NDArray[np.bool_], first: int, end: int) -> Integers:

@@ -100,7 +100,9 @@ def _described(element: Element) -> _Described | None:
     if not body:
         element.fail("names no <applied_to_body>")
     found = _Described(
-        element.name or body, body, *map(word, ("force_identifier", "point_identifier", "torque_identifier")),
+        element.name or body,
+        body,
+        *map(word, ("force_identifier", "point_identifier", "torque_identifier")),
         *(None if frame.lower() in GROUND else frame.rpartition("/")[2] for frame in frames),
     )
     if not found.force and not found.moment:
@@ -151,7 +153,9 @@ def _loads(table: Table, described: Sequence[_Described]) -> Loads:
             raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=table.path)
         return [names.index(name) for name in wanted]
 
-    wanted = [[columns(one, start) if start else [] for start in (one.force, one.point, one.moment)] for one in described]
+    wanted = [
+        [columns(one, start) if start else [] for start in (one.force, one.point, one.moment)] for one in described
+    ]
     every = sorted({time, *(k for one in wanted for part in one for k in part)})
     values = table.columns(every)
     if not len(values):

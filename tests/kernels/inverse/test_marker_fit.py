@@ -9,9 +9,19 @@ from scipy.spatial.transform import Rotation
 from leg_model import chain_of, leg, markers_of, walk
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.formats.external_loads import TO_OPENSIM
-from warpmuscle.inverse.fit_plan import BEYOND, WORSE, Plan, Problem, Recorded, _outlying
+from warpmuscle.inverse.fit_plan import (
+    BEYOND,
+    WORSE,
+    Plan,
+    Problem,
+    Recorded,
+    _may_outlie,
+    _outlying,
+    _spaced,
+    _spaced_in_all,
+)
 from warpmuscle.inverse.marker_fit import MarkerFitter, _Run
-from warpmuscle.inverse.recorded_markers import SUDDEN, FittedFrames
+from warpmuscle.inverse.recorded_markers import SUDDEN, FittedFrames, _Buffers
 from warpmuscle.kernels.marker_fit_structs import FitFrames
 
 AGREED = 2e-5  # rad or m, of float32
@@ -309,3 +319,63 @@ def test_frames_that_fit_badly_are_told_from_the_median_of_their_recording():
     for own, part in zip(found, parts, strict=True):
         assert np.array_equal(own, part > WORSE * np.median(part) + BEYOND)
     assert np.concatenate(found).any()
+
+
+def test_frames_of_many_recordings_are_chosen_as_of_each():
+    random = np.random.default_rng(8)
+    counts = np.array([1, 2, 16, 17, 18, 33, 5, 160])
+    ends = np.cumsum(counts)
+    starts = ends - counts
+    for part in (1.0, 0.7):
+        good = random.uniform(size=ends[-1]) < part
+        good[starts] = True
+        each = [_spaced(good, first, end) for first, end in zip(starts.tolist(), ends.tolist(), strict=True)]
+        found = _spaced_in_all(good, starts, ends)
+        assert [one.tolist() for one in found] == [one.tolist() for one in each]
+
+
+def test_recordings_without_far_values_are_passed_over_and_no_others():
+    random = np.random.default_rng(9)
+    starts = np.arange(0, 4000, 40)
+    squares = random.lognormal(-8.0, np.repeat(random.uniform(0.1, 1.5, 100), 40))
+    outlying = [k for k, first in enumerate(starts) if _outlying(squares[first : first + 40]).any()]
+    looked_at = _may_outlie(squares, starts).tolist()
+    assert set(outlying) <= set(looked_at)
+    assert 10 < len(outlying) < len(looked_at) < 100
+
+
+@pytest.mark.parametrize("room", [4, 7, 100])
+def test_rows_come_through_two_buffers_in_order(room, monkeypatch):
+    """With copies that are late, as on a GPU: a buffer that is filled too soon would be seen."""
+    start_warp()
+    found = wp.zeros((23, 2), dtype=wp.vec3d, device="cpu")
+    buffers, late, rows = _Buffers(found, room, 2), [], np.arange(23 * 6.0).reshape(23, 2, 3)
+    buffers._on_cpu, buffers._events = False, [None, None]
+    buffers._arrays = [wp.zeros((room, 2), dtype=wp.vec3d, device="cpu") for _ in range(2)]
+    buffers._views = [one.numpy() for one in buffers._arrays]
+
+    def copy(*arguments, **named):
+        late.append((wp_copy, arguments, named))
+
+    class Stream:
+        def record_event(self):
+            return len(late)
+
+    def wait(event):
+        for work, arguments, named in late[:event]:
+            work(*arguments, **named)
+        late[:event] = [(lambda *_, **__: None, (), {})] * event
+
+    wp_copy = wp.copy
+    monkeypatch.setattr(wp, "copy", copy)
+    monkeypatch.setattr(wp, "get_stream", lambda device: Stream())
+    monkeypatch.setattr(wp, "synchronize_event", wait)
+    for part in (rows[:5], rows[5:6], rows[6:]):
+        first = 0
+        while first < len(part):
+            place = buffers.place(len(part) - first)
+            place[:] = part[first : first + len(place)]
+            buffers.filled(len(place))
+            first += len(place)
+    buffers.finish()
+    assert found.numpy().tolist() == rows.tolist()

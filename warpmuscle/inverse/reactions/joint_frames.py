@@ -40,7 +40,7 @@ class JointFrames:
 
 def body_frames(path: str | Path) -> dict[str, FrameOnBody]:
     """Frames of all bodies of a model file, by their names there; see `joint_frames`."""
-    model, placement = _placement(path)
+    _, placement = _placement(path)
 
     def frame(name: str) -> FrameOnBody:
         on = placement.body(name)
