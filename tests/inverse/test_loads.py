@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from scipy.spatial.transform import Rotation
 
 from small_leg import motion, small_leg
@@ -105,7 +104,7 @@ def test_forces_and_points_in_axes_of_a_body_are_turned_to_the_grounds(tmp_path)
     away = Plate("push", "calcn_r", force, point, moment, point_on="torso")
     with pytest.raises(ArgumentError, match="told in axes of 'torso', which the model does not have"):
         inverse_dynamics(body, at, Loads(at.times, (away,)))
-    with pytest.raises(ArgumentError, match="in axes of 'pelvis', which only the `.osim` of the model has"):
+    with pytest.raises(ArgumentError, match=r"in axes of 'pelvis', which only the `\.osim` of the model has"):
         inverse_dynamics(body.scene, at, Loads(at.times, (told,)))
 
 

@@ -1,9 +1,9 @@
 """The order in which the frames of recordings are fitted, and from where each starts.
 
 Of each recording every 16th frame is fitted first, from the pose that the model starts in, with the root turned and
-moved to where the markers are. The others start between the two solutions on either side. Frames before or after a jump,
-as of an elbow that came to bend the wrong way, are tried again from its other side, those that fit much worse than the
-others of their recording from a neighbour's solution or from afar. Nothing depends on what
+moved to where the markers are. The others start between the two solutions on either side. Frames before or after a
+jump, as of an elbow that came to bend the wrong way, are tried again from its other side, those that fit much worse than
+the others of their recording from a neighbour's solution or from afar. Nothing depends on what
 other recordings are fitted with one.
 """
 
@@ -180,7 +180,7 @@ def _spaced_in_all(good: NDArray[np.bool_], starts: Integers, ends: Integers) ->
 
 
 def _may_outlie(squares: Floats, starts: Integers) -> Integers:
-    """Parts that start at these places, and may have values far beyond their median, which is no less than the least."""
+    """Parts that start at these places and may have values far beyond their median, which is not below the least."""
     most, least = np.maximum.reduceat(squares, starts), np.minimum.reduceat(squares, starts)
     return np.flatnonzero(~(most <= WORSE * least + BEYOND))
 

@@ -218,7 +218,7 @@ def _turned(vectors: Floats, turn: Floats) -> Floats:
 
 
 def _within(markers: Markers, times: tuple[float, float] | None) -> Markers:
-    """The frames of a range of times, from the one nearest to its begin to the one nearest to its end, as in OpenSim."""
+    """The frames from the one nearest to a range's begin to the one nearest to its end, as OpenSim takes them."""
     if times is None:
         return markers
     step = float(np.median(np.diff(markers.times))) if len(markers.times) > 1 else 0.0
