@@ -98,8 +98,8 @@ def _parts(work: Callable[[], object], frames: int) -> None:
             began, used = time.perf_counter(), time.process_time()
             result = call(*arguments, **named)
             wp.synchronize()
-            before = spent.get(own, np.zeros(2))
-            spent[own] = before + [time.perf_counter() - began, time.process_time() - used]
+            took = np.array([time.perf_counter() - began, time.process_time() - used])
+            spent[own] = spent.get(own, np.zeros(2)) + took
             return result
 
         return run
