@@ -2,8 +2,8 @@
 
 Of each recording every 16th frame is fitted first, from the pose that the model starts in, with the root turned and
 moved to where the markers are. The others start between the two solutions on either side. Frames before or after a
-jump, as of an elbow that came to bend the wrong way, are tried again from its other side, those that fit much worse than
-the others of their recording from a neighbour's solution or from afar. Nothing depends on what
+jump, as of an elbow that came to bend the wrong way, are tried again from its other side. Those that fit much worse
+than the others of their recording are tried again from a neighbour's solution or from afar. Nothing depends on what
 other recordings are fitted with one.
 """
 
