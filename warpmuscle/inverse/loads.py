@@ -175,8 +175,8 @@ def _loads(table: Table, described: Sequence[_Described]) -> Loads:
         return values[:, [every.index(k) for k in part]] if part else np.zeros((len(times), 3))
 
     plates = [
-        Plate(one.name, one.body, *map(vectors, parts), one.axes_of, one.point_on)
-        for one, parts in zip(described, wanted, strict=True)
+        Plate(one.name, one.body, vectors(force), vectors(point), vectors(moment), one.axes_of, one.point_on)
+        for one, (force, point, moment) in zip(described, wanted, strict=True)
     ]
     return Loads(times, tuple(plates))
 
@@ -187,7 +187,7 @@ def in_world(body: BodyModel, plates: Sequence[Plate], values: Floats, states: S
     Raises:
         ArgumentError: they are told in axes of a body, and the model is no file of OpenSim or has no such body.
     """
-    found = values @ TO_OPENSIM
+    found = np.asarray(values @ TO_OPENSIM)
     wanted = {name for plate in plates for name in (plate.axes_of, plate.point_on) if name is not None}
     if not wanted:
         return found
