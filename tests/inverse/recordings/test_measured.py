@@ -98,7 +98,7 @@ def test_a_run_on_the_ground_and_its_plates_stand_in_one_file():
     fields = ("values", "error", "activation", "excitation", "force", "effort", "lacking", "iterations")
     followed = SimpleNamespace(ground=ground, **dict.fromkeys(fields, np.zeros((3, 1))))
     with h5py.File(io.BytesIO(), "w") as file:
-        store(file, "time", measured.times, "s", "time")
+        store(file, "time", measured.times, "s", "time", description="of the frames")
         file["time"].make_scale("time")
         put(file, measured)
         for one in tracked_arrays(followed):
