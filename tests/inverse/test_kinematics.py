@@ -194,6 +194,9 @@ def test_a_set_up_gives_weights_tasks_and_times(scene, chain, tmp_path):
     assert found.coordinates.times == pytest.approx(np.linspace(2.1, 2.2, 11))
     assert np.abs(found.coordinates.of("adduction") - 0.2).max() < 0.1
     assert np.abs(walk(chain)[10:21, chain.coordinates.index("adduction")] - 0.2).max() > 0.1
+    (tmp_path / "between.xml").write_text(SETUP.format(markers=tasks).replace("2.1 2.2", "2.096 2.204"))
+    nearest = wm.inverse_kinematics(scene, markers, setup=tmp_path / "between.xml")  # as OpenSim has it
+    assert nearest.coordinates.times == pytest.approx(found.coordinates.times)
     (tmp_path / "late.xml").write_text(SETUP.format(markers=tasks).replace("2.1 2.2", "7 8"))
     with pytest.raises(SignalError, match="no frame lies within the range of times from 7 to 8 s"):
         wm.inverse_kinematics(scene, markers, setup=tmp_path / "late.xml")
@@ -228,14 +231,22 @@ def test_a_known_walk_of_a_known_subject_comes_back(reference_data, subject):
     assert found.rms.max() < 1e-5
 
 
-def test_opensim_comes_to_the_same_once_it_is_exact_enough(reference_data, tmp_path):
+TASKS = """<IKCoordinateTask name="lumbar_extension"><weight>0.01</weight><value_type>manual_value</value_type>
+<value>0.2</value></IKCoordinateTask><IKCoordinateTask name="ankle_angle_r"><weight>1e-3</weight>
+<value_type>default_value</value_type></IKCoordinateTask>"""
+
+
+@pytest.mark.parametrize("tasks", ["", TASKS], ids=["markers", "tasks"])
+def test_opensim_comes_to_the_same_once_it_is_exact_enough(reference_data, tmp_path, tasks):
     opensim = pytest.importorskip("opensim", reason="OpenSim is not installed")
     folder = reference_data / "opensim_walk"
     if not folder.is_dir():
         pytest.skip(f"no reference data: {folder}")
     opensim.Logger.setLevelString("off")
     scene = wm.load(folder / "subject01.osim", ignored=[])
-    tool = opensim.InverseKinematicsTool(str(folder / "ik" / "walk_Setup_IK.xml"), False)
+    text, setup = (folder / "ik" / "walk_Setup_IK.xml").read_text(), tmp_path / "setup.xml"
+    setup.write_text(text.replace("<objects>", f"<objects>{tasks}", 1))
+    tool = opensim.InverseKinematicsTool(str(setup), False)
     model = opensim.Model(str(folder / "subject01.osim"))  # which the tool does not keep alive
     tool.setModel(model)
     tool.setMarkerDataFileName(str(folder / "subject01_walk.trc"))
@@ -247,7 +258,7 @@ def test_opensim_comes_to_the_same_once_it_is_exact_enough(reference_data, tmp_p
     tool.set_accuracy(1e-9)
     tool.run()
     theirs = read_coordinates(tmp_path / "theirs.mot", scene)
-    found = wm.inverse_kinematics(scene, folder / "subject01_walk.trc", setup=folder / "ik" / "walk_Setup_IK.xml")
+    found = wm.inverse_kinematics(scene, folder / "subject01_walk.trc", setup=setup)
     count = len(theirs.times)
     assert count > 20
     for name in theirs.names:

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from warpmuscle.core.errors import Error
+from small_leg import motion, small_leg
+from warpmuscle.core.errors import ArgumentError, Error
+from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.dynamics import inverse_dynamics
 from warpmuscle.inverse.loads import _contacts, read_loads
+from warpmuscle.inverse.trial import Loads, Plate
 
 COLUMNS = [f"{start}{axis}" for start in ("right_v", "right_p", "left_v", "left_p", "right_torque_") for axis in "xyz"]
 
@@ -65,7 +70,6 @@ def test_a_force_that_is_switched_off_is_left_out(tmp_path):
     ("changes", "words"),
     [
         ({"force_identifier": "nowhere_v"}, "no column 'nowhere_vx'"),
-        ({"force_expressed_in_body": "tibia_r"}, "only forces in ground axes"),
         ({"applied_to_body": ""}, "names no <applied_to_body>"),
         ({"force_identifier": "", "torque_identifier": ""}, "neither"),
         ({"isDisabled": "perhaps"}, "true or false"),
@@ -76,6 +80,39 @@ def test_a_damaged_description_is_refused_in_a_line(tmp_path, changes, words):
     with pytest.raises(Error, match=words) as error:
         read_loads(described(tmp_path, **changes))
     assert "\n" not in str(error.value)
+
+
+def test_a_table_may_lie_in_another_folder(tmp_path):
+    (tmp_path / "data").mkdir()
+    path = written(tmp_path / "data")
+    text = described(tmp_path).read_text()
+    for told in ("data/grf.mot", "data\\grf.mot", str(path)):
+        (tmp_path / "loads.xml").write_text(text.replace("somewhere\\else\\grf.mot", told))
+        assert read_loads(tmp_path / "loads.xml").plates[0].force[0].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_forces_and_points_in_axes_of_a_body_are_turned_to_the_grounds(tmp_path):
+    """The root's angles are about z, x and y of OpenSim's axes one after the other, and its shifts along them."""
+    body, at = BodyModel(small_leg(tmp_path), "cpu"), motion(12)
+    turn = Rotation.from_euler("ZXY", at.values[:, :3])
+    random = np.random.default_rng(4)
+    force, point, moment = random.normal(size=(3, 12, 3)) * [[[100.0]], [[0.3]], [[5.0]]]
+    told = Plate("push", "calcn_r", force, point, moment, axes_of="pelvis", point_on="pelvis")
+    turned = Plate("push", "calcn_r", turn.apply(force), at.values[:, 3:6] + turn.apply(point), turn.apply(moment))
+    found, wanted = (inverse_dynamics(body, at, Loads(at.times, (one,))).values for one in (told, turned))
+    assert found == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
+    away = Plate("push", "calcn_r", force, point, moment, point_on="torso")
+    with pytest.raises(ArgumentError, match="told in axes of 'torso', which the model does not have"):
+        inverse_dynamics(body, at, Loads(at.times, (away,)))
+    with pytest.raises(ArgumentError, match=r"in axes of 'pelvis', which only the `\.osim` of the model has"):
+        inverse_dynamics(body.scene, at, Loads(at.times, (told,)))
+
+
+def test_a_description_says_in_whose_axes_a_force_is(tmp_path):
+    written(tmp_path)
+    changes = {"force_expressed_in_body": "/bodyset/tibia_r", "point_expressed_in_body": "toes_r"}
+    (plate,) = read_loads(described(tmp_path, **changes)).plates
+    assert (plate.axes_of, plate.point_on) == ("tibia_r", "toes_r")
 
 
 def test_a_description_without_its_table_is_refused(tmp_path):

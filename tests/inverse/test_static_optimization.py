@@ -40,6 +40,68 @@ def test_activations_are_those_that_opensim_published(reference_data):
     assert np.abs(found.force - theirs).max() < 0.01 * theirs.max()
 
 
+def test_fibres_of_millard_pull_at_no_angle_as_in_opensim_unless_asked_for(body):
+    """OpenSim 4.6 asks for the angle of a fibre with its length over the optimal one in place of metres."""
+    at = motion()
+    found, angled = (
+        static_optimization(body, at, loads(at.times), reserve=10.0, pennation=one) for one in (False, True)
+    )
+    for k, name in enumerate(body.muscles):
+        l_opt, angle = (float(getattr(body.muscle(name), field)) for field in ("l_opt", "pennation"))
+        length, width = found.fibre_length[:, k], l_opt * np.sin(angle)
+        cosine, theirs = np.sqrt(1.0 - (width / length) ** 2), np.sqrt(1.0 - (width * l_opt / length) ** 2)
+        strength, own = (one.force[:, k] / one.activation[:, k] for one in (found, angled))
+        assert strength / own == pytest.approx(theirs / cosine, rel=1e-5)
+        assert width == 0.0 or (strength > own).all()
+    assert any(body.muscle(name).pennation for name in body.muscles)
+
+
+def test_pennate_muscles_are_as_in_opensim(reference_data, tmp_path):
+    opensim = pytest.importorskip("opensim", reason="OpenSim is not installed")
+    folder = reference_data / "opensim_walk"
+    if not folder.is_dir():
+        pytest.skip(f"no reference data: {folder}")
+    opensim.Logger.setLevelString("off")
+    path = str(folder / "subject01.osim")
+    body = BodyModel(path, "cpu")
+    reserves = opensim.ForceSet()
+    strengths = {name: 100.0 if name.startswith(("pelvis", "lumbar")) else 1.0 for name in body.map.names}
+    for name, strength in strengths.items():
+        reserve = opensim.CoordinateActuator(name)
+        reserve.setName(f"{name}_reserve")
+        reserve.setOptimalForce(strength)
+        reserve.setMinControl(-1000.0)
+        reserve.setMaxControl(1000.0)
+        reserves.cloneAndAppend(reserve)
+    reserves.printToXML(str(tmp_path / "reserves.xml"))
+    tool = opensim.AnalyzeTool()
+    tool.setName("walk")
+    tool.setModelFilename(path)
+    tool.setCoordinatesFileName(str(folder / "ik" / "subject01_walk_IK.mot"))
+    tool.setExternalLoadsFileName(str(folder / "subject01_walk_grf.xml"))
+    tool.setLowpassCutoffFrequency(6.0)
+    tool.setInitialTime(0.8)
+    tool.setFinalTime(0.9)
+    tool.setResultsDir(str(tmp_path))
+    files = opensim.ArrayStr()
+    files.append(str(tmp_path / "reserves.xml"))
+    tool.setForceSetFiles(files)
+    tool.setReplaceForceSet(False)
+    analysis = opensim.StaticOptimization()
+    analysis.setStartTime(0.8)
+    analysis.setEndTime(0.9)
+    analysis.setConvergenceCriterion(1e-6)
+    tool.updAnalysisSet().cloneAndAppend(analysis)
+    tool.printToXML(str(tmp_path / "tool.xml"))
+    opensim.AnalyzeTool(str(tmp_path / "tool.xml")).run()
+    _, names, rows = table(tmp_path / "walk_StaticOptimization_activation.sto")
+    coordinates = read_coordinates(folder / "ik" / "subject01_walk_IK.mot", body.scene)
+    plates = read_loads(folder / "subject01_walk_grf.xml")
+    found = static_optimization(body, coordinates, plates, filter=6.0, times=rows[:, 0], reserve=strengths)
+    theirs = rows[:, [names.index(name) for name in found.muscles]]
+    assert np.abs(found.activation - theirs).max() < 1e-3  # 0.036 with the angle
+
+
 def test_muscles_make_the_moments_with_reserves(body):
     at = motion()
     found = static_optimization(body, at, loads(at.times), reserve=10.0)

@@ -276,8 +276,8 @@ LOADS: list[Damage] = [
     _described("columns that are not there", b"force_v<", b"kraft_v<", r"no column"),
     _described("no table", b"loads.mot", b"other.mot", r"no such file"),
     _described("table elsewhere", b"loads.mot", b"../../secret.mot", r"no such file"),
-    _described("axes of a body", b"<force_id", b"<force_expressed_in_body>toes</force_expressed_in_body><force_id",
-               r"ground axes"),
+    _described("axes of no body", b"<force_expressed_in_body>ground", b"<force_expressed_in_body>hoof",
+               r"does not have"),
     _described("other elements", b"ExternalForce", b"Ballista", r"."),
     cut("described", r"."), spliced("described"), beheaded("described"),
 ]  # fmt: skip

@@ -71,6 +71,9 @@ def inverse(
     emg_weight: Annotated[float, typer.Option(min=0, help="Of differences from EMG in the cost.")] = 1.0,
     rates: Annotated[bool, typer.Option("--rates", help="Activations change as fast as muscles can.")] = False,
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
+    pennation: Annotated[
+        bool, typer.Option("--pennation", help="Millard's fibres pull at their angle, which OpenSim leaves out.")
+    ] = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
     window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.015,
@@ -105,6 +108,7 @@ def inverse(
     options = ActivationOptions(
         power=power, weight=_weight(weight), physiology=not isometric, passive=passive,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
+        pennation=pennation,
     )  # fmt: skip
     tracking = _tracking(options, window, not no_reserves, not no_residuals, ground)
     with _notes(), log.status("reading") as shown:

@@ -9,8 +9,11 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
+from warpmuscle.scene.muscles import given
+from warpmuscle.scene.muscles.curves import MillardCurves
 
 POWERS = (1, 2, 3, 4)
 FLAGGED = 0.05  # of the peak moment, that a reserve may not exceed (Hicks et al. 2015)
@@ -30,6 +33,8 @@ class ActivationOptions:
         emg_weight: of (a - e)^2 beside costs a^2, for muscles with EMG.
         rates: whether an activation changes no faster from frame to frame than its time constants let it.
         elastic: whether tendons stretch by the forces of a first pass with rigid ones.
+        pennation: whether fibres of Millard's muscles of an OpenSim model pull at their angle to the tendon; OpenSim's
+            static optimisation leaves it out. It counts in any case where tendons stretch.
     """
 
     power: int = 2
@@ -41,6 +46,7 @@ class ActivationOptions:
     emg_weight: float = 0.0
     rates: bool = False
     elastic: bool = False
+    pennation: bool = False
 
     def check(self, body: BodyModel) -> None:
         """Raise ArgumentError where an option is none, or options do not go together."""
@@ -61,6 +67,19 @@ class ActivationOptions:
             raise ArgumentError(f"emg_weight is 0 or more, not {self.emg_weight!r}")
         if self.emg_weight > 0.0 and self.power != 2:
             raise ArgumentError("EMG counts beside squares of activations; use power = 2")
+
+
+def widths_left_out(body: BodyModel) -> Floats:
+    """Optimal lengths and widths (2, M), m, of muscles whose pennation OpenSim leaves out; of others the width is 0."""
+    model, found = body.scene.muscle_model, np.ones((2, len(body.muscles)))
+    for k, name in enumerate(body.muscles):
+        muscle = body.muscle(name)
+        shape = given(muscle, model, "curve_shape")
+        millard = isinstance(shape, MillardCurves) if shape is not None else model.curves == "millard"
+        found[0, k] = first_number(muscle.l_opt)
+        of_opensim = body.scene.opensim is not None and body.pulls[k]
+        found[1, k] = found[0, k] * np.sin(first_number(muscle.pennation)) if millard and of_opensim else 0.0
+    return found
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,9 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
-from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
-from warpmuscle.inverse.loads import Places, on_feet, placed_forces, places_of
+from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, places_of
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
 from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
@@ -267,7 +266,7 @@ def loads_at(body: BodyModel, loads: Loads | None, at: Floats, states: States, p
     columns = np.stack([[plate.force[rows], plate.point[rows], plate.moment[rows]] for plate in loads.plates])
     inside = np.clip(at, loads.times[0], loads.times[-1])
     values = spline(loads.times[rows], np.moveaxis(columns, 2, 0), inside, degree=3)[0]  # (n, P, 3, 3)
-    force, point, moment = (values[:, :, k] @ TO_OPENSIM for k in range(3))
+    force, point, moment = np.moveaxis(in_world(body, loads.plates, values, states, part), 2, 0)
     placed = on_feet(body, [plate.body for plate in loads.plates], [plate.name for plate in loads.plates],
                      force, point, states, part)  # fmt: skip
     number = [one.body for one in placed]

@@ -1,8 +1,9 @@
 """The order in which the frames of recordings are fitted, and from where each starts.
 
 Of each recording every 16th frame is fitted first, from the pose that the model starts in, with the root turned and
-moved to where the markers are. The others start between the two solutions on either side. Frames that fit much worse
-than the others of their recording are tried again, from a neighbour's solution or from afar. Nothing depends on what
+moved to where the markers are. The others start between the two solutions on either side. Frames before or after a
+jump, as of an elbow that came to bend the wrong way, are tried again from its other side. Those that fit much worse
+than the others of their recording are tried again from a neighbour's solution or from afar. Nothing depends on what
 other recordings are fitted with one.
 """
 
@@ -21,6 +22,7 @@ from warpmuscle.core.errors import SignalError
 COARSE = 16  # frames from one that is fitted from afar to the next
 FEWEST = 3  # markers of such a frame, and
 PART = 0.5  # of the most that any frame shows
+JUMP = 0.35  # rad, that no coordinate turns from one frame to the next: 20 rad/s at 60 Hz
 WORSE, BEYOND = 4.0, 1.0e-4  # times the median mean square, and m^2 besides: a frame that is tried again
 
 
@@ -75,7 +77,7 @@ class Plan:
         self._starts: Integers = problem.starts
         self._ends: Integers = np.array([*problem.starts[1:], self._count])
         good = _good(seen, self._starts, self._ends)
-        self.coarse = [_spaced(good, first, end) for first, end in zip(self._starts, self._ends, strict=True)]
+        self.coarse = _spaced_in_all(good, self._starts, self._ends)
         self.first: Integers = np.concatenate(self.coarse)
         later = np.ones(self._count, dtype=bool)
         later[self.first] = False
@@ -102,7 +104,9 @@ class Plan:
         """
         frames: list[int] = []
         others: list[int] = []
-        for own in self.coarse:
+        counts = [len(own) for own in self.coarse]
+        for k in _may_outlie(squares[self.first], np.cumsum([0, *counts[:-1]])).tolist():
+            own = self.coarse[k]
             bad = _outlying(squares[own])
             if not bad.any():
                 continue
@@ -112,10 +116,30 @@ class Plan:
                 others.append(int(own[good[np.argmin(np.abs(good - k))]]))
         return np.array(frames, np.int64), np.array(others, np.int64)
 
+    def jumped(self, squares: Floats, turned: Floats) -> tuple[Integers, Integers]:
+        """Frames on the worse side of a jump, up to the next jump, and the frame on its other side.
+
+        Args:
+            squares: (F,) mean squares of errors. turned: (F,) rad, by which coordinates turn from the frame before.
+        """
+        jump = turned > JUMP
+        jump[self._starts] = True
+        edges = np.append(np.flatnonzero(jump), self._count)  # of runs without a jump
+        frames, others, first = [], [], np.isin(edges, self._starts)
+        for k in np.flatnonzero(~first[:-1]).tolist():
+            before, at, after = edges[k - 1], edges[k], edges[k + 1]
+            worse = (at, after) if squares[at] > squares[at - 1] else (before, at)
+            frames.append(np.arange(*worse))
+            others.append(np.full(len(frames[-1]), at - 1 if worse[0] == at else at))
+        nothing = [np.empty(0, np.int64)]
+        found, places = np.unique(np.concatenate(frames or nothing), return_index=True)
+        return found, np.concatenate(others or nothing)[places]
+
     def outliers(self, squares: Floats) -> Integers:
         """Frames that fit badly beside the others of their recording, but for those that were fitted first."""
         bad = np.zeros(self._count, dtype=bool)
-        for first, end in zip(self._starts.tolist(), self._ends.tolist(), strict=True):
+        for k in _may_outlie(squares, self._starts).tolist():
+            first, end = int(self._starts[k]), int(self._ends[k])
             bad[first:end] = _outlying(squares[first:end])
         bad[self.first] = False
         return np.flatnonzero(bad)
@@ -140,6 +164,25 @@ def _good(seen: Integers, starts: Integers, ends: Integers) -> NDArray[np.bool_]
         least = int(most[most < FEWEST][0])
         raise SignalError(f"no frame shows {FEWEST} markers that count; the most is {least}")
     return np.asarray(seen >= np.repeat(np.maximum(FEWEST, PART * most), ends - starts))
+
+
+def _spaced_in_all(good: NDArray[np.bool_], starts: Integers, ends: Integers) -> list[Integers]:
+    """`_spaced` of each recording: of all at once, where no frame has to be replaced."""
+    counts = (ends - starts + COARSE - 1) // COARSE  # of every 16th frame
+    places = np.cumsum([0, *counts])
+    wanted = np.repeat(starts - COARSE * places[:-1], counts) + COARSE * np.arange(places[-1])
+    wanted = np.insert(wanted, places[1:], ends - 1)
+    if not good[wanted].all():
+        return [_spaced(good, first, end) for first, end in zip(starts.tolist(), ends.tolist(), strict=True)]
+    kept = np.append(True, wanted[1:] != wanted[:-1])
+    breaks = (places[1:] + np.arange(1, len(starts) + 1))[:-1]
+    return np.split(wanted[kept], np.cumsum(kept)[breaks - 1] if len(breaks) else [])
+
+
+def _may_outlie(squares: Floats, starts: Integers) -> Integers:
+    """Parts that start at these places and may have values far beyond their median, which is not below the least."""
+    most, least = np.maximum.reduceat(squares, starts), np.minimum.reduceat(squares, starts)
+    return np.flatnonzero(~(most <= WORSE * least + BEYOND))
 
 
 def _spaced(good: NDArray[np.bool_], first: int, end: int) -> Integers:

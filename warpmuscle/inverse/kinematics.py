@@ -1,7 +1,8 @@
 """Inverse kinematics: the coordinates of a model that bring its markers closest to the recorded ones.
 
-Weighted least squares in each frame, sum w |measured - modelled|^2 + sum w (q - target)^2, as OpenSim's
-InverseKinematicsTool has it (Lu, O'Connor 1999, J Biomech 32: 129-134). Coordinates keep within their ranges where
+Weighted least squares in each frame, sum w |measured - modelled|^2 / sum w + sum v (q - target)^2 over markers seen and
+coordinates with a target, as OpenSim's InverseKinematicsTool has it (Lu, O'Connor 1999, J Biomech 32: 129-134; Simbody,
+Assembler's goals `Markers` and `QValue`). Coordinates keep within their ranges where
 the model clamps them, locked ones stay, coupled ones follow; the root may go and turn anywhere.
 """
 
@@ -217,17 +218,19 @@ def _turned(vectors: Floats, turn: Floats) -> Floats:
 
 
 def _within(markers: Markers, times: tuple[float, float] | None) -> Markers:
-    """The frames within a range of times."""
+    """The frames from the one nearest to a range's begin to the one nearest to its end, as OpenSim takes them."""
     if times is None:
         return markers
     step = float(np.median(np.diff(markers.times))) if len(markers.times) > 1 else 0.0
-    keep = (markers.times >= times[0] - 0.01 * step) & (markers.times <= times[1] + 0.01 * step)
-    if not keep.any():
+    if times[1] < markers.times[0] - 0.5 * step or times[0] > markers.times[-1] + 0.5 * step:
         raise SignalError(
             f"no frame lies within the range of times from {times[0]:g} to {times[1]:g} s; there are frames from "
             f"{markers.times[0]:g} to {markers.times[-1]:g} s"
         )
-    return Markers(markers.names, markers.times[keep], markers.positions[keep])
+    first, last = (
+        int(np.abs(markers.times - min(max(time, markers.times[0]), markers.times[-1])).argmin()) for time in times
+    )
+    return Markers(markers.names, markers.times[first : last + 1], markers.positions[first : last + 1])
 
 
 def _targets(scene: Scene, chain: Chain, tasks: Tasks | None, times: Floats) -> tuple[Floats, Floats]:

@@ -16,10 +16,12 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.core.pose import rotate
+from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.plausibility.ground_forces import Applied
+from warpmuscle.inverse.reactions.joint_frames import body_frames
 from warpmuscle.inverse.trial import Loads, Plate
 from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.synergy.tables import Table, read_table
@@ -40,13 +42,15 @@ class _Described(NamedTuple):
     force: str  # what names of its columns begin with; empty: there are none
     point: str
     moment: str
+    axes_of: str | None = None  # body in whose axes force and moment are; None: the ground's
+    point_on: str | None = None
 
 
 def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
     """Forces of an external-loads `.xml`, or of a `.mot`, `.sto` or `.csv` whose plates have no bodies yet.
 
     Args:
-        data: the table in place of that which the `.xml` names, which is looked for beside it.
+        data: the table in place of that which the `.xml` names, which is looked for there and beside it.
 
     Raises:
         SceneError: the `.xml` cannot be read. SignalError: the table cannot be read, lacks columns of a force or holds
@@ -70,14 +74,15 @@ def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
         named = top.child("datafile")
         if named is None or not named.word():
             top.fail("it names no <datafile> with the numbers")
-        data = path.parent / Path(named.word().replace("\\", "/")).name
-        if not data.exists():
-            raise SignalError(f"it names the table {data.name!r}, and there is no such file beside it", file=path)
+        told = Path(named.word().replace("\\", "/"))
+        data = next((one for one in (path.parent / told, path.parent / told.name) if one.is_file()), None)
+        if data is None:
+            raise SignalError(f"it names the table {told.name!r}, and there is no such file beside it", file=path)
     return _loads(read_table(data), described)
 
 
 def _described(element: Element) -> _Described | None:
-    """A force that is applied; raises SceneError where it is expressed otherwise than in ground axes."""
+    """A force that is applied."""
     if element.tag != "ExternalForce":
         element.fail("only an ExternalForce is read; remove it")
 
@@ -90,14 +95,15 @@ def _described(element: Element) -> _Described | None:
         child = element.child(tag)
         if child is not None and child.truth() is off:
             return None
-    for tag in ("force_expressed_in_body", "point_expressed_in_body"):
-        if word(tag).lower() not in GROUND:
-            element.fail(f"<{tag}> is {word(tag)!r}; only forces in ground axes are read, so turn them before")
+    frames = [word(f"{what}_expressed_in_body") for what in ("force", "point")]
     body = word("applied_to_body").rpartition("/")[2]
     if not body:
         element.fail("names no <applied_to_body>")
     found = _Described(
-        element.name or body, body, *map(word, ("force_identifier", "point_identifier", "torque_identifier"))
+        element.name or body,
+        body,
+        *map(word, ("force_identifier", "point_identifier", "torque_identifier")),
+        *(None if frame.lower() in GROUND else frame.rpartition("/")[2] for frame in frames),
     )
     if not found.force and not found.moment:
         element.fail("has neither <force_identifier> nor <torque_identifier>")
@@ -147,7 +153,9 @@ def _loads(table: Table, described: Sequence[_Described]) -> Loads:
             raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=table.path)
         return [names.index(name) for name in wanted]
 
-    wanted = [[columns(one, start) if start else [] for start in one[2:]] for one in described]
+    wanted = [
+        [columns(one, start) if start else [] for start in (one.force, one.point, one.moment)] for one in described
+    ]
     every = sorted({time, *(k for one in wanted for part in one for k in part)})
     values = table.columns(every)
     if not len(values):
@@ -166,8 +174,40 @@ def _loads(table: Table, described: Sequence[_Described]) -> Loads:
     def vectors(part: list[int]) -> Floats:
         return values[:, [every.index(k) for k in part]] if part else np.zeros((len(times), 3))
 
-    plates = [Plate(one.name, one.body, *map(vectors, parts)) for one, parts in zip(described, wanted, strict=True)]
+    plates = [
+        Plate(one.name, one.body, vectors(force), vectors(point), vectors(moment), one.axes_of, one.point_on)
+        for one, (force, point, moment) in zip(described, wanted, strict=True)
+    ]
     return Loads(times, tuple(plates))
+
+
+def in_world(body: BodyModel, plates: Sequence[Plate], values: Floats, states: States, part: slice) -> Floats:
+    """Forces, points and moments (n, P, 3, 3) of plates in world axes, from those that they are told in.
+
+    Raises:
+        ArgumentError: they are told in axes of a body, and the model is no file of OpenSim or has no such body.
+    """
+    found = np.asarray(values @ TO_OPENSIM)
+    wanted = {name for plate in plates for name in (plate.axes_of, plate.point_on) if name is not None}
+    if not wanted:
+        return found
+    if body.file is None:
+        raise ArgumentError(f"a force is told in axes of {min(wanted)!r}, which only the `.osim` of the model has")
+    frames, places = body_frames(body.file), _poses(body, states, part)
+    for k, plate in enumerate(plates):
+        for name in (plate.axes_of, plate.point_on):
+            if name is not None and name not in frames:
+                raise ArgumentError(f"the force {plate.name!r} is told in axes of {name!r}, which the model does not "
+                                    f"have; it has {', '.join(list(frames)[:8])}, ...")  # fmt: skip
+        if plate.axes_of is not None:
+            frame = frames[plate.axes_of]
+            for what in (0, 2):
+                found[:, k, what] = rotate(places[frame.body][1], values[:, k, what] @ frame.axes.T)
+        if plate.point_on is not None:
+            frame = frames[plate.point_on]
+            place, orientation = places[frame.body]
+            found[:, k, 1] = place + rotate(orientation, (values[:, k, 1] - frame.center) @ frame.axes.T)
+    return found
 
 
 class Placed(NamedTuple):
@@ -269,19 +309,25 @@ def _feet(body: BodyModel) -> list[int]:
     raise ArgumentError("the model's feet are not known by their names; say in the loads which body each force acts on")
 
 
-def _places(body: BodyModel, states: States, part: slice, rows: Integers | slice = slice(None)) -> Floats:
-    """Where centres of mass of all bodies are in some rows of some frames, (n, B, 3) m."""
+def _poses(
+    body: BodyModel, states: States, part: slice, rows: Integers | slice = slice(None)
+) -> dict[str, tuple[Floats, Floats]]:
+    """Centres of mass (n, 3) m and orientations (n, 4) of all bodies by name, in some rows of some frames."""
     from warpmuscle.studies.inverse_dynamics import points_of
 
-    points = points_of(body.scene.character, states.coordinates[part][rows])
-    found = []
+    found = points_of(body.scene.character, states.coordinates[part][rows])
     for number, name in enumerate(body.topology.bodies):
-        place, orientation = points[name]
+        place, orientation = found[name]
         if number > 0:
             joint = body.scene.character.joints[body.topology.joints[number - 1]]
             place = place - rotate(orientation, np.array([joint.position_in_child], dtype=np.float64))
-        found.append(place)
-    return np.stack(found, axis=1)
+            found[name] = place, orientation
+    return found
+
+
+def _places(body: BodyModel, states: States, part: slice, rows: Integers | slice = slice(None)) -> Floats:
+    """Where centres of mass of all bodies are in some rows of some frames, (n, B, 3) m."""
+    return np.stack([place for place, _ in _poses(body, states, part, rows).values()], axis=1)
 
 
 def _contacts(force: Floats) -> list[tuple[int, int]]:

@@ -53,6 +53,8 @@ class MarkerFitter:
         self._places = markers
         if not chain.coordinates:
             raise ArgumentError("the model has no coordinate that could move")
+        self.turns = np.zeros(len(chain.coordinates), np.int32)  # 1 of a coordinate that turns something
+        self.turns[[one.coordinate for one in chain.elements if one.turns and one.coordinate >= 0]] = 1
         self._elements, self._pieces = _elements(chain, device)
         placed = [markers[k] for k in self._order]
         columns = {"element": np.array([p.element for p in placed]), "point": np.array([p.point for p in placed])}
@@ -74,9 +76,9 @@ class MarkerFitter:
         recorded = recorded or self.recorded(problem)
         plan, fit = Plan(problem, recorded.seen), _Run(self, problem, recorded)
         fit.from_afar(plan.first, plan.coarse)
-        again, others = plan.doubtful(fit.found.squares)
-        fit.between(again, Between(others, others, np.zeros(len(others))), better=True)
+        fit.from_others(*plan.doubtful(fit.found.squares))
         fit.between(plan.rest, plan.between())
+        fit.from_others(*plan.jumped(fit.found.squares, fit.jumps()))
         again = plan.outliers(fit.found.squares)
         fit.from_afar(again, list(again[:, None]), better=True)
         return Fit(*fit.found.found(), fit.found.sums(problem.starts))
@@ -101,11 +103,9 @@ class MarkerFitter:
         chain, device = self.chain, self.device
         given = structs.FitModel()
         given.element, given.piece, given.marker = self._elements, self._pieces, self._markers
-        turning = np.zeros(len(chain.coordinates), np.int32)
-        turning[[one.coordinate for one in chain.elements if one.turns and one.coordinate >= 0]] = 1
         columns = {
             "low": np.maximum(chain.low, -FARTHEST), "high": np.minimum(chain.high, FARTHEST),
-            "weight": task_weights, "turns": turning,
+            "weight": task_weights, "turns": self.turns,
         }  # fmt: skip
         given.coordinate = structs_to_device(structs.FitCoordinate, columns, device)
         rows = min(count, ROWS_ON_CPU if device.is_cpu else ROWS_ON_GPU)
@@ -125,6 +125,7 @@ class _Run:
         self._first_shift = first
         self._axes = _doubles(np.array([one.axis for one in shifts]).reshape(-1, 3), wp.vec3d, self._device)
         self._targets = _doubles(problem.targets, wp.float64, self._device)
+        self._task_weights = _doubles(problem.task_weights, wp.float64, self._device)
         self.found = FittedFrames(markers, len(chain.coordinates), first, len(shifts))
 
     def from_afar(self, frames: Integers, parts: list[Integers], better: bool = False) -> None:
@@ -138,6 +139,10 @@ class _Run:
             starts = self._fitter.cold_starts(self._markers, number, parts)
             self._solve(number, _doubles(starts, wp.float64, self._device), better)
 
+    def from_others(self, frames: Integers, others: Integers) -> None:
+        """Fit frames from the solutions of others on, and keep what is better."""
+        self.between(frames, Between(others, others, np.zeros(len(others))), better=True)
+
     def between(self, frames: Integers, others: Between, better: bool = False) -> None:
         """Fit frames from between others on."""
         if not len(frames):
@@ -148,6 +153,10 @@ class _Run:
         inputs = [self.found.values, *ends, _doubles(others.part, wp.float64, self._device)]
         wp.launch(marker_frames.start_between, start.shape, inputs, [start], device=self._device)
         self._solve(number, start, better)
+
+    def jumps(self) -> Floats:
+        """By how much coordinates turn from the frame before to each (F,), rad, but those of the root."""
+        return self.found.jumps(len(self._fitter.chain.opensim.root_coordinates), self._fitter.turns)
 
     def _solve(self, number: wp.array, start: wp.array, better: bool) -> None:
         """Fit frames with these numbers from coordinates (n, C) on, and keep what comes of it, or the better part."""
@@ -162,7 +171,7 @@ class _Run:
         wp.launch(marker_frames.start_rows, len(number), inputs, outputs, device=device)
         self._markers.take(number, base, data)
         self._fitter.launch(data, self._problem.task_weights, len(number))
-        self.found.put(number, start, data, better)
+        self.found.put(number, start, data, self._task_weights, better)
 
 
 def _doubles(values: Floats, kind: Any, device: Any) -> wp.array:

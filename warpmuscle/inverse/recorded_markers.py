@@ -82,7 +82,8 @@ class FittedFrames:
     """What has been found of all frames, on the device.
 
     Attributes:
-        values: (F, C) rad or m. errors: (F, K) m, in the axes recorded. squares: (F,) weighted mean squares, m^2.
+        values: (F, C) rad or m. errors: (F, K) m, in the axes recorded. squares: (F,) weighted mean squares, m^2, and
+            those of coordinates that have a target.
     """
 
     def __init__(self, markers: RecordedMarkers, coordinates: int, first_shift: int, shifts: int) -> None:
@@ -95,11 +96,15 @@ class FittedFrames:
         self._squares = wp.zeros(markers.count, dtype=wp.float64, device=self._device)
         self._errors = wp.empty((markers.count, markers.markers), dtype=wp.vec3, device=self._device)
 
-    def put(self, number: wp.array, start: wp.array, data: Any, better: bool) -> None:
-        """Keep what was found of these frames, or of those that fit better than before."""
+    def put(self, number: wp.array, start: wp.array, data: Any, task_weights: wp.array, better: bool) -> None:
+        """Keep what was found of these frames, or of those that fit better than before.
+
+        Args:
+            task_weights: (C,) of squared distances of coordinates from their targets.
+        """
         device, markers, n = self._device, self._markers, len(number)
         square = wp.empty(n, dtype=wp.float64, device=device)
-        wp.launch(marker_frames.mean_squares, n, [data.error, data.weight], [square], device=device)
+        wp.launch(marker_frames.mean_squares, n, [data, task_weights], [square], device=device)
         kept = wp.empty(n, dtype=int, device=device)
         inputs = [number, better, square, start, self._first_shift, self._shifts, data]
         outputs = [self._squares, self.values, self._iterations, self._loose, kept]
@@ -109,8 +114,19 @@ class FittedFrames:
 
     @property
     def squares(self) -> Floats:
-        """Weighted mean squares of the errors of all frames (F,), m^2."""
+        """Weighted mean squares of the errors of all frames (F,), m^2, and of coordinates from their targets."""
         return np.asarray(self._squares.numpy())
+
+    def jumps(self, first: int, turns: Integers) -> Floats:
+        """By how much coordinates after those of the root turn from the frame before to each (F,), at most, rad.
+
+        Args:
+            first: number of these coordinates. turns: (C,) 1 of one that turns something.
+        """
+        found = wp.empty(self._markers.count, dtype=float, device=self._device)
+        inputs = [self.values, first, to_device(turns, int, self._device)]
+        wp.launch(marker_frames.find_jumps, self._markers.count, inputs, [found], device=self._device)
+        return np.asarray(found.numpy())
 
     def found(self) -> tuple[Floats, Floats, Integers, NDArray[np.bool_]]:
         """Values (F, C), errors (F, K, 3), iterations (F,), and which coordinates are loose (F, C)."""
@@ -140,7 +156,8 @@ def _common_columns(problem: Problem) -> list[int] | None:
 def _uploaded(problem: Problem, taken: list[int] | None, device: Any) -> wp.array:
     """Positions of all frames (F, columns) on the device, in double precision, since a room is large beside errors.
 
-    They come to a GPU by a buffer, since fresh memory for all would take longer than to fill it.
+    They come to a GPU by two buffers of locked memory, of which one is filled while the other is copied; fresh memory
+    for all would take longer than to fill it.
 
     Args:
         taken: see `_common_columns`; without, only columns that count are there.
@@ -149,21 +166,61 @@ def _uploaded(problem: Problem, taken: list[int] | None, device: Any) -> wp.arra
     width = len(problem.weights) if taken is None else problem.recordings[0].positions.shape[1]
     found = wp.empty((count, width), dtype=wp.vec3d, device=device)
     room = count if device.is_cpu else min(max(BUFFER // (24 * width), 1), count)
-    on_host = found if device.is_cpu else wp.empty((room, width), dtype=wp.vec3d, device="cpu")
-    buffer, filled, sent = on_host.numpy(), 0, 0
+    buffers = _Buffers(found, room, width)
     for one in problem.recordings:
         first, frames = 0, len(one.positions)
         while first < frames:
-            n = min(frames - first, room - filled)
-            part, place = one.positions[first : first + n], buffer[filled : filled + n]
+            place = buffers.place(frames - first)
+            n = len(place)
+            part = one.positions[first : first + n]
             if taken is not None:
                 place[:] = part
             else:
                 np.take(part, one.columns, axis=1, out=place, mode="clip")
-            first, filled = first + n, filled + n
-            if filled == room and not device.is_cpu:
-                wp.copy(found, on_host, dest_offset=sent * width, count=filled * width)
-                sent, filled = sent + filled, 0
-    if filled and not device.is_cpu:
-        wp.copy(found, on_host, dest_offset=sent * width, count=filled * width)
+            buffers.filled(n)
+            first += n
+    buffers.finish()
     return found
+
+
+class _Buffers:
+    """Memory on the host through which rows come to an array on a device; on a CPU it is the array itself."""
+
+    def __init__(self, found: wp.array, room: int, width: int) -> None:
+        """Args: room: rows of a buffer. width: numbers of vectors in a row."""
+        self._found, self._room, self._width = found, room, width
+        self._on_cpu = found.device.is_cpu
+        self._arrays = (
+            [found] if self._on_cpu else [wp.empty((room, width), dtype=wp.vec3d, device="cpu", pinned=True)
+                                          for _ in range(2)]
+        )  # fmt: skip
+        self._views = [one.numpy() for one in self._arrays]
+        self._events: list[Any] = [None] * len(self._arrays)
+        self._turn = self._rows = self._sent = 0
+
+    def place(self, rows: int) -> Floats:
+        """Where so many rows come, or fewer if the buffer is full before."""
+        if self._rows == 0 and self._events[self._turn] is not None:
+            wp.synchronize_event(self._events[self._turn])  # the copy from it has to be done
+        return np.asarray(self._views[self._turn][self._rows : min(self._rows + rows, self._room)])
+
+    def filled(self, rows: int) -> None:
+        """So many rows have come; a full buffer goes to the device."""
+        self._rows += rows
+        if self._rows == self._room:
+            self._send()
+
+    def finish(self) -> None:
+        """Send what is left, and wait until all is there."""
+        self._send()
+        for event in self._events:
+            if event is not None:
+                wp.synchronize_event(event)
+
+    def _send(self) -> None:
+        if self._on_cpu or self._rows == 0:
+            return
+        first, count = self._sent * self._width, self._rows * self._width
+        wp.copy(self._found, self._arrays[self._turn], dest_offset=first, count=count)
+        self._events[self._turn] = wp.get_stream(self._found.device).record_event()
+        self._sent, self._rows, self._turn = self._sent + self._rows, 0, 1 - self._turn

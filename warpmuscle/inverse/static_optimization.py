@@ -20,7 +20,7 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
-from warpmuscle.inverse.activations import RESERVE, ActivationOptions, Activations
+from warpmuscle.inverse.activations import RESERVE, ActivationOptions, Activations, widths_left_out
 from warpmuscle.inverse.body_model import BodyModel, MuscleFrames
 from warpmuscle.inverse.dynamics import Moments, Prepared, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
@@ -28,6 +28,7 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
 from warpmuscle.inverse.trial import Coordinates, Loads
 from warpmuscle.kernels.inverse import static_optimization as kernels
+from warpmuscle.kernels.inverse.muscle_moments import leave_out_pennation
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.muscles import given
 
@@ -65,7 +66,7 @@ def static_optimization(
         model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
         emg: of the same trials, None of one without.
         options: see `ActivationOptions`: power, weight, physiology, passive, reserve, least, emg_weight, rates,
-            elastic.
+            elastic, pennation.
 
     Raises:
         ArgumentError: see `inverse_dynamics`; or an option that is none, or EMG of other muscles or another time.
@@ -157,6 +158,7 @@ class Solver:
         self.high = np.where(body.pulls, 1.0, 0.0)
         # Ligaments pull in any case, as in OpenSim, which leaves out passive forces of muscles alone.
         self._taut = np.ones(len(muscles), bool) if options.passive else ~body.pulls
+        self._widths = widths_left_out(body) if not options.pennation else np.zeros((2, len(muscles)))
         self.weight = np.ones(len(muscles))
         if options.weight == "volume":
             volume = np.array([first_number(muscle_mass(one, specific_tension(one, model))) for one in muscles])
@@ -236,6 +238,10 @@ class Solver:
         if not self.options.physiology:
             strength = [first_number(self.body.muscle(name).f_max) for name in self.body.muscles]
             muscles.active.assign(np.tile(np.array(strength, np.float32), (n, 1)))
+        elif tendon is None and self._widths[1].any():
+            inputs = [to_device(one, float, self.body.device) for one in self._widths]
+            outputs = [muscles.fibre, muscles.active]
+            wp.launch(leave_out_pennation, (n, len(self.body.muscles)), inputs, outputs, device=self.body.device)
         needed = effort[part]
         if self._taut.any():
             needed = needed - self._passive(muscles, n)

@@ -73,13 +73,15 @@ class Coordinates:
 
 @dataclass(frozen=True)
 class Plate:
-    """A force on a body in F frames, as a force plate under a foot measures it; ground axes."""
+    """A force on a body in F frames, as a force plate under a foot measures it; ground axes, unless told otherwise."""
 
     name: str
     body: str | None  # of the model; None: not told
     force: Floats  # (F, 3) N
     point: Floats  # (F, 3) m, where it acts
     moment: Floats  # (F, 3) N m, about that point
+    axes_of: str | None = None  # body of an OpenSim model in whose axes force and moment are; None: the ground's
+    point_on: str | None = None  # body from whose origin, in whose axes, the point is
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class FitCoordinate:
 
     low: float
     high: float
-    weight: float  # of its distance from its target, in squares of rad or m
+    weight: float  # of its squared distance from its target, rad^2 or m^2, beside the mean of the markers' squares
     turns: int  # 1: some element turns with it, so that its steps are bounded
 
 

@@ -1,5 +1,8 @@
 """Measured markers and forces are kept in a file of trials, and read as they were."""
 
+import io
+from types import SimpleNamespace
+
 import h5py
 import numpy as np
 import pytest
@@ -8,6 +11,7 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.recordings.measured import Measured, put, read_measured
+from warpmuscle.inverse.tracking.output import tracked_arrays
 from warpmuscle.results.result import INVERSE_FORMAT
 
 FRAMES = 4
@@ -84,3 +88,19 @@ def test_a_damaged_file_is_one_line(tmp_path, damage: str):
         read_measured(tmp_path / "a.h5")
     assert "a.h5" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_run_on_the_ground_and_its_plates_stand_in_one_file():
+    """What was measured and what tracking found are stored in one group, where a name stands once."""
+    forces = np.ones((3, 1, 3))
+    measured = Measured(np.arange(3.0), (), np.zeros((3, 0, 3)), np.zeros((3, 0, 3)), ("foot",), forces, forces)
+    ground = SimpleNamespace(force=forces, plates=forces, lift=np.zeros(4))
+    fields = ("values", "error", "activation", "excitation", "force", "effort", "lacking", "iterations")
+    followed = SimpleNamespace(ground=ground, **dict.fromkeys(fields, np.zeros((3, 1))))
+    with h5py.File(io.BytesIO(), "w") as file:
+        store(file, "time", measured.times, "s", "time", description="of the frames")
+        file["time"].make_scale("time")
+        put(file, measured)
+        for one in tracked_arrays(followed):
+            store(file, one.name, one.values, one.units, "", description=one.description)
+        assert file["plate_force"].shape == file["ground_force_of_plates"].shape

@@ -157,7 +157,7 @@ def _with_emg(body: BodyModel, trials: Prepared, emg: list[Emg], of: Sequence[st
     speeds = _speeds(body, of, emg[0])
     dynamics = body.dynamics(trials.states, trials.loads)
     effort = dynamics.effort + dynamics.followed
-    options = ActivationOptions(emg_weight=EMG_WEIGHT, passive=True)
+    options = ActivationOptions(emg_weight=EMG_WEIGHT, passive=True, pennation=True)
     estimated = np.concatenate([one.activation for one in activations_of(body, trials, options, emg, effort)])
     return EmgMoments(body, trials, emg, estimated, speeds, effort[:, speeds])
 

@@ -18,7 +18,7 @@ def tracked_arrays(one: Tracked) -> list[NamedArray]:
         axes = "foot", "ground_axis"
         ground = [
             NamedArray("ground_force", axes, "N", one.ground.force, "of the simulated ground on a foot", windows),
-            NamedArray("plate_force", axes, "N", one.ground.plates, "of the plates then", windows),
+            NamedArray("ground_force_of_plates", axes, "N", one.ground.plates, "of the plates then", windows),
             NamedArray("lift", (), "m", one.ground.lift, "of the root, onto the ground", between),
         ]
     return [

@@ -1,11 +1,11 @@
 """Coordinates that fit markers best: weighted least squares, one thread a frame.
 
-Each frame minimises sum w |e|^2 of its markers' errors e. Steps are those of Levenberg and Marquardt at first, and of
-Newton near the solution, where large errors would make the former slow. The matrix J' W J is that of a tree of mass
-points, one of mass w at each marker, so that it comes of composite inertias (Featherstone 2008, table 6.2) without J
-itself; Newton's takes off it what the errors do with the turning of J. It is factorised as L' D L from the last
-coordinate on, which keeps the zeros between branches (ibid., section 6.5). Limits are held by taking out coordinates
-that would leave them, and by clipping.
+Each frame minimises sum w |e|^2 of its markers' errors e, and of what coordinates are off their targets. Steps are
+those of Levenberg and Marquardt at first, and of Newton near the solution, where large errors would make the former
+slow, or damped where those have failed. The matrix J' W J is that of a tree of mass points, one of mass w at each
+marker, so that it comes of composite inertias (Featherstone 2008, table 6.2) without J itself; Newton's takes off it
+what the errors do with the turning of J. It is factorised as L' D L from the last coordinate on, which keeps the zeros
+between branches (ibid., section 6.5). Limits are held by taking out coordinates that would leave them, and by clipping.
 """
 
 import warp as wp
@@ -22,6 +22,7 @@ CONVERGED = wp.constant(5.0e-6)  # rad or m, of the last step; the error left is
 LOOSE = wp.constant(3.0e-5)  # of its diagonal entry: a pivot below it comes of rounding
 FLAT = wp.constant(1.0e-3)  # of its entry of J' W J: a pivot of Newton's below it leads too far, or to no minimum
 NEAR = wp.constant(0.2)  # rad, of a step, after which Newton's are taken
+OFTEN = wp.constant(4)  # steps that are of no use, after which Newton's are taken anywhere, damped
 FIRST_DAMPING = wp.constant(1.0e-3)  # of the diagonal, once a step has made things worse
 WORSE = wp.constant(1.0e-5)  # part by which the sum of squares may grow through rounding
 
@@ -163,22 +164,36 @@ def normal_equations(row: int, newton: float, model: FitModel, work: FitScratch)
 
 
 @wp.func
-def target_squares(frame: int, model: FitModel, frames: FitFrames) -> float:
-    """The sum of weighted squares of the distances of coordinates from their targets."""
+def seen_weight(frame: int, model: FitModel, frames: FitFrames) -> float:
+    """The sum of the weights of the markers that a frame shows."""
     total = wp.float32(0.0)
-    line = wp.min(frame, frames.target.shape[0] - 1)
-    for i in range(model.coordinate.shape[0]):
-        missing = frames.target[line, i] - frames.value[frame, i]
-        total += model.coordinate[i].weight * missing * missing
+    for m in range(model.marker.shape[0]):
+        total += frames.weight[frame, m]
     return total
 
 
 @wp.func
-def add_targets(frame: int, row: int, model: FitModel, frames: FitFrames, work: FitScratch):
-    """What the distances of coordinates from their targets add to the equations."""
+def target_squares(frame: int, share: float, model: FitModel, frames: FitFrames) -> float:
+    """The sum of weighted squares of the distances of coordinates from their targets.
+
+    Args:
+        share: by which weights are multiplied. Simbody takes the mean of the markers' squares, not their sum, so that
+            weights of coordinates count beside one marker of weight 1.
+    """
+    total = wp.float32(0.0)
     line = wp.min(frame, frames.target.shape[0] - 1)
     for i in range(model.coordinate.shape[0]):
-        w = model.coordinate[i].weight
+        missing = frames.target[line, i] - frames.value[frame, i]
+        total += share * model.coordinate[i].weight * missing * missing
+    return total
+
+
+@wp.func
+def add_targets(frame: int, row: int, share: float, model: FitModel, frames: FitFrames, work: FitScratch):
+    """What the distances of coordinates from their targets add to the equations; see `target_squares`."""
+    line = wp.min(frame, frames.target.shape[0] - 1)
+    for i in range(model.coordinate.shape[0]):
+        w = share * model.coordinate[i].weight
         if w > 0.0:
             work.matrix[row, i, i] += w
             work.diagonal[row, i] += w
@@ -202,14 +217,14 @@ def solve(
 ) -> float:
     """The step of all coordinates, in `slope`; 0 for those that are held or not told.
 
-    Returns the longest turn, or -1 where Newton's matrix leads to no minimum; then there is no step.
+    Returns the longest turn, or -1 where Newton's matrix leads to no minimum, damped or not; then there is no step.
     """
     count = model.coordinate.shape[0]
     for r in range(count):
         k = count - 1 - r
         whole_entry = work.diagonal[row, k]
         pivot = work.matrix[row, k, k]
-        if newton > 0.0 and frames.loose[frame, k] == 0 and pivot <= FLAT * whole_entry:
+        if newton > 0.0 and frames.loose[frame, k] == 0 and pivot + damping * whole_entry <= FLAT * whole_entry:
             return -1.0
         frames.loose[frame, k] = wp.where(pivot <= LOOSE * whole_entry, 1, 0)
         if frames.loose[frame, k] == 1 or work.held[row, k] == 1:
@@ -258,19 +273,21 @@ def fit_markers(first: int, model: FitModel, frames: FitFrames, work: FitScratch
     """Fit the frames from `first` on, each by one thread."""
     row = wp.tid()
     frame = first + row
+    share = seen_weight(frame, model, frames)
     damping = wp.float32(0.0)
     least = wp.float32(0.0)
     newton = wp.float32(0.0)
-    lost = wp.int32(0)  # how often Newton's matrix was of no use
+    lost = wp.int32(0)  # how many steps were of no use
     back = wp.bool(True)  # whether there is nothing to compare with
     changed = wp.float32(1.0)
     count = wp.int32(0)
     while count < MOST_ITERATIONS and changed > CONVERGED:
         place_elements(frame, row, model, frames.value, work)
-        total = gather_markers(frame, row, model, frames, work) + target_squares(frame, model, frames)
+        total = gather_markers(frame, row, model, frames, work) + target_squares(frame, share, model, frames)
         if not back and total > least * (1.0 + WORSE):
             damping = wp.max(10.0 * damping, FIRST_DAMPING)
-            newton = 0.0
+            lost += 1
+            newton = wp.where(lost < OFTEN, 0.0, 1.0)
             for k in range(model.coordinate.shape[0]):
                 frames.value[frame, k] = work.last[row, k]
             back = True
@@ -278,18 +295,21 @@ def fit_markers(first: int, model: FitModel, frames: FitFrames, work: FitScratch
             if not back:
                 damping = wp.where(damping > FIRST_DAMPING, 0.1 * damping, 0.0)
             normal_equations(row, newton, model, work)
-            add_targets(frame, row, model, frames, work)
+            add_targets(frame, row, share, model, frames, work)
             hold_at_limits(frame, row, model, frames, work)
             longest = solve(frame, row, newton, damping, model, frames, work)
             if longest < 0.0:
                 lost += 1
-                newton = 0.0
+                if lost < OFTEN:
+                    newton = 0.0
+                else:
+                    damping = wp.max(10.0 * damping, FIRST_DAMPING)
                 back = True
             else:
                 least = total
                 back = False
                 changed = take_step(frame, row, longest, model, frames, work)
-                newton = wp.where(longest < NEAR and damping == 0.0 and lost < 3, 1.0, 0.0)
+                newton = wp.where((longest < NEAR and damping == 0.0) or lost >= OFTEN, 1.0, 0.0)
         count += 1
     frames.iterations[frame] = wp.where(changed > CONVERGED, -count, count)
     place_elements(frame, row, model, frames.value, work)

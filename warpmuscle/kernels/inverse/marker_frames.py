@@ -140,18 +140,26 @@ def align_frames(
 
 
 @wp.kernel
-def mean_squares(error: wp.array2d[wp.vec3], weight: wp.array2d[float], found: wp.array[wp.float64]):
-    """Weighted mean square of the errors of each row, m^2; 0 of one without markers."""
+def mean_squares(rows: FitFrames, task_weights: wp.array[wp.float64], found: wp.array[wp.float64]):
+    """What the fit of each row has made least: the weighted mean square of its errors, m^2, 0 of one without markers.
+
+    Args:
+        task_weights: (coordinates,) of squared distances from their targets, which are added.
+    """
     row = wp.tid()
     total, mass = wp.float64(0.0), wp.float64(0.0)
-    for k in range(weight.shape[1]):
-        own = wp.float64(weight[row, k])
-        off = error[row, k]
+    for k in range(rows.weight.shape[1]):
+        own = wp.float64(rows.weight[row, k])
+        off = rows.error[row, k]
         for axis in range(3):
             along = wp.float64(off[axis])
             total += own * along * along
         mass += own
-    found[row] = total / wp.max(mass, wp.float64(1.0e-12))
+    mean = total / wp.max(mass, wp.float64(1.0e-12))
+    for k in range(task_weights.shape[0]):
+        off_target = wp.float64(rows.target[row, k]) - wp.float64(rows.value[row, k])
+        mean += task_weights[k] * off_target * off_target
+    found[row] = mean
 
 
 @wp.kernel
@@ -163,7 +171,7 @@ def put_rows(
     """What was found in each row among all frames; if `better`, only where it fits better than what is there.
 
     Args:
-        square: (rows,) mean squares of errors, m^2. start, first_shift: see `start_rows`. shifts: of the root.
+        square: (rows,) what comes of `mean_squares`. start, first_shift: see `start_rows`. shifts: of the root.
 
     Returns:
         kept: (rows,) 1 where it was put.
@@ -182,6 +190,22 @@ def put_rows(
             found += start[row, k]
         values[own, k] = found
         loose[own, k] = wp.uint8(rows.loose[row, k])
+
+
+@wp.kernel
+def find_jumps(values: wp.array2d[wp.float64], first: int, turns: wp.array[int], found: wp.array[float]):
+    """By how much the coordinate that turns most does so from the frame before to each, rad; 0 in the first one.
+
+    Args:
+        first: coordinate, after those of the root. turns: (coordinates,) 1 of one that turns something.
+    """
+    frame = wp.tid()
+    most = wp.float32(0.0)
+    if frame > 0:
+        for k in range(first, values.shape[1]):
+            if turns[k] == 1:
+                most = wp.max(most, float(wp.abs(values[frame, k] - values[frame - 1, k])))
+    found[frame] = most
 
 
 @wp.kernel

@@ -26,6 +26,8 @@ from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.stages import stretch_all_of, work_of
 from warpmuscle.kernels.structs import Model, ModelRef, Muscles, ScratchRef, State, at
 
+wp.set_module_options({"enable_backward": False})
+
 HALVINGS = 30  # of the strains between which a tendon's is looked for
 LARGEST_STRAIN = 0.5
 
@@ -183,6 +185,25 @@ def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> An
         passive[i, m] = force[1]
 
     return kernel
+
+
+@wp.kernel
+def leave_out_pennation(
+    l_opt: wp.array[float], width: wp.array[float], fibre: wp.array3d[float], active: wp.array2d[float]
+):  # fmt: skip
+    """Active forces of Millard's muscles as OpenSim's static optimisation has them, at almost no pennation.
+
+    It takes the fibre's length over its optimal one for metres where it asks for the angle (OpenSim 4.6,
+    `Millard2012EquilibriumMuscle::calcActiveFiberForceAlongTendon`).
+
+    Args:
+        l_opt: (muscles,) m. width: (muscles,) m, of the fibres across the tendon; 0 where the force is to stay. fibre,
+            active: see `fibre_forces_of`.
+    """
+    i, m = wp.tid()
+    if width[m] > 0.0:
+        x = fibre[0, i, m]
+        active[i, m] *= pennation_cosine(x, width[m]) / pennation_cosine(x * l_opt[m], width[m])
 
 
 @cache
