@@ -228,6 +228,27 @@ def test_terms_of_bodies_are_their_formulas(walk: SimpleNamespace, by_contact: i
     np.testing.assert_array_equal(got[:, 0, 3:], 0.0)
 
 
+@pytest.mark.parametrize("period", [0.0, 0.9])
+def test_before_its_second_landing_a_foot_is_where_the_time_says(walk: SimpleNamespace, period: float):
+    d = walk
+    state, work, _kept = given_to(d)
+    nobody = filled(SimbiconState, phase=np.zeros(0), stance=np.zeros(0, int))  # no controller has a phase
+    state.simbicon = nobody
+    value = wp.zeros((N, BODIES, len(BODY_TERMS)), device="cpu")
+    model = model_of(d, reference_by_contact=1, reference_period=period, reference_begin=0.3)
+    wp.launch(of_bodies, (N, BODIES), [model, state, work, value], device="cpu")
+    since, length, landings = (d.cycle[name][:, LEFT] for name in ("since", "length", "landings"))
+    by_time = ((np.where(landings > 0, 0.0, 0.3) + since / max(period, 0.1)) % 1.0).astype(np.float32)
+    known = length > 0.0
+    row = bins(np.where(known, np.minimum(since / np.maximum(length, 0.1), 1.0), by_time), 2 * BINS)
+    assert 0.2 < known.mean() < 0.8
+    for body in (1, 2):
+        parent, child = (Rotation.from_quat(d.orientation[:, k]) for k in (body - 1, body))
+        away = (Rotation.from_quat(d.reference[row, body]).inv() * parent.inv() * child).magnitude()
+        expected = TRACKED[body] * np.where(known | (period > 0.0), away, 0.0) ** 2
+        np.testing.assert_allclose(value.numpy()[:, body, 2], expected, rtol=1e-3, atol=1e-4)
+
+
 def test_terms_of_the_whole_are_their_formulas(walk: SimpleNamespace):
     d = walk
     state, work, _kept = given_to(d)
