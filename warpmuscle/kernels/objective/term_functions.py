@@ -280,6 +280,24 @@ def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef
 
 
 @func
+def stride_speed(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """Squared difference of each foot's speed over its last stride and the target speed, m^2/s^2, summed.
+
+    It leaves free how the speed changes within a stride. Before a foot has landed twice, the speed of the centre of
+    mass counts in its place; that of a foot that does not land for longer than its last stride took goes down.
+    """
+    target = at(model.objective, instance, 0).target_speed
+    total = wp.float32(0.0)
+    for side in range(LEFT, RIGHT + 1):
+        cycle = state.foot_cycle[instance, side]
+        speed = work.center[1][2]
+        if cycle.landings > 1:
+            speed = (cycle.place[2] - cycle.before[2]) / wp.max(cycle.length, cycle.since)
+        total += (speed - target) * (speed - target)
+    return total
+
+
+@func
 def norm_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Squared difference of each foot's vertical force and that of human walking, in half-widths, of the step before.
 
