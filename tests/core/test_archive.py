@@ -7,7 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from warpmuscle.core.archive import DamagedArchive, read_arrays
+from warpmuscle.core.archive import DamagedArchive, array_places, read_arrays
 from warpmuscle.core.limits import LIMITS
 
 HEADER = "{'descr': %r, 'fortran_order': False, 'shape': %r, }"
@@ -95,3 +95,32 @@ def test_arrays_that_are_not_wanted_are_not_read():
 def test_what_is_no_archive_is_refused(content):
     with pytest.raises(DamagedArchive, match=r"not an \.npz file"):
         read_arrays(io.BytesIO(content))
+
+
+def test_rows_are_where_the_places_of_arrays_say():
+    arrays = {
+        "cost": np.linspace(0.0, 1.0, 7),
+        "params": np.arange(21.0).reshape(7, 3),
+        "stage": np.arange(7, dtype="i4"),
+    }
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    content = file.getvalue()
+    places = array_places(content)
+    assert set(places) == set(arrays)
+    for name, array in arrays.items():
+        there = places[name]
+        assert (there.kind, there.shape) == (array.dtype, array.shape)
+        found = np.frombuffer(content, there.kind, array.size, there.offset).reshape(there.shape)
+        np.testing.assert_array_equal(found, array)
+
+
+@pytest.mark.parametrize("way", ["compressed", "cut", "columns first", "objects"])
+def test_places_are_told_of_plain_arrays_alone(way: str):
+    file = io.BytesIO()
+    values = np.asfortranarray(np.ones((3, 2))) if way == "columns first" else np.ones((3, 2))
+    save = np.savez_compressed if way == "compressed" else np.savez
+    save(file, values=np.array([{}], dtype=object) if way == "objects" else values)
+    content = file.getvalue()
+    with pytest.raises(DamagedArchive, match="compressed, or damaged"):
+        array_places(content[: len(content) // 2] if way == "cut" else content)

@@ -1,5 +1,6 @@
 """Datasets with what they are, as they come back."""
 
+import tracemalloc
 from pathlib import Path
 
 import h5py
@@ -84,3 +85,17 @@ def test_an_error_of_the_work_leaves_the_earlier_file(tmp_path: Path):
         store(file, "a", np.array([np.nan]), axes="row", description="numbers")
     assert path.read_text() == "earlier"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_rows_that_wait_keep_nothing_else_in_memory(tmp_path: Path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        column = Column(file, "best", float, (36,), "", "run, parameter", "the best of each run")
+        tracemalloc.start()
+        for number in range(200):
+            every = np.full((1000, 36), float(number))  # 288 kB, of which a row is kept
+            column.add(every[5][None])
+        del every
+        kept, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert kept < 2e6
+        np.testing.assert_array_equal(column.finish()[:, 0], np.arange(200.0))

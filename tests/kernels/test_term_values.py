@@ -112,7 +112,7 @@ MASS, GRAVITY, BAND, TARGET_SPEED, BOUND, DESIRED = 62.0, 9.7, 0.15, 1.3, 0.9, 0
 TRACKED, SCALE, SIDE = (0.0, 1.0, 0.5), (0.0, 7.0, -4.0), (LEFT, LEFT, RIGHT)
 BODY_TERMS = ("applied_torque", "smoothness", "tracking", "norms", "norm_moments")
 MOMENT_SCALE = (0.0, 6.0, -8.0)
-INSTANCE_TERMS = ("speed", "heading", "head", "ground_force", "step_width", "norm_force")
+INSTANCE_TERMS = ("speed", "heading", "head", "ground_force", "step_width", "norm_force", "stride_speed")
 
 
 @wp.kernel(enable_backward=False)
@@ -136,6 +136,7 @@ def of_whole(model: Model, state: State, work: wp.array[Scratch], value: wp.arra
     value[i, 3] = terms.ground_force(i, model, state, mine)
     value[i, 4] = terms.step_width(i, model, state, mine)
     value[i, 5] = terms.norm_force(i, model, state, mine)
+    value[i, 6] = terms.stride_speed(i, model, state, mine)
 
 
 @pytest.fixture(scope="module")
@@ -155,6 +156,7 @@ def walk() -> SimpleNamespace:
     d.cycle = {
         "since": random.uniform(0.0, 1.1, (N, 2)), "length": length, "grounded": np.ones((N, 2), int),
         "landings": random.integers(0, 4, (N, 2)), "width": random.normal(0.1, 0.1, (N, 2)),
+        "before": random.normal(0.0, 0.3, (N, 2, 3)), "place": random.normal(0.8, 0.3, (N, 2, 3)),
     }  # fmt: skip
     return d
 
@@ -190,6 +192,13 @@ def cycle_part(d: SimpleNamespace, side: int) -> np.ndarray:
     by_phase = np.where(d.stance == side, half, 0.5 + half)
     since, length = d.cycle["since"][:, side], d.cycle["length"][:, side]
     return np.where(length > 0.0, np.minimum(since / np.maximum(length, 0.1), 1.0), by_phase)
+
+
+def stride_speeds(d: SimpleNamespace) -> np.ndarray:
+    """Speeds (N, 2) of the feet over their last strides; of the centre of mass where a foot has not landed twice."""
+    gone = d.cycle["place"][:, :, 2] - d.cycle["before"][:, :, 2]
+    of_strides = gone / np.maximum(d.cycle["length"], d.cycle["since"])
+    return np.where(d.cycle["landings"] > 1, of_strides, d.center[:, 1, 2][:, None])
 
 
 def bins(part: np.ndarray, count: int) -> np.ndarray:
@@ -228,6 +237,27 @@ def test_terms_of_bodies_are_their_formulas(walk: SimpleNamespace, by_contact: i
     np.testing.assert_array_equal(got[:, 0, 3:], 0.0)
 
 
+@pytest.mark.parametrize("period", [0.0, 0.9])
+def test_before_its_second_landing_a_foot_is_where_the_time_says(walk: SimpleNamespace, period: float):
+    d = walk
+    state, work, _kept = given_to(d)
+    nobody = filled(SimbiconState, phase=np.zeros(0), stance=np.zeros(0, int))  # no controller has a phase
+    state.simbicon = nobody
+    value = wp.zeros((N, BODIES, len(BODY_TERMS)), device="cpu")
+    model = model_of(d, reference_by_contact=1, reference_period=period, reference_begin=0.3)
+    wp.launch(of_bodies, (N, BODIES), [model, state, work, value], device="cpu")
+    since, length, landings = (d.cycle[name][:, LEFT] for name in ("since", "length", "landings"))
+    by_time = ((np.where(landings > 0, 0.0, 0.3) + since / max(period, 0.1)) % 1.0).astype(np.float32)
+    known = length > 0.0
+    row = bins(np.where(known, np.minimum(since / np.maximum(length, 0.1), 1.0), by_time), 2 * BINS)
+    assert 0.2 < known.mean() < 0.8
+    for body in (1, 2):
+        parent, child = (Rotation.from_quat(d.orientation[:, k]) for k in (body - 1, body))
+        away = (Rotation.from_quat(d.reference[row, body]).inv() * parent.inv() * child).magnitude()
+        expected = TRACKED[body] * np.where(known | (period > 0.0), away, 0.0) ** 2
+        np.testing.assert_allclose(value.numpy()[:, body, 2], expected, rtol=1e-3, atol=1e-4)
+
+
 def test_terms_of_the_whole_are_their_formulas(walk: SimpleNamespace):
     d = walk
     state, work, _kept = given_to(d)
@@ -243,6 +273,7 @@ def test_terms_of_the_whole_are_their_formulas(walk: SimpleNamespace):
         "ground_force": np.maximum(load - BOUND, 0.0).sum(axis=1),
         "step_width": (np.where(d.cycle["landings"] > 1, d.cycle["width"] - 0.08, 0.0) ** 2).sum(axis=1),
         "norm_force": np.sum((load - human) ** 2, axis=1) / BAND**2,
+        "stride_speed": ((stride_speeds(d) - TARGET_SPEED) ** 2).sum(axis=1),
     }  # fmt: skip
     for k, name in enumerate(INSTANCE_TERMS):
         np.testing.assert_allclose(value.numpy()[:, k], expected[name], rtol=1e-3, atol=1e-4, err_msg=name)
@@ -253,7 +284,7 @@ def test_without_norms_and_references_nothing_is_added(walk: SimpleNamespace):
     model = model_of(walk)
     model.norm_bins, model.reference_bins = 0, 0
     state, work, _kept = given_to(walk)
-    bodies, whole = wp.zeros((N, BODIES, 5), device="cpu"), wp.zeros((N, 6), device="cpu")
+    bodies, whole = wp.zeros((N, BODIES, 5), device="cpu"), wp.zeros((N, len(INSTANCE_TERMS)), device="cpu")
     wp.launch(of_bodies, (N, BODIES), [model, state, work, bodies], device="cpu")
     wp.launch(of_whole, N, [model, state, work, whole], device="cpu")
     np.testing.assert_array_equal(bodies.numpy()[:, :, 2:], 0.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.core.errors import ResultError, RolloutError, SceneError
+from warpmuscle.core.pose import about
 from warpmuscle.formats import load, toml
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result, parameter_table
@@ -182,8 +183,22 @@ def test_phases_of_a_recording_without_a_controller_follow_from_contacts():
     scene = load("fwalk")
     found = reference_gait._by_contact(motion, substitute(scene, start_values(scene)), "a.h5")
     assert found.by_contact
+    assert found.period == pytest.approx(1.0, abs=0.01)
     assert found.time[0] == pytest.approx(0.21)
     assert found.time[-1] == pytest.approx(2.19)
     assert set(found.stance.tolist()) == {0, 1}
     with pytest.raises(RolloutError, match=r"a\.h5 has no phases.* nor ground forces of a whole gait cycle"):
         reference_gait._by_contact(motion.window(0.0, 1.0), substitute(scene, start_values(scene)), "a.h5")
+
+
+def test_a_gait_begins_where_it_is_nearest_to_the_initial_pose():
+    scene = load("reflex_planar")
+    scene = substitute(scene, start_values(scene))
+    names = Rollout(scene, 1, "cpu").structure.names
+    knee, body = about([1.0, 0.0, 0.0], np.linspace(0.0, 1.0, 20)), names.body_of_joint("lKnee")
+    table = np.tile([0.0, 0.0, 0.0, 1.0], (20, len(names.bodies), 1))
+    table[:, body] = knee
+    counts = np.zeros(len(names.bodies))
+    counts[body] = 1.0
+    scene.initial_state.joints["lKnee"].orientation = tuple(knee[13])
+    assert reference_gait.nearest_part(table, counts, scene, names) == pytest.approx(13.5 / 20)

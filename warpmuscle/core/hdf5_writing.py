@@ -160,7 +160,8 @@ class Column:
 
     def add(self, rows: Any) -> None:
         """Put rows behind those that are there; they are written once there are enough for a piece."""
-        self._rows.append(np.asarray(rows, dtype=object) if self._dataset.dtype.kind == "O" else np.asarray(rows))
+        kind = object if self._dataset.dtype.kind == "O" else None
+        self._rows.append(np.array(rows, dtype=kind))  # a view would keep all that it is of until it is written
         self._waiting += len(self._rows[-1])
         while self._waiting >= self._least:
             every = np.concatenate(self._rows)

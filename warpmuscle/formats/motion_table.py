@@ -30,6 +30,7 @@ from warpmuscle.scene.topology import topology
 from warpmuscle.synergy.tables import STORAGE, Table, read_table
 
 SUFFIXES = (*STORAGE, ".csv")
+HALF = 0.5  # of a cycle, that frames go over at least if they tell its period
 STEPS = ("phase", "stance", "cycle")
 TRAVEL = 0.5  # m, of a root that walks over the ground rather than on a treadmill
 SHORTEST_CYCLE = 0.2  # s, from a touch-down of a foot to its next
@@ -111,7 +112,9 @@ def _motion(values: dict[str, Floats], scene: Scene, degrees: bool | None, path:
     inside = np.isfinite(cycle)
     present, orientation = _orientations({name: angles[inside] for name, angles in joints.items()}, scene)
     phase, stance = steps({"cycle": cycle[inside]})
-    return JointMotion(present, time[inside], phase, stance, orientation, by_contact=True)
+    cycles = float(np.ptp(np.unwrap(cycle[inside], period=1.0)))
+    period = float(np.ptp(time[inside])) / cycles if cycles > HALF else 0.0
+    return JointMotion(present, time[inside], phase, stance, orientation, True, period)
 
 
 def _angles(values: dict[str, Floats], scene: Scene, degrees: bool | None, path: str | Path) -> dict[str, Floats]:

@@ -5,6 +5,7 @@ A file has K frames, each at a phase of a step:
 - `phase` (K,), of the controller's state, 0 to 1, and `stance` (K,), 0 left, 1 right; or, for data given over the gait
   cycle, `cycle` (K,), 0 to 1 from one touch-down of the left foot to the next, the right one's being at 0.5
 - `time` (K,), s; may be left out, and then all frames count
+- `period`, s, of a cycle; with it the strides before the second landing of the left foot count, too
 - an array for each joint, of its name: angles in rad, (K,) of a hinge, (K, 2) of a universal joint about its axes,
   (K, 3) of a ball joint about x, then the new y, then the new z axis; or (K, 4) quaternions of the child in the parent,
   x, y, z, w. What has no joint's name is not read.
@@ -29,11 +30,12 @@ from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.scene import Character, Joint
 from warpmuscle.scene.joints import joint_type
 
-FRAMES = ("time", "phase", "stance", "cycle")
+FRAMES = ("time", "phase", "stance", "cycle", "period")
 ORIGINAL = ("t", "phi", "stance", "joint_names", "joint_quat")
 LARGEST_PHASE = 2.0  # a foot that comes down late lets the phase run beyond 1
 LARGEST_ANGLE = 2.0 * np.pi  # rad
 QUATERNION_ERROR = 1e-3
+SHORTEST, LONGEST = 0.05, 100.0  # s, of a gait cycle
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class JointMotion:
     stance: Integers  # (K,)
     joint_orientation: Floats  # (K, J, 4)
     by_contact: bool = False  # phases are those of the gait cycle between contacts of the left foot, no controller's
+    period: float = 0.0  # s, of these cycles; 0: not known
 
     def window(self, start: float) -> JointMotion:
         """The frames at or after a time, s; all where there are no times."""
@@ -118,9 +121,22 @@ def _motion(arrays: dict[str, NDArray[np.generic]], names: list[str], character:
     for name in ("time", "phase", "stance"):
         if name in numbers and numbers[name].shape != phase.shape:
             raise ValueError(f"{name!r} has shape {numbers[name].shape}, not {phase.shape}")
+    period = _period(numbers) if "period" in numbers else 0.0
     orientations = [_orientation(name, numbers[name], character.joints[name], len(phase)) for name in present]
     joints = np.stack(orientations, axis=1)
-    return JointMotion(present, numbers.get("time"), phase, stance, joints, by_contact="cycle" in numbers)
+    return JointMotion(present, numbers.get("time"), phase, stance, joints, "cycle" in numbers, period)
+
+
+def _period(numbers: dict[str, Floats]) -> float:
+    """The period of a cycle, s; ValueError if it is none."""
+    if "cycle" not in numbers:
+        raise ValueError("'period' goes with 'cycle'")
+    if numbers["period"].size != 1:
+        raise ValueError(f"'period' is one number, has shape {numbers['period'].shape}")
+    period = float(numbers["period"].item())
+    if not SHORTEST <= period <= LONGEST:
+        raise ValueError(f"'period' is {SHORTEST:g} to {LONGEST:g} s, not {period:g}")
+    return period
 
 
 def _numbers(name: str, array: NDArray[np.generic]) -> Floats:

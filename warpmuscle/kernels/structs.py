@@ -201,6 +201,8 @@ class Model:
     reference_bins: int  # of the phase, for each stance
     reference: wp.array2d[wp.quat]  # (2 bins, bodies) child in parent, of a tracked gait; left stance first
     reference_by_contact: int  # 1: the tracked gait is given from one contact of the left foot to the next
+    reference_period: float  # s, of its cycles; 0: not known
+    reference_begin: float  # 0..1, the part of its cycle that is nearest to the initial pose
     tracked: wp.array[float]  # (bodies,) 1: the body's joint is compared with it
     contact_rule: wp.vec3  # load of a foot on the ground over body weight, time to touch down s, time to lift off s
     norm_bins: int  # of the gait cycle

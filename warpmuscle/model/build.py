@@ -50,6 +50,8 @@ class ReferenceGait:
     orientation: Floats  # (2 bins, bodies, 4) of each body's joint, child in parent; left stance first
     tracked: Floats  # (bodies,) 1: the body's joint is compared
     by_contact: bool  # whether its cycles run from contact to contact of the left foot
+    period: float = 0.0  # s, of these cycles; 0: not known
+    begin: float = 0.0  # 0..1, the part of them that is nearest to the initial pose
 
 
 @dataclass(frozen=True)
@@ -226,6 +228,8 @@ def _reference(scene: Scene, structure: Structure, device: Any, inputs: ModelInp
     return {
         "reference_bins": len(reference.orientation) // 2,
         "reference_by_contact": int(reference.by_contact),
+        "reference_period": reference.period,
+        "reference_begin": reference.begin,
         "reference": to_device(reference.orientation, wp.quat, device),
         "tracked": to_device(reference.tracked, float, device),
     }

@@ -13,11 +13,13 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.pose import conjugate, multiply
 from warpmuscle.formats import load
 from warpmuscle.model.build import ReferenceGait
 from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene, Tracking
+from warpmuscle.scene.initial_pose import initial_pose
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import Topology
 
@@ -82,7 +84,25 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
     orientation, counts = reference_table(part, structure.names, tracking.joints, tracking.weights)
-    return ReferenceGait(orientation, counts, not isinstance(motion, Recording) and motion.by_contact)
+    if isinstance(motion, Recording) or not motion.by_contact:
+        return ReferenceGait(orientation, counts, False)
+    begin = nearest_part(orientation, counts, substitute(scene, start_values(scene)), structure.names)
+    return ReferenceGait(orientation, counts, True, motion.period, begin)
+
+
+def nearest_part(table: Floats, counts: Floats, scene: Scene, names: Topology) -> float:
+    """The part of a gait's cycle, 0 to 1, that is nearest to the initial pose of a numeric scene.
+
+    Args:
+        table, counts: as `reference_table` gives them.
+    """
+    poses, _ = initial_pose(scene)
+    away = np.zeros(len(table))
+    for joint in scene.character.joints.values():
+        body = names.bodies.index(joint.child)
+        relative = multiply(conjugate(poses[joint.parent][1]), poses[joint.child][1])
+        away += counts[body] * np.arccos(np.clip(np.abs(table[:, body] @ relative), 0.0, 1.0)) ** 2
+    return float((np.argmin(away) + 0.5) / len(table))
 
 
 def _by_contact(motion: Recording, scene: Scene, source: str) -> JointMotion:
@@ -109,7 +129,7 @@ def _by_contact(motion: Recording, scene: Scene, source: str) -> JointMotion:
     cycle = np.interp(time, down, np.arange(len(down))) % 1.0
     phase, stance = steps({"cycle": cycle})
     orientation = np.asarray(motion.joint_orientation, np.float64)[inside]
-    return JointMotion(motion.joint_names, time, phase, stance, orientation, by_contact=True)
+    return JointMotion(motion.joint_names, time, phase, stance, orientation, True, float(np.diff(down).mean()))
 
 
 def reference_table(

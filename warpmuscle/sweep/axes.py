@@ -63,7 +63,7 @@ def flat(table: Mapping[str, Any], above: str = "", mark: str = "keys") -> Itera
     """
     for name, value in table.items():
         key = f"{above}.{name}" if above else name
-        if isinstance(value, dict) and mark not in value:
+        if isinstance(value, dict) and value and mark not in value:
             yield from flat(value, key, mark)
         else:
             yield key, value

@@ -8,11 +8,11 @@ time and no more: what it says counts only for files that have not been touched 
 from __future__ import annotations
 
 import io
+import math
 import os
 import secrets
 import struct
 import zlib
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,13 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.core.archive import Arrays, DamagedArchive, read_arrays
+from warpmuscle.core.archive import ArrayPlace, Arrays, DamagedArchive, array_places, read_arrays
 from warpmuscle.core.files import check_regular
 from warpmuscle.results.journal import MAGIC, packed
 from warpmuscle.results.records import COLUMNS, Evaluations, Result
 
 PATTERN = "*.finished"
-OPEN = 4  # windows whose numbers are kept in memory
 INTEGERS = ("status", "search", "generation", "stage")
 _HEAD = struct.Struct("<QI")
 
@@ -99,7 +98,7 @@ class FinishedRuns:
 
     def __init__(self, folder: Path) -> None:
         self._places: dict[str, tuple[Path, int, int, Arrays]] = {}  # file, place of the numbers, row, head
-        self._bodies: OrderedDict[tuple[Path, int], Arrays] = OrderedDict()
+        self._bodies: dict[tuple[Path, int], dict[str, ArrayPlace]] = {}  # where columns are in records that are whole
         for path in sorted(folder.glob(PATTERN)):
             try:
                 check_regular(path)
@@ -141,16 +140,12 @@ class FinishedRuns:
         try:
             if (int(head["size"][row]), int(head["time"][row])) != (size, time):
                 return None
-            body = self._body(path, place)
             counts = head["count"]
-            begin = int(counts[:row].sum())
-            part = slice(begin, begin + int(counts[row]))
+            rows = int(counts[:row].sum()), int(counts[row])
             labels = {"params": _texts(head["params"])}
             if terms := _texts(head["terms"]):
                 labels["terms"] = terms
-            columns = {column: body[column][part] for column in COLUMNS}
-            if terms:
-                columns["terms"] = body["terms"][part]
+            columns = self._columns(path, place, [*COLUMNS, *(["terms"] if terms else [])], *rows)
             widths = {name: (len(words),) for name, words in labels.items()}
             if any(values.shape != (counts[row], *widths.get(name, ())) for name, values in columns.items()):
                 return None
@@ -159,22 +154,34 @@ class FinishedRuns:
         except (OSError, DamagedArchive, KeyError, ValueError, IndexError):
             return None
 
-    def _body(self, path: Path, place: int) -> Arrays:
-        found = self._bodies.pop((path, place), None)
-        if found is None:
-            with open(path, "rb") as file:
+    def _columns(self, path: Path, place: int, names: Sequence[str], begin: int, count: int) -> Arrays:
+        """So many rows of the columns of a record from one on, and no others: records of many parts take turns."""
+        with open(path, "rb") as file:
+            if (path, place) not in self._bodies:
                 file.seek(place)
-                found = _record(file)
-            if found is None:
-                raise ValueError("torn")
-        self._bodies[(path, place)] = found
-        while len(self._bodies) > OPEN:
-            self._bodies.popitem(last=False)
-        return found
+                content = _content(file)
+                if content is None:
+                    raise ValueError("torn")
+                self._bodies[path, place] = array_places(content)
+            found = {}
+            for name in names:
+                there = self._bodies[path, place][name]
+                if not 0 <= begin <= begin + count <= there.shape[0]:
+                    raise ValueError("too short")
+                width = math.prod(there.shape[1:])
+                file.seek(place + _HEAD.size + there.offset + begin * width * there.kind.itemsize)
+                found[name] = np.fromfile(file, there.kind, count * width).reshape(count, *there.shape[1:])
+            return found
 
 
 def _record(file: Any) -> Arrays | None:
     """The record that begins here; None if it is not whole."""
+    content = _content(file)
+    return None if content is None else read_arrays(io.BytesIO(content))
+
+
+def _content(file: Any) -> bytes | None:
+    """The archive of the record that begins here; None if it is not whole."""
     head = file.read(_HEAD.size)
     if len(head) < _HEAD.size:
         return None
@@ -184,7 +191,7 @@ def _record(file: Any) -> Arrays | None:
     payload = file.read(length)
     if len(payload) < length or zlib.crc32(payload) != checksum:
         return None
-    return read_arrays(io.BytesIO(payload))
+    return bytes(payload)
 
 
 def _texts(array: Any) -> tuple[str, ...]:

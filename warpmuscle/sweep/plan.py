@@ -340,7 +340,10 @@ class _Base:
         except SceneError as error:
             raise self._error(error.message, guilty, key=error.key) from None
         except Error as error:
-            raise self._error(str(error), guilty, key="search") from None
+            named = next((name for name in search if name in str(error).split()), "")
+            if "step size" in str(error) and "sigma" in search:
+                named = "sigma"
+            raise self._error(str(error), guilty, key=f"search.{named}".rstrip(".")) from None
 
     def _trained(self, training: dict[str, Any], changes: list[Override]) -> TrainingPlan:
         """Options of a training, found to be possible."""

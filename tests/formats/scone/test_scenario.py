@@ -190,6 +190,12 @@ def test_what_is_not_known_is_named_with_its_line(tmp_path: Path, where: str, ol
     assert "\n" not in str(caught.value)
 
 
+def test_a_controller_alone_is_no_scenario(tmp_path: Path):
+    (tmp_path / "a.scone").write_text(small_scone.CONTROLLER)
+    with pytest.raises(SceneError, match=r"a.scone:\d+: \w+Controller: is a part of scenarios"):
+        load(tmp_path / "a.scone", ignored=[])
+
+
 def test_of_the_acceleration_of_a_point_it_is_said_over_what_time_it_is_taken(tmp_path: Path):
     text = changed(small_scone.CONTROLLER, TILTED, POINT + "source = leg KA = 1 A0 = 9.81")
     small_scone.write(tmp_path, controller=text)

@@ -30,7 +30,7 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.rollout import Rollout
 
 ONES = dict.fromkeys(TERMS, 1.0) | {"tracking": 0.0}
-WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0, "norm_moments": 0.0, "step_width": 0.0}
+WALKS_ONLY = {"norms": 0.0, "norm_force": 0.0, "norm_moments": 0.0, "step_width": 0.0, "stride_speed": 0.0}
 EVERY = Objective(**ONES | WALKS_ONLY, head_body="tip")
 ACTIVE = 0.6
 
@@ -239,6 +239,25 @@ def test_step_width_is_how_far_the_other_foot_stands_from_the_line_of_a_foot_s_p
         expected += sum((one - 0.08) ** 2 for one in width.values()) * (end - time)
     assert len(width) == 2
     np.testing.assert_allclose(walk.terms()["step_width"], expected, rtol=0.1)
+
+
+def test_stride_speed_is_what_a_foot_goes_from_landing_to_landing_over_the_time_between(walk: Rollout):
+    recording, end = walk.recording(), float(walk.end_time()[0])
+    target, expected = walk.numeric.objective.target_speed, 0.0
+    for side in (0, 1):
+        downs = touch_downs(recording, SIDES[side])
+        foot = recording.position_of("lr"[side] + "Foot")[:, 2]
+        places = np.interp(downs, recording.time, foot)
+        fine = np.linspace(0.0, end, 20001)
+        landed = np.searchsorted(downs, fine, side="right")
+        speed = np.interp(fine, recording.time, recording.com_velocity[:, 2])
+        for count in range(2, len(downs) + 1):
+            now = landed == count
+            length = downs[count - 1] - downs[count - 2]
+            speed[now] = (places[count - 1] - places[count - 2]) / np.maximum(length, fine[now] - downs[count - 1])
+        assert len(downs) > 1
+        expected += np.mean((speed - target) ** 2) * end
+    np.testing.assert_allclose(walk.terms()["stride_speed"], expected, rtol=0.05)
 
 
 @pytest.mark.parametrize("way", [0.0, 0.7, 3.0])

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import about
 from warpmuscle.formats import load
 from warpmuscle.formats.overrides import with_values
 from warpmuscle.scene import Scene
@@ -38,6 +39,17 @@ def test_thighs_shanks_and_mass_become_the_patients(walker: Scene, patient: Scen
     muscle = "lSOL"
     stronger = found.character.muscles[muscle].f_max / walker.character.muscles[muscle].f_max
     assert stronger == pytest.approx(ratio**AREA, rel=1e-6)
+
+
+def test_both_sides_stay_alike_where_the_scene_begins_in_a_stride(patient: Scene):
+    bent = numeric("reflex_planar")
+    bent.initial_state.joints["lKnee"].orientation = tuple(about([1.0, 0.0, 0.0], 1.0))
+    bent.initial_state.joints["rKnee"].orientation = (0.0, 0.0, 0.0, 1.0)
+    muscles = with_values(bent, changes_to_size(bent, patient)).character.muscles
+    for name in [name[1:] for name in muscles if name.startswith("l")]:
+        for field in ("l_opt", "l_slack"):
+            left, right = (getattr(muscles[side + name], field) for side in "lr")
+            assert left == pytest.approx(right, rel=1e-9), name
 
 
 def test_a_model_of_the_patient_stays_as_it_is(walker: Scene):

@@ -53,6 +53,8 @@ def test_what_is_not_told_is_as_usual(tmp_path: Path):
         ("candidates = 4", "candidtes = 4", 7, "match.candidtes"),
         ("candidates = 4", "duration = 1", 7, "2 to 600 s"),
         ("candidates = 4", "speed = -1", 7, "is a weight"),
+        ("candidates = 4", "walk = 0", 7, "is a number of candidates"),
+        ("seeds = 2", "hip_offset = 100", 3, "is -90 to 90 degrees, not 100"),
         ('name = "heavy"', 'name = "no change"', 9, "is the name of another one"),
         ('name = "heavy"', "", 8, "a change has a name"),
         ('"character.bodies.torso.mass" = 40.0', "", 8, "changes nothing"),

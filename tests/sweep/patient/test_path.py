@@ -3,6 +3,7 @@
 import csv
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ from warpmuscle.formats import load, toml
 from warpmuscle.formats.overrides import with_values
 from warpmuscle.gait.cycles import leg_angles, over_strides, steady_strides
 from warpmuscle.gait.measures import measure
+from warpmuscle.gait.pelvis_and_trunk import segments
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.results.result import read as read_result
@@ -21,6 +23,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.sweep.patient.compared import in_spread
 from warpmuscle.sweep.patient.file import read
+from warpmuscle.sweep.patient.plan import hip_offset, start_tilt
 from warpmuscle.sweep.patient.recorded import Patient, read_patient
 
 OTHER = {  # the patient bends stance knees and lifts legs in another way
@@ -202,6 +205,7 @@ def test_the_gait_that_is_tracked_is_the_patients(done, folder: Path, patient: P
     assert done.returncode == 0
     (file,) = folder.glob("patient.patient/gait-*.npz")
     with np.load(file) as arrays:
+        assert arrays["period"] == pytest.approx(patient.gait.stride_time["left"].mean(), abs=1e-5)
         turn = 2.0 * np.degrees(np.arctan2(arrays["lKnee"][:, 0], arrays["lKnee"][:, 3]))
     assert turn == pytest.approx(patient.pooled["Knee flexion"]["left"][:-1], abs=1e-3)
     result = read_result(folder / "patient.patient" / "match.h5", "seed=1")
@@ -210,3 +214,37 @@ def test_the_gait_that_is_tracked_is_the_patients(done, folder: Path, patient: P
     spread = np.radians(patient.spread["Knee flexion"]["left"].mean())
     assert tracking.weights["lKnee"] == pytest.approx(1.0 / (6.0 * spread**2), rel=1e-5)
     assert set(tracking.weights) == {"lHip", "rHip", "lKnee", "rKnee", "lAnkle", "rAnkle"}
+
+
+def test_hips_below_another_pelvis_are_compared_by_the_thighs(folder: Path, patient: Patient):
+    shifted = patient.with_hips(10.0)
+    for name, offset in (("Hip flexion", 10.0), ("Knee flexion", 0.0)):
+        assert shifted.gait.mean(name, "left") == pytest.approx(patient.gait.mean(name, "left") + offset)
+        assert shifted.together[name]["right"] == pytest.approx(patient.together[name]["right"] + offset)
+    asked = read(folder / "patient.toml")
+    loose = patient.scene  # whose trunk turns on its pelvis
+    assert hip_offset(asked, patient, loose, 6.0) == 0.0
+    stiff = msgspec.convert(msgspec.to_builtins(loose.character), type(loose.character))
+    trunk = next(joint for joint in stiff.joints.values() if joint.child == segments(loose)["Trunk"])
+    trunk.type, trunk.axes = "fixed", []
+    walker = msgspec.structs.replace(loose, character=stiff)
+    assert hip_offset(asked, patient, walker, 6.0) == pytest.approx(6.0 - patient.gait.tilt)
+    assert abs(start_tilt(walker)) < 30.0
+    text = TEXT.replace("seeds = 2", "seeds = 2\nhip_offset = 3")
+    (folder / "offset.toml").write_text(text)
+    assert hip_offset(read(folder / "offset.toml"), patient, walker, 6.0) == 3.0
+
+
+def test_a_scene_that_falls_is_made_to_walk_first(folder: Path, tmp_path: Path):
+    (tmp_path / "walk.h5").symlink_to(folder / "walk.h5")
+    (tmp_path / "walker.toml").write_text('base = "fwalk.toml"\n[failure]\ncom_height = 1.2\n')  # it falls at once
+    text = TEXT.replace("candidates = 24", "candidates = 24\nwalk = 3").replace("seeds = 2", "seeds = 1")
+    (tmp_path / "patient.toml").write_text(text.replace("candidates = 24", "candidates = 2"))
+    failed = command_line.run("patient", "patient.toml", "--device", "cpu", folder=tmp_path)
+    assert failed.returncode == 2, failed.stdout
+    assert "no search found a walk like the patient's" in failed.stderr
+    walk = read_result(tmp_path / "patient.patient" / "walk.h5", "seed=1")
+    assert len(walk.evaluations) == 3
+    objective = toml.loads(walk.scene).objective
+    assert objective.tracking == 0.0
+    assert objective.speed > 0.0

@@ -75,6 +75,14 @@ def test_seeds_and_options_may_be_others_than_those_of_the_file(tmp_path: Path):
         ),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nat = 3\n', "no run has the condition 3"),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nwithin = 3\n', 'what "stays"'),
+        (
+            '[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "stays"\nwithin = nan\n',
+            "within: is greater than 0",
+        ),
+        (
+            '[study]\n[[study.expected]]\nmeasure = "speed"\nvalue = inf\n',
+            "study.expected.0.value: is a finite number, not inf",
+        ),
         ('[study]\nmeasures = ["cost", "step lenght"]\n', "'step lenght'; did you mean 'step length'"),
         ('[study]\nmeasures = ["elbow*"]\n', "no walk has a measure 'elbow[*]'; `warpmuscle gait`"),
         ('[study]\n[[study.expected]]\nmeasure = "sped"\nchange = "falls"\n', "'sped'; did you mean 'speed'"),

@@ -89,6 +89,11 @@ class _Scenario:
         optimizer = self._top.find(*OPTIMIZERS) or self._top
         objective = optimizer.find(*OBJECTIVES)
         if objective is None:
+            parts = [one for one in optimizer.children if one.key.endswith(("Controller", "Measure"))]
+            if parts:
+                parts[0].fail(
+                    "is a part of scenarios, which name its file: open one of them, with an optimizer and a model"
+                )
             self._top.fail(f"there is no {OBJECTIVES[0]} in it, nor a model of Hyfydy")
         for option in optimizer.every(*SEARCH):
             if option.key not in ("signature_prefix", "signature_postfix", "name"):

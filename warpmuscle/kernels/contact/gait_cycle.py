@@ -63,6 +63,17 @@ def part_of_cycle(cycle: FootCycle, step_part: float) -> float:
 
 
 @func
+def part_by_time(cycle: FootCycle, begin: float, period: float) -> float:
+    """Part of a gait cycle of this period, s, that a foot has behind it, 0 to 1, from its last touch-down or the start.
+
+    Args:
+        begin: part of the cycle at the start.
+    """
+    part = wp.where(cycle.landings > 0, 0.0, begin) + cycle.since / period
+    return part - wp.floor(part)
+
+
+@func
 def part_of_step(phase: float, stance: int, side: int) -> float:
     """Part of the gait cycle by the controller's phase: a stance leg is in the first half of it, a swing leg behind."""
     half = 0.5 * wp.min(phase, 1.0)

@@ -23,6 +23,10 @@ _TERMS = (
         "batch",
     ),
     Term("speed", "m^2/s", "squared error of the forward speed, over time", "instance"),
+    Term(
+        "stride_speed", "m^2/s", "squared error of the speed of each foot's last stride, summed, over time", "instance",
+        follows_cycles=True,
+    ),
     Term("heading", "rad^2 s", "squared error of the heading, over time", "instance"),
     Term("head", "rad^2/s", "squared angular velocity of the head, over time", "instance"),
     Term("joint_limits", "N m s", "torque of the joints' limits, summed over joints and time", "body"),

@@ -12,7 +12,7 @@ from warpmuscle.kernels.algebra.angles import pd_error
 from warpmuscle.kernels.algebra.spatial import heading_angle, turn_about_x
 from warpmuscle.kernels.body.limits import limit_stage
 from warpmuscle.kernels.contact.contact import body_weight
-from warpmuscle.kernels.contact.gait_cycle import foot_part, step_part
+from warpmuscle.kernels.contact.gait_cycle import foot_part, part_by_time, step_part
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.metabolics import (
@@ -189,16 +189,18 @@ def tracking(instance: int, body: int, model: ModelRef, state: StateRef, work: S
     """Squared angle between a joint and that of the tracked gait, rad^2.
 
     Both are compared at the same phase of the same stance, or, if the gait is given from one contact of the left foot
-    to the next, at the same part of that cycle. There, where no controller has a phase either, nothing tells this part
-    before the foot has landed twice, and the first strides do not count.
+    to the next, at the same part of that cycle. There, where no controller has a phase either, nothing but the time
+    tells this part before the foot has landed twice: a gait of known period counts by it, another one not at all.
     """
     if model.reference_bins == 0:
         return 0.0
     part = step_part(instance, LEFT, state)
     if model.reference_by_contact == 1:
-        if state.foot_cycle[instance, LEFT].length <= 0.0 and instance >= state.simbicon.phase.shape[0]:
-            return 0.0
         part = foot_part(instance, LEFT, state)
+        if state.foot_cycle[instance, LEFT].length <= 0.0 and instance >= state.simbicon.phase.shape[0]:
+            if model.reference_period <= 0.0:
+                return 0.0
+            part = part_by_time(state.foot_cycle[instance, LEFT], model.reference_begin, model.reference_period)
     row = bin_of(part, 2 * model.reference_bins)
     relative = wp.quat_inverse(work.orientation[model.skeleton.plan[body].parent]) * work.orientation[body]
     error = pd_error(relative, model.reference[row, body])
@@ -274,6 +276,24 @@ def step_width(instance: int, model: ModelRef, state: StateRef, work: ScratchRef
         cycle = state.foot_cycle[instance, side]
         if cycle.landings > 1:
             total += (cycle.width - HUMAN_STEP_WIDTH) * (cycle.width - HUMAN_STEP_WIDTH)
+    return total
+
+
+@func
+def stride_speed(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
+    """Squared difference of each foot's speed over its last stride and the target speed, m^2/s^2, summed.
+
+    It leaves free how the speed changes within a stride. Before a foot has landed twice, the speed of the centre of
+    mass counts in its place; that of a foot that does not land for longer than its last stride took goes down.
+    """
+    target = at(model.objective, instance, 0).target_speed
+    total = wp.float32(0.0)
+    for side in range(LEFT, RIGHT + 1):
+        cycle = state.foot_cycle[instance, side]
+        speed = work.center[1][2]
+        if cycle.landings > 1:
+            speed = (cycle.place[2] - cycle.before[2]) / wp.max(cycle.length, cycle.since)
+        total += (speed - target) * (speed - target)
     return total
 
 

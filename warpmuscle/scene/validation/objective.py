@@ -35,7 +35,7 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
         raise SceneError(message, key=f"{key}.metabolic_work")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
-    for name in ("tracking", *sorted(NORM_TERMS), "step_width"):
+    for name in ("tracking", *sorted(NORM_TERMS), "step_width", "stride_speed"):
         if checks.interval(getattr(objective, name))[1] > 0.0:
             check_needs(scene, name, f"{key}.{name}")
     for index, name in enumerate(objective.reported):
@@ -53,8 +53,9 @@ def check_needs(scene: Scene, term: str, key: str) -> None:
         _check_legs(scene, key)
     if term == "norm_moments" and scene.objective.gait == "run" and scene.norms is None:
         raise SceneError("people's moments are known of walking only, and the scene means a run", key=key)
-    if term == "step_width" and scene.feet is None:
-        raise SceneError("there are no feet whose steps have a width", key=key)
+    if term in ("step_width", "stride_speed") and scene.feet is None:
+        what = "steps have a width" if term == "step_width" else "strides have a speed"
+        raise SceneError(f"there are no feet whose {what}", key=key)
 
 
 def _check_legs(scene: Scene, key: str) -> None:

@@ -6,11 +6,16 @@ import math
 from itertools import pairwise
 from typing import Any
 
+import msgspec
+
 from warpmuscle.core.errors import Error
 from warpmuscle.core.number_rows import first_row
+from warpmuscle.gait.pelvis_and_trunk import segments
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.scaling import muscle_length_factors, scaled_segments
 
 ALIKE = 0.005  # of a size or mass, below which a difference is none
 AREA = 2.0 / 3.0  # power of the mass that strength grows with, as the area of muscles does
@@ -35,10 +40,18 @@ def sizes_of(scene: Scene) -> tuple[float, float]:
     return sum(thighs) / 2.0, sum(shanks) / 2.0
 
 
+def trunk_is_pelvis(scene: Scene) -> bool:
+    """Whether the trunk of a numeric scene cannot turn on its pelvis, so that the tilt of both is the trunk's."""
+    bodies = segments(scene)
+    above = [joint for joint in scene.character.joints.values() if joint.child == bodies.get("Trunk")]
+    return not any(joint_type(joint).moves for joint in above)
+
+
 def changes_to_size(walker: Scene, patient: Scene) -> dict[str, Any]:
     """Changes, by key, that give a numeric scene the sizes and the mass of a patient's model; none if it has them.
 
-    Thighs and shanks get their own lengths, all other bodies the ratio of both together; fibres and tendons follow.
+    Thighs and shanks get their own lengths, all other bodies the ratio of both together. Fibres and tendons follow the
+    lengths of their paths with all joints at zero, so that both sides stay alike where the scene begins in a stride.
     Masses are multiplied alike so that they add up to the patient's, and strengths grow with the mass to the power 2/3.
 
     Raises:
@@ -53,7 +66,12 @@ def changes_to_size(walker: Scene, patient: Scene) -> dict[str, Any]:
             factors[walker.character.joints[joint].child] = after / before
     found: dict[str, Any] = {}
     if any(abs(factor - 1.0) > ALIKE for factor in factors.values()):
-        found = {f"scale.{body}": {"factor": factor, "muscles": True} for body, factor in factors.items()}
+        found = {f"scale.{body}": {"factor": factor} for body, factor in factors.items()}
+        straight = msgspec.structs.replace(
+            walker, initial_state=msgspec.structs.replace(walker.initial_state, joints={})
+        )
+        longer = muscle_length_factors(straight, scaled_segments(straight, factors))
+        found |= {key: {"factor": factor} for key, factor in longer.items()}
     else:
         factors = dict.fromkeys(factors, 1.0)
     bodies = walker.character.bodies

@@ -55,6 +55,7 @@ class Match(msgspec.Struct, forbid_unknown_fields=True):
     """The search for a walk like the patient's."""
 
     candidates: int = 300
+    walk: int | None = None  # candidates of a search for any walk that goes before, if the scene falls; as many
     population: int | None = None
     sigma: float | None = 0.03
     until: float | None = None
@@ -86,6 +87,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     speed: float | None = None  # m/s, of the patient
     scaled: bool = True  # whether the scene's body gets the sizes and the mass of the patient's model
     least_spread: float = LEAST_SPREAD
+    hip_offset: float | None = None  # deg, that hips of the scene are flexed more than the patient's for equal thighs
     match: Match = msgspec.field(default_factory=Match)
     adapt: Adapt = msgspec.field(default_factory=Adapt)
 
@@ -149,6 +151,10 @@ def _check(asked: _File) -> None:
     for key, value in (("least_spread", asked.least_spread), ("speed", asked.speed)):
         if value is not None and not 0.0 < value < 100.0:
             raise SceneError(f"is greater than 0 and less than 100, not {value:g}", key=key)
+    if asked.hip_offset is not None and not abs(asked.hip_offset) <= 90.0:
+        raise SceneError(f"is -90 to 90 degrees, not {asked.hip_offset:g}", key="hip_offset")
+    if asked.match.walk is not None and asked.match.walk < 1:
+        raise SceneError(f"is a number of candidates, 1 or more, not {asked.match.walk}", key="match.walk")
     if not 2.0 <= asked.match.duration <= 600.0:
         raise SceneError(f"is 2 to 600 s, not {asked.match.duration:g}", key="match.duration")
     for key, weight in (("match.speed", asked.match.speed), ("adapt.habit", asked.adapt.habit)):

@@ -21,6 +21,8 @@ ANGLES, MOMENTS, FORCES = LEG_ANGLES, LEG_MOMENTS, (FORCE, FORWARDS)
 POWERS = ("Hip power", "Knee power", "Ankle power")
 UNITS = dict.fromkeys(ANGLES, "deg") | dict.fromkeys(MOMENTS, "N m/kg") | dict.fromkeys(POWERS, "W/kg")
 UNITS |= dict.fromkeys(FORCES, "body weights")
+TILT = "Pelvis tilt"
+UNITS[TILT] = "deg"
 MOST, LEAST = np.max, np.min
 # Numbers of a side: the curve, which of its ends, and between which percents of the cycle.
 POINTS: dict[str, tuple[str, Callable[..., float], int, int]] = {
@@ -52,6 +54,11 @@ class Gait:
     def mean(self, name: str, side: str) -> Floats:
         """The mean stride (101,) of a curve."""
         return np.asarray(self.curves[name][side].mean(axis=0))
+
+    @property
+    def tilt(self) -> float:
+        """Mean tilt of the pelvis forwards, deg."""
+        return float(np.mean([self.mean(TILT, side).mean() for side in SIDES]))
 
     @property
     def points(self) -> dict[str, Floats]:

@@ -21,8 +21,10 @@ from warpmuscle.sweep.patient.compared import BAND, JUDGED_POINTS, Changed, Dist
 from warpmuscle.sweep.patient.file import UNCHANGED
 from warpmuscle.sweep.patient.gait import ANGLES, MOMENTS, UNITS, unit_of
 from warpmuscle.sweep.patient.path import PathResult
+from warpmuscle.sweep.patient.recorded import Patient
 
 DECIMALS = {"deg": 1, "N m/kg": 2, "W/kg": 2, "body weights": 2, "m/s": 2, "s": 2, "m": 2, "J/(kg m)": 2, "SD": 1}
+SHOWN = 0.05  # deg, from which on a shift of angles is told
 ENOUGH = 6  # pairs of walks, from which on a change has an interval
 
 
@@ -161,7 +163,7 @@ def _headline(found: PathResult) -> list[tuple[str, str]]:
         (" + ".join(str(found.patient.strides(side)) for side in SIDES), "strides recorded, left + right"),
         (f"{found.patient.gait.speed:.2f} m/s", "speed of the patient"),
         (f"{walked} of {len(found.matched)}", "searches found a walk"),
-        (f"{before:.1f} SD" if before is not None else "falls", "the model before the search"),
+        (f"{before:.1f} SD" if before is not None else "falls", found.before_in_words),
         (f"{np.median(distances):.1f} SD", "from the patient's mean stride, after it"),
     ]
 
@@ -182,8 +184,24 @@ def _verdict(found: PathResult) -> str:
 
 
 def _floor(found: PathResult) -> str:
-    """How much of the spread is the patient's own."""
+    """What the reader has to know of the patient's angles and their spread."""
     patient = found.patient
+    return " ".join(filter(None, (_hips(patient.hip_offset), _own_spread(patient))))
+
+
+def _hips(offset: float) -> str:
+    """By how much hip angles were shifted, in a sentence; empty if they were not."""
+    if abs(offset) < SHOWN:
+        return ""
+    return (
+        f"The pelvis of the model is tilted otherwise than that of the recordings. So the patient's hips are shown, "
+        f"and were searched for, {abs(offset):.1f} degrees {'more' if offset > 0 else 'less'} flexed: where angles are "
+        "equal, thighs stand alike."
+    )
+
+
+def _own_spread(patient: Patient) -> str:
+    """How much of the spread is the patient's own, in a sentence."""
     if min(patient.strides(side) for side in SIDES) < 2:
         return (
             "There is but one stride of a side, so that the patient's own spread is not known: "
@@ -203,7 +221,7 @@ def _uri(panels: list[Panel], columns: int, label: str) -> str:
 def _match_panels(found: PathResult, names: Sequence[str]) -> list[Panel]:
     """Panels of the walks that the search found, left above right."""
     return [
-        _panel(found, name, side, [("the model before the search", [found.before], True),
+        _panel(found, name, side, [(found.before_in_words, [found.before], True),
                                    ("the model, matched", list(found.matched), False)])
         for side in SIDES for name in names if name in found.patient.gait.curves or name in ANGLES
     ]  # fmt: skip

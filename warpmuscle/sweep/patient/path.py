@@ -30,7 +30,7 @@ from warpmuscle.sweep.patient.compared import (
 )
 from warpmuscle.sweep.patient.file import UNCHANGED, PatientFile
 from warpmuscle.sweep.patient.gait import gait_of
-from warpmuscle.sweep.patient.plan import AXIS, Files, adapt_plan, match_plan
+from warpmuscle.sweep.patient.plan import AXIS, Files, adapt_plan, hip_offset, match_plan, walk_plan
 from warpmuscle.sweep.patient.recorded import Patient, read_patient
 from warpmuscle.sweep.plan import Plan, SweepRun
 from warpmuscle.sweep.processes import in_processes
@@ -45,13 +45,19 @@ class PathResult:
 
     asked: PatientFile
     patient: Patient
-    before: Walk  # the scene as it stands, in the patient's size
+    before: Walk  # the scene in the patient's size, or if it falls the walk that was searched for first
     matched: tuple[Walk, ...]
     adapted: tuple[Walk, ...]  # without a change, and with each
     searched: tuple[Distance, ...]
     judged: tuple[Distance, ...]
     numbers: tuple[Changed, ...]
     failure: str = ""  # of searches
+    as_it_stands: bool = True  # whether `before` is the scene itself
+
+    @property
+    def before_in_words(self) -> str:
+        """What walks before the search, or falls."""
+        return "the model before the search" if self.as_it_stands else "the model that was only made to walk"
 
     @property
     def distance_before(self) -> float | None:
@@ -97,6 +103,20 @@ def follow(
     except OSError as error:
         raise Error(f"{files.folder}: {error.strerror}") from None
     plan = match_plan(asked, patient, files)
+    stands = _as_it_stands(plan.runs[0].scene, device, threads)
+    before, first = stands, None
+    if not stands.walked:
+        say("searching for a walk first, as the scene falls")
+        way = walk_plan(asked, patient, files)
+        made = sweep(way, files.of("walk.h5"), device=device, threads=threads, command=command, progress=progress)
+        walk = _measured(way, made, threads)[0]
+        if walk.walked:
+            before, first = walk, best_scene(read_result(made.folder.result(way.runs[0].name)))[0]
+    numeric = substitute(plan.runs[0].scene, start_values(plan.runs[0].scene))
+    offset = hip_offset(asked, patient, numeric, None if before.gait is None else before.gait.tilt)
+    if first is not None or offset != 0.0:
+        patient = patient.with_hips(offset)
+        plan = match_plan(asked, patient, files, first)
     say("searching for walks like the patient's")
     done = sweep(plan, files.of("match.h5"), device=device, threads=threads, command=command, progress=progress)
     matched = _measured(plan, done, threads)
@@ -112,12 +132,11 @@ def follow(
     changed = adapt_plan(asked, scenes, files)
     went = sweep(changed, files.of("changes.h5"), device=device, threads=threads, command=command, progress=progress)
     adapted = _measured(changed, went, threads)
-    before = _as_it_stands(plan.runs[0].scene, device, threads)
     gaits = [walk for walk in matched if walk.seed in scenes]
     return PathResult(
         asked, patient, before, tuple(matched), tuple(adapted),
         tuple(searched_distances(patient, before.gait, gaits)), tuple(judged_distances(patient, before.gait, gaits)),
-        tuple(changed_numbers(patient, gaits, adapted)), done.failure or went.failure,
+        tuple(changed_numbers(patient, gaits, adapted)), done.failure or went.failure, first is None,
     )  # fmt: skip
 
 

@@ -17,18 +17,20 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.core.pose import about
+from warpmuscle.core.pose import about, twist_angle
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.formats.toml_layout import inline
 from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.pelvis_and_trunk import segments
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.norms import FLEXION
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.sweep.patient.body import changes_to_size
+from warpmuscle.sweep.patient.body import changes_to_size, trunk_is_pelvis
 from warpmuscle.sweep.patient.file import UNCHANGED, Adapt, Match, PatientFile
 from warpmuscle.sweep.patient.gait import ANGLES
 from warpmuscle.sweep.patient.recorded import Patient
@@ -57,20 +59,45 @@ class Files:
         return self.page.with_suffix(".csv")
 
 
-def match_plan(asked: PatientFile, patient: Patient, files: Files) -> Plan:
+def walk_plan(asked: PatientFile, patient: Patient, files: Files) -> Plan:
+    """The sweep of one search for any walk at the patient's speed, by the scene's own objective; its file is written.
+
+    Raises:
+        Error: as of `match_plan`.
+    """
+    scene, match = _scene_of(asked), asked.asked.match
+    numeric = substitute(scene, start_values(scene))
+    speed = first_number(numeric.objective.speed) or match.speed
+    changes = _sizes(asked, numeric, patient) | {
+        "duration": match.duration, "objective.target_speed": patient.gait.speed, "objective.speed": speed,
+    }  # fmt: skip
+    lines = [f"scene = {json.dumps(_named(asked))}", f"name = {json.dumps(f'{asked.path.stem}, walk')}"]
+    lines += [*_search(match), *_set(changes | match.set), "", "[grid]", "seed = [1]"]
+    if match.walk is not None:
+        lines[lines.index(f"candidates = {match.candidates}")] = f"candidates = {match.walk}"
+    return _read(asked, files.of("walk.toml"), lines, "match", changes)
+
+
+def match_plan(asked: PatientFile, patient: Patient, files: Files, first: Scene | None = None) -> Plan:
     """The sweep of searches for walks like the patient's, a run a seed; its files are written.
+
+    Args:
+        first: a scene of the patient's size that the searches begin from, in place of that of the file.
 
     Raises:
         Error: the scene cannot be used, has no legs, or a change of it cannot be made; with the key of the file.
     """
     scene = _scene_of(asked)
     numeric = substitute(scene, start_values(scene))
-    match = asked.asked.match
+    match, named = asked.asked.match, _named(asked)
     try:
         gait = _write_gait(files.folder, numeric, patient)
-        sizes = changes_to_size(numeric, patient.scene) if asked.asked.scaled else {}
     except Error as error:
         raise asked.error(str(error), "scene") from None
+    sizes = _sizes(asked, numeric, patient) if first is None else {}
+    if first is not None:
+        named = "walked.toml"
+        toml.write(first, files.of(named))
     changes = sizes | {
         "duration": match.duration,
         "tracking": _tracking(gait, numeric, patient),
@@ -79,12 +106,43 @@ def match_plan(asked: PatientFile, patient: Patient, files: Files) -> Plan:
         "objective.speed": match.speed,
     }
     changes = {f"objective.{name}": 0.0 for name in _weights(numeric)} | changes
-    lines = [f"scene = {json.dumps(_named(asked))}", f"name = {json.dumps(f'{asked.path.stem}, match')}"]
+    lines = [f"scene = {json.dumps(named)}", f"name = {json.dumps(f'{asked.path.stem}, match')}"]
     lines += [*_search(match), *_set(changes | match.set)]
     lines += ["", "[grid]", f"seed = {list(range(1, asked.asked.seeds + 1))}"]
     plan = _read(asked, files.of("match.toml"), lines, "match", changes)
     check_changes(asked, plan.runs[0].scene)
     return plan
+
+
+def _sizes(asked: PatientFile, numeric: Scene, patient: Patient) -> dict[str, Any]:
+    """Changes that give the walker the patient's size; raises SceneError with the file's key."""
+    try:
+        return changes_to_size(numeric, patient.scene) if asked.asked.scaled else {}
+    except Error as error:
+        raise asked.error(str(error), "scene") from None
+
+
+def hip_offset(asked: PatientFile, patient: Patient, walker: Scene, tilt: float | None) -> float:
+    """How much more, deg, hips of a numeric scene are flexed than the patient's if their thighs stand alike.
+
+    Unless the file tells it, pelves count as having the same axes, but where the trunk of the scene is one with its
+    pelvis and that of the recorded model is not. There the pelvis of the scene leans as its trunk does, and hips
+    differ by what the pelves' mean tilts do.
+
+    Args:
+        tilt: mean tilt of the scene's pelvis forwards, deg; None if it does not walk.
+    """
+    if asked.asked.hip_offset is not None:
+        return asked.asked.hip_offset
+    if not trunk_is_pelvis(walker) or trunk_is_pelvis(patient.scene):
+        return 0.0
+    return (start_tilt(walker) if tilt is None else tilt) - patient.gait.tilt
+
+
+def start_tilt(scene: Scene) -> float:
+    """Tilt of the pelvis of a numeric scene forwards at the start, deg."""
+    _, turned = world_poses(scene)[segments(scene)["Pelvis"]]
+    return float(np.degrees(twist_angle(np.asarray(turned)[None], (1.0, 0.0, 0.0))[0]))
 
 
 def check_changes(asked: PatientFile, scene: Scene) -> None:
@@ -200,7 +258,8 @@ def _write_gait(folder: Path, scene: Scene, patient: Patient) -> Path:
 
     Its name tells what is in it, so that searches for another stride are other searches.
     """
-    arrays: dict[str, Floats] = {"cycle": PERCENT[:-1] / 100.0}
+    period = np.array(patient.gait.stride_time["left"].mean())
+    arrays: dict[str, Floats] = {"cycle": PERCENT[:-1] / 100.0, "period": period.round(6)}
     for number, side in enumerate(SIDES):
         joints = leg_joints(scene, number)
         if len(joints) < len(ANGLES):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,7 @@ from warpmuscle.sweep.patient import file as patient_file
 from warpmuscle.sweep.patient.file import PatientFile
 from warpmuscle.sweep.patient.gait import ANGLES, Gait, gait_of, pooled
 
+HIP = ANGLES[0]
 MARKERS = (".trc", ".c3d")
 STANDING = 0.5  # body weights upon a foot that does not slide
 BELT, TRAVEL = 0.2, 0.5  # m/s of a foot on a belt, and m that a body goes over the ground
@@ -43,10 +44,18 @@ class Patient:
     pooled: Mapping[str, Mapping[str, Floats]]  # mean angles (101,), deg, of both sides over the cycle of the left foot
     spread: Mapping[str, Mapping[str, Floats]]  # standard deviations (101,), deg, by angle and side
     least_spread: float  # deg, that each of these is at least
+    hip_offset: float = 0.0  # deg, that has been added to the recorded hip angles
 
     def strides(self, side: str) -> int:
         """How many strides of a side there are."""
         return len(self.gait.stride_time[side])
+
+    def with_hips(self, offset: float) -> Patient:
+        """The patient, whose hips are flexed by so much more, deg: the same thighs below a pelvis of other axes."""
+        hips = {side: rows + offset for side, rows in self.gait.curves[HIP].items()}
+        gait = replace(self.gait, curves={**self.gait.curves, HIP: hips})
+        mean = {**self.together, HIP: {side: row + offset for side, row in self.together[HIP].items()}}
+        return replace(self, gait=gait, together=mean, hip_offset=self.hip_offset + offset)
 
 
 def read_patient(asked: PatientFile, device: str | None = None) -> Patient:

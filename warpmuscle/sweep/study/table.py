@@ -16,6 +16,7 @@ Example:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -119,8 +120,10 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
         _check_measure(one.measure, f"{place}.measure")
         if not one.change and one.value is None:
             raise SceneError("says neither a change (rises, falls, stays) nor the value of one", key=place)
-        if one.within is not None and (one.change != "stays" or one.within <= 0.0):
+        if one.within is not None and (one.change != "stays" or not 0.0 < one.within < math.inf):
             raise SceneError('is greater than 0, of what "stays"', key=f"{place}.within")
+        if one.value is not None and not math.isfinite(one.value):
+            raise SceneError(f"is a finite number, not {one.value:g}", key=f"{place}.value")
         at = None if one.at is None else _among(one.at, values, f"{place}.at")
         expected.append(Expected(one.measure, one.change, at, one.value, one.source, one.within or 0.0))
     reference = values[0] if table.reference is None else _among(table.reference, values, "study.reference")

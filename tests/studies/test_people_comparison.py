@@ -4,7 +4,7 @@ import pytest
 
 from warpmuscle.gait.quality import Measures
 from warpmuscle.scene.norms import FORCE, NORMS
-from warpmuscle.studies.beside_people import of_force, of_norms
+from warpmuscle.studies.people_comparison import of_force, of_norms
 from warpmuscle.studies.verdicts import HUMPS
 
 
