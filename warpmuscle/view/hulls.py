@@ -85,7 +85,7 @@ def sized_hull(places: Floats, volume: float, coarse: bool = False) -> Mesh | No
 
 
 def trunk_places(joint: Floats, shoulders: Sequence[Floats]) -> list[Floats]:
-    """Points (3,), m, at a waist, a chest and below the shoulders of a trunk, from its lower joint and its shoulders."""
+    """Points (3,), m, at a waist, a chest and below the shoulders of a trunk, from its lower joint and shoulders."""
     middle = 0.5 * (shoulders[0] + shoulders[1])
     return [joint + up * (middle - joint) + wide * (end - middle) for up, wide in TRUNK for end in shoulders]
 
