@@ -45,6 +45,13 @@ def test_shipped_scenes_load_without_a_doubt():
             load(name)
 
 
+def test_shipped_scenes_do_not_fall_where_there_is_no_ground():
+    scenes = [load(name) for name in scene_names()]
+    bare = [scene for scene in scenes if not scene.ground.stiffness]
+    assert {"arm18", "throw18"} <= {scene.name for scene in bare}
+    assert [s.name for s in bare if s.character.root_joint != "fixed" and "root" not in s.motion] == []
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scene_equals_the_original_files(reference_data, name):
     scene = load(name)

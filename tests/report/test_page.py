@@ -3,6 +3,7 @@
 import builtins
 import dataclasses
 import re
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -170,3 +171,18 @@ def test_the_page_fits_a_phone_and_cuts_no_curve(browser, tmp_path):
         " return rows >= 1 && rows % 1 < 0.05 }"
     )
     page.close()
+
+
+def test_text_can_be_read_on_its_ground():
+    style = (files("warpmuscle.report") / "templates" / "report.css").read_text(encoding="utf-8")
+    colours = dict(re.findall(r"--(\w+): #([0-9a-f]{6})", style))
+
+    def light(name: str) -> float:  # relative luminance, WCAG 2.1
+        parts = np.array([int(colours[name][k : k + 2], 16) / 255.0 for k in (0, 2, 4)])
+        return float(
+            np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
+        )
+
+    for text in ("ink", "quiet", "accent"):
+        for ground in ("paper", "shade"):
+            assert (light(ground) + 0.05) / (light(text) + 0.05) >= 4.5, (text, ground)

@@ -97,7 +97,30 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("run.angles", "run.plot('joints') draws them"),
     ("run.gait.speed", "speed_forward"),
     ("run.recording.plot()", "wm.plot(recording"),
-    ("run['hip flexion']", "plot draws curves by their names"),
+    ("run['hip flexoin']", "did you mean 'Hip flexion'?"),
+    ("run['joint_angel']", "did you mean 'joint_angle'?"),
+    ("run['angle']", "no quantity is called 'angle'"),
+    ("run[0:10]", "run.recording.window(begin, end), in s"),
+    ("run.grf", "run['foot_force'] has them"),
+    ("run.export('a.mot')", "save('run.mot')"),
+    ("run.report()", "`warpmuscle report run.h5`"),
+    ("run.fell", "run.status says how it ended"),
+    ("wm.simulate('fwalk', push=20)", "simulate has no argument 'push'; `warpmuscle robustness SCENE"),
+    ("wm.simulate('fwalk', gravity=1.6)", "set={'gravity': ...} changes the scene"),
+    ("wm.simulate('fwalk', instances=9)", "wm.Rollout(scene, instances=100)"),
+    ("wm.simulate('fwalk', duraton=9)", "did you mean 'duration'?"),
+    ("wm.simulate('walk56', 1, excitations=0.3)", "excitations are by muscle, such as {'lGLU': 0.3}, not 0.3"),
+    ("wm.simulate('walk56', 1, excitations={'rsol': 0.3})", "did you mean 'rSOL'?"),
+    ("wm.optimize('fwalk', generations=9)", "candidates=1000"),
+    ("wm.sweep('fwalk', {'seed': [1]})", "grid={'seed': [1, 2]}"),
+    ("wm.sweep('fwalk', grid={}, duration=1)", "sweep has no argument 'duration'; set={'duration': 5}"),
+    ("wm.Rollout('fwalk', n=9)", "Rollout has no argument 'n'; instances=100"),
+    ("wm.static_optimization('arm18', 'ik.mot')", "not 'ik.mot'; warpmuscle.inverse.files.read_coordinates reads"),
+    ("wm.ik('a.osim', 'a.trc')", "wm.inverse_kinematics(model, 'walk.trc')"),
+    ("wm.Model('a.osim')", "wm.load reads a model"),
+    ("wm.scene('fwalk')", "wm.load('walk56') reads a scene"),
+    ("wm.compare(run, run)", "wm.show([a, b])"),
+    ("wm.load('fwalk').copy()", "scenes do not change"),
     ("run.plot('com')", "name one of 'centre of mass x'"),
     ("run.plot('hip flexoin')", "did you mean 'Hip flexion'?"),
     ("run.plot(['hip flexion', 3])", "kind must be a list of texts; 3 is none"),
@@ -119,6 +142,20 @@ def test_a_wrong_guess_is_answered_in_a_line_that_says_what_to_type(walked, type
         eval(typed, {"wm": wm, "run": walked})
     assert answer in str(told.value)
     assert "\n" not in str(told.value)
+
+
+def test_a_curve_by_its_name_has_time_unit_and_sides(walked):
+    pytest.importorskip("xarray")
+    knee = walked["knee flexion"]
+    assert knee.dims == ("time", "side")
+    assert list(knee.side.values) == ["left", "right"]
+    assert (knee.attrs["units"], knee.time.attrs["units"]) == ("deg", "s")
+    np.testing.assert_array_equal(knee.time, walked.recording.time)
+    column = walked.recording.joint_angle_names.index("rKnee")
+    angle = np.degrees(walked.recording.joint_angle[:, column])
+    np.testing.assert_allclose(walked["rKnee"], angle, atol=1e-9)
+    np.testing.assert_allclose(np.abs(knee.sel(side="right")), np.abs(angle), atol=1e-3)
+    assert walked["com"].dims[0] == "time"
 
 
 def test_what_says_where_things_are_copies_and_pickles_as_before(walked):

@@ -23,6 +23,9 @@ def test_motions_rank_by_cost_and_those_without_one_do_not():
 
 @pytest.mark.parametrize(("facts", "muscles", "known", "first"), [
     ([Facts(1.0), Facts(2.0)] * 4, True, ["activation", "cost", "rank"], "cost"),
+    ([Facts(1.0), Facts(2.0), Facts(21.0)] * 2, True, ["activation", "cost", "rank"], "rank"),
+    ([Facts(1.0), Facts(2.0), Facts(21.0, "fell")] * 2, True, ["activation", "cost", "rank", "condition"], "cost"),
+    ([Facts(0.0), Facts(2.0), Facts(21.0)] * 2, True, ["activation", "cost", "rank"], "cost"),
     ([Facts(1.0), Facts(2.0, "fell")], True, ["activation", "cost", "rank", "condition"], "activation"),
     ([Facts(), Facts(None, "fell")] * 4, False, ["condition"], "condition"),
     ([Facts()] * 9, True, ["activation"], "activation"),

@@ -5,6 +5,7 @@ import io
 import json
 import re
 import zlib
+from importlib.resources import files
 from typing import Any
 
 import msgspec
@@ -336,3 +337,10 @@ def test_page_stands_within_others(browser, walk, tmp_path):
 def test_motion_of_another_character_is_refused(walk):
     with pytest.raises(Error, match="another character"):
         replay_html(random_recording(), walk.scene)
+
+
+def test_pictures_of_the_page_have_names():
+    text = (files("warpmuscle.view") / "assets" / "page.html").read_text(encoding="utf-8")
+    canvases = re.findall(r"<canvas[^>]*>", text)
+    assert len(canvases) >= 2
+    assert [one for one in canvases if "aria-label=" not in one] == []

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
+import functools
+import inspect
 import math
 import numbers
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,42 @@ from warpmuscle.core.errors import ArgumentError, Error
 
 LONGEST = 40  # characters of a value that are repeated in an error
 Kind = TypeVar("Kind")
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def answering(instead: Mapping[str, str]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """A decorator of functions that say what to type in place of an argument which they do not have.
+
+    Args:
+        instead: what to type, by names of arguments that are often tried.
+
+    Raises:
+        TypeError: of the decorated function, as Python's own, with what to type.
+    """
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        parameters = inspect.signature(function).parameters
+        name = function.__qualname__.removesuffix(".__init__")
+
+        @functools.wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+            for one in kwargs:
+                if one not in parameters:
+                    raise TypeError(f"{name} has no argument {one!r}{_hint(one, parameters, instead)}")
+            return function(*args, **kwargs)
+
+        return called
+
+    return decorated
+
+
+def _hint(name: str, known: Iterable[str], instead: Mapping[str, str]) -> str:
+    """What to type in place of an argument, or the nearest that there is, as the end of a message."""
+    if name in instead:
+        return f"; {instead[name]}"
+    found = difflib.get_close_matches(name, [one for one in known if one != "self"], n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
 
 
 def in_words(value: object) -> str:

@@ -9,10 +9,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
 
+from warpmuscle.core.arguments import in_words
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
@@ -128,7 +130,13 @@ def prepare(
     times: Floats | Sequence[Floats] | None,
 ) -> Prepared:
     """Trials as states and loads of a model in all frames that are wanted; raises ArgumentError, see there."""
-    motions = [coordinates] if isinstance(coordinates, Coordinates) else list(coordinates)
+    motions = [coordinates] if isinstance(coordinates, Coordinates | str | PathLike) else list(coordinates)
+    other = next((motion for motion in motions if not isinstance(motion, Coordinates)), None)
+    if other is not None:
+        raise ArgumentError(
+            f"coordinates must be those that wm.inverse_kinematics finds (found.coordinates), not {in_words(other)}; "
+            "warpmuscle.inverse.files.read_coordinates reads a .mot"
+        )
     given = [loads] if isinstance(loads, Loads) or loads is None else list(loads)
     if loads is None:
         given = [None] * len(motions)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from warpmuscle.core.arguments import as_path, as_text, as_texts, as_truth
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike, scene_of
@@ -200,18 +201,35 @@ def draw(subject: Subject, kind: str) -> Any:
         return one_curve.draw(subject, [_curve_named(subject, kind)])
 
 
+def curve_of(result: Result, name: str, beside: Sequence[str] = ()) -> tuple[str, str, dict[str, Floats]]:
+    """A curve of the first motion of a result over time, by a name as `plot` takes it.
+
+    Args:
+        beside: what else there is to choose from, for messages.
+
+    Returns:
+        Its name, its unit, and a line (F,) by "", or one of each side by "left" and "right".
+
+    Raises:
+        Error: none is called so, or several are.
+    """
+    subject = Subject(result, Choices())
+    return one_curve.over_time(subject)[_curve_named(subject, name, beside, "quantity").lower()]
+
+
 def draw_curves(subject: Subject, names: Sequence[str]) -> Any:
     """The matplotlib figure of several curves below one another; see `draw` for what it raises."""
     with style():
         return one_curve.draw(subject, [_curve_named(subject, name) for name in names])
 
 
-def _curve_named(subject: Subject, name: str) -> str:
+def _curve_named(subject: Subject, name: str, beside: Sequence[str] = (*KINDS,), what: str = "figure") -> str:
     """The curve of a motion that a name means; raises Error, which lists what there is, for none, or for several."""
     try:
         curves = one_curve.curve_names(subject)
     except Absent:
-        check_kind(name)
+        if what == "figure":
+            check_kind(name)
         raise
     found = curves_named(name, curves)
     if len(found) > 1:
@@ -219,6 +237,6 @@ def _curve_named(subject: Subject, name: str) -> str:
         raise Error(f"{number_of(len(found), 'curve')} are called {name!r}; name one of {some}")
     if not found:
         few = ", ".join(curves[:12]) + (", ..." if len(curves) > 12 else "")
-        hint = near(name, [*KINDS, *curves])
-        raise Error(f"no figure is called {name!r}{hint}; there are {', '.join(KINDS)}, and curves: {few}")
+        hint = near(name, [*beside, *curves])
+        raise Error(f"no {what} is called {name!r}{hint}; there are {', '.join(beside)}, and curves: {few}")
     return found[0]

@@ -5,7 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-ALIASES = {"grf": "ground_force", "emg": "activation", "excitation": "control"}
+ALIASES = {
+    "grf": "ground_force", "ground reaction force": "ground_force", "ground reaction forces": "ground_force",
+    "emg": "activation", "muscle activation": "activation", "muscle activations": "activation",
+    "excitation": "control", "joint angles": "joints", "joint moments": "moments", "joint torques": "moments",
+}  # fmt: skip
 CURVES = {"com": "centre of mass", "center of mass": "centre of mass"}  # the same of curves
 FEW = 6  # names that a message lists
 
@@ -28,6 +32,7 @@ def curves_named(name: str, curves: Iterable[str]) -> list[str]:
     asked, listed = plain(name), list(curves)
     for word, meant in CURVES.items():
         asked = re.sub(rf"\b{word}\b", meant, asked)
+    asked = asked if asked in {plain(curve) for curve in listed} else asked.removesuffix(" activation")  # of a muscle
     exact = [curve for curve in listed if plain(curve) == asked]
     if exact or not asked:
         return exact[:1]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import need
 from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import PERCENT, leg_angles
 from warpmuscle.plots.angles import angle_bands, legend_below
@@ -16,6 +17,9 @@ from warpmuscle.plots.style import BAND_COLOR, GRAY, PALETTE, SIDE_COLORS, cycle
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.scene.norms import LEG_ANGLES
+
+if TYPE_CHECKING:
+    import xarray
 
 HEIGHT = 3.0  # inches
 
@@ -29,18 +33,41 @@ def draw(subject: Subject, names: Sequence[str]) -> Any:
     figure = page(HEIGHT * len(names))
     cyclic = gait_curves(subject.recording, subject.scene, subject.strides) if subject.walks else {}
     titles = {title.lower(): title for title in cyclic}
-    over_time = {title.lower(): (title, unit, lines) for title, unit, lines in _over_time(subject)}
+    timed = over_time(subject)
     for name, axes in zip(names, figure.subplots(len(names), squeeze=False)[:, 0], strict=True):
         wanted = name.strip().lower()
         if wanted in titles:
             _over_cycle(subject, titles[wanted], cyclic[titles[wanted]], axes)
         else:
-            _lines(subject, *over_time[wanted], axes)
+            _lines(subject, *timed[wanted], axes)
         if len(names) > 1:
             axes.set_title(name.strip(), loc="left")
     legend_below(figure, axes)
     heading(figure, f"{subject.scene.name}: {', '.join(name.strip().lower() for name in names)}")
     return figure
+
+
+def over_time(subject: Subject) -> dict[str, tuple[str, str, dict[str, Floats]]]:
+    """Curves over time by their names in small letters: name, unit, and a line (F,) or one a side."""
+    return {title.lower(): (title, unit, lines) for title, unit, lines in _over_time(subject)}
+
+
+def labelled_curve(title: str, unit: str, time: Floats, lines: Mapping[str, Floats]) -> xarray.DataArray:
+    """A curve over time (F,), s, as an `xarray.DataArray` with its unit; lines of both sides are over `side`, too.
+
+    Raises:
+        Error: xarray is not installed.
+    """
+    need("xarray", "a curve with names needs")
+    import xarray
+
+    sides = [side for side in lines if side]
+    seconds = xarray.Variable("time", time, {"units": "s"})
+    about = {"units": "1" if unit == "activation" else unit, "long_name": title}
+    if not sides:
+        return xarray.DataArray(lines[""], {"time": seconds}, ("time",), title, about)
+    values = np.stack([lines[side] for side in sides], axis=1)
+    return xarray.DataArray(values, {"time": seconds, "side": sides}, ("time", "side"), title, about)
 
 
 def curve_names(subject: Subject) -> list[str]:

@@ -226,6 +226,13 @@ INSTEAD = {
     "parameters": "wm.Rollout(scene).parameters are its free ones",
     "set": "wm.load(scene, set={...}) changes numbers",
     "dt": "scene.time_step is the time step, s",
+    "copy": "wm.load(scene, set={...}) is another one; scenes do not change",
+    "units": "`warpmuscle info SCENE` and the reference of scenes say them; they are SI and radians",
+    "mass": "`warpmuscle info SCENE` says it",
+    "info": "`warpmuscle info SCENE` says what it contains",
+    "summary": "print(scene) and `warpmuscle info SCENE` say what it contains",
+    "learn": "wm.learn(scene) trains a policy",
+    "sweep": "wm.sweep(scene, grid={...}) runs a search for each combination of numbers",
 }  # by what is often tried
 
 

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, overload
 
-from warpmuscle.core.arguments import as_path
+from warpmuscle.core.arguments import answering, as_path
 from warpmuscle.core.errors import ResultError, lacking
 from warpmuscle.formats import scene_names
 from warpmuscle.optimization.optimize import optimize as _optimize
@@ -37,6 +37,12 @@ INSTEAD = {
     "to_xarray": "replays[0].to_xarray() is the first motion",
     "to_dataframe": "replays[0].to_dataframe() is the first motion",
     "view": "show() shows its motions",
+    "time": "replays[0].time is that of the first motion",
+    "frames": "replays[0].frames are those of the first motion",
+    "best_cost": "best.cost is the lowest",
+    "history": "evaluations.cost has all, plot('convergence') draws them",
+    "export": "save('walk.mot') writes OpenSim's files, save('walk.csv') a table",
+    "report": "save it as found.h5; `warpmuscle report found.h5` of the command line writes one",
 }  # by what is often tried
 
 
@@ -85,9 +91,26 @@ def shown(result: Result) -> ShownResult:
     return ShownResult(**{one.name: getattr(result, one.name) for one in fields(Result)})
 
 
+ARGUMENTS = {
+    "generations": "candidates=1000 are as many in all, population=20 a generation",
+    "iterations": "candidates=1000 are as many in all, population=20 a generation",
+    "maxiter": "candidates=1000 are as many in all, population=20 a generation",
+    "n": "candidates=1000 are as many in all", "evaluations": "candidates=1000 are as many in all",
+    "popsize": "population=20 is that of a generation", "method": "search='cma' names it",
+    "algorithm": "search='cma' names it", "optimizer": "search='cma' names it",
+    "timeout": "until=60 ends it after a minute", "time": "until=60 ends it after a minute",
+    "objective": "the scene has it: wm.load(scene, set={'objective.target_speed': 1.5})",
+    "cost": "the scene has it: wm.load(scene, set={'objective.target_speed': 1.5})",
+    "set": "wm.optimize(wm.load(scene, set={...})) changes the scene",
+    "duration": "wm.optimize(wm.load(scene, set={'duration': 5})) changes the scene",
+    "workers": "threads=2 are those of the CPU", "n_jobs": "threads=2 are those of the CPU",
+}  # fmt: skip
+
+
 def _showing(make: Callable[P, Result]) -> Callable[P, ShownResult]:
     """A function whose result shows itself."""
 
+    @answering(ARGUMENTS)
     @functools.wraps(make)
     def made(*args: P.args, **kwargs: P.kwargs) -> ShownResult:
         return shown(make(*args, **kwargs))

@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 import numpy as np
 
-from warpmuscle.core.arguments import as_kind, as_number, as_path
+from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, in_words
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import ArgumentError, CommandWarning, lacking
+from warpmuscle.core.errors import ArgumentError, CommandWarning, Error, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike, scene_of, toml
 from warpmuscle.formats.overrides import with_values
 from warpmuscle.gait.measures import Gait, measure
 from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of
-from warpmuscle.plots import plot
+from warpmuscle.plots import curve_of, plot
+from warpmuscle.plots.one_curve import labelled_curve
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.scene import Scene
@@ -60,7 +61,54 @@ INSTEAD = {
     "data": "run.recording has the arrays, run.to_xarray() them with names and units",
     "metrics": "run.gait has speed and steps",
     "optimize": "wm.optimize(run.scene) searches",
+    "activation": "run['rSOL'] is that of a muscle, run['muscle_activation'] those of all",
+    "force": "run['rSOL force'] is that of a muscle, run['muscle_force'] those of all",
+    "excitations": "run.recording.muscle_excitation has them",
+    "grf": "run['foot_force'] has them, run.plot('ground_force') draws them",
+    "ground_force": "run['foot_force'] has them, run.plot('ground_force') draws them",
+    "ground_forces": "run['foot_force'] has them, run.plot('ground_force') draws them",
+    "ground_reaction_force": "run['foot_force'] has them, run.plot('ground_force') draws them",
+    "ground_reaction_forces": "run['foot_force'] has them, run.plot('ground_force') draws them",
+    "coordinates": "run['joint_angle'] has angles, run['hip flexion'] one of them",
+    "speed": "run.gait.speed_forward is that of the body, run.recording.speed has those of all coordinates",
+    "energy": "run.terms has the terms of the objective, `warpmuscle gait run.h5` prices by several models",
+    "metabolic_cost": "run.terms has the terms of the objective, `warpmuscle gait run.h5` prices by several models",
+    "cost_of_transport": "run.terms has the terms of the objective, `warpmuscle gait run.h5` prices by several models",
+    "fell": "run.status says how it ended, run.duration when",
+    "failed": "run.status says how it ended, run.duration when",
+    "success": "run.status says how it ended, run.duration when",
+    "ok": "run.status says how it ended, run.duration when",
+    "units": "run.to_xarray() has the units of all: run['com'].attrs['units'] of one",
+    "summary": "print(run) says how it ended, run.gait how it walked",
+    "describe": "print(run) says how it ended, run.gait how it walked",
+    "info": "print(run) says how it ended, run.gait how it walked",
+    "judge": "save it as run.h5; `warpmuscle judge run.h5` of the command line judges it",
+    "report": "save it as run.h5; `warpmuscle report run.h5` of the command line writes one",
+    "savefig": "plot('hip flexion', 'picture.png') writes a figure",
+    "export": "save('run.mot') writes OpenSim's files, save('run.csv') a table",
+    "write": "save('run.h5') writes it",
+    "video": "save('run.mp4') makes a film",
+    "animate": "show() shows the motion, save('run.mp4') makes a film",
+    "head": "to_dataframe().head() shows the first frames",
+    "push": "`warpmuscle view SCENE --live` pushes by hand; set={'robustness': {'runs': 5, 'push': 20}} in a search",
 }  # by what is often tried
+_PUSH = "`warpmuscle robustness SCENE --pushes 5` pushes; `warpmuscle view SCENE --live` by hand"
+_SET = "set={'%s': ...} changes the scene"
+ARGUMENTS = {
+    "push": _PUSH, "pushes": _PUSH, "perturbation": _PUSH, "time": "duration is in s", "t": "duration is in s",
+    "end": "duration is in s", "seconds": "duration is in s",
+    "speed": "commands={'speed': 1.5} asks scenes with commands, such as walk56_commands",
+    "slope": "commands={'slope': 3} asks policies and scenes with commands for it",
+    "instances": "wm.Rollout(scene, instances=100) simulates many at once",
+    "n": "wm.Rollout(scene, instances=100) simulates many at once",
+    "scale": "set={'character.muscles.?SOL.f_max': {'factor': 0.8}} scales numbers, wm.scale fits a model to a person",
+    "output": "run.save('run.h5') writes it", "save": "run.save('run.h5') writes it",
+    "parameters": "set={'controller.states.0.time': 0.6} changes numbers by their paths",
+    "params": "set={'controller.states.0.time': 0.6} changes numbers by their paths",
+    "activations": "excitations={'soleus_r': 0.3} are what muscles are told", "show": "run.show() shows it",
+    **{name: _SET % name for name in ("gravity", "time_step", "initial_state", "controller", "objective")},
+    "dt": _SET % "time_step", "timestep": _SET % "time_step",
+}  # fmt: skip
 STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 
@@ -128,19 +176,24 @@ class Run:
         return self.recording.to_dataframe()
 
     def __getitem__(self, name: str) -> Any:
-        """A quantity of `to_xarray`, such as run["joint_angle"], with names and units; see `Recording.to_xarray`.
+        """A quantity of `to_xarray`, such as run["joint_angle"], or a curve by its name, as `plot` draws it over time.
+
+        An `xarray.DataArray` over time with its unit; curves of legs are over `side`, too, left and right.
 
         Raises:
-            ArgumentError: nothing is called so.
+            ArgumentError: nothing, or several curves, are called so.
         """
         table = self.to_xarray()
-        if name not in table:
-            known = [str(one) for one in table]
-            raise ArgumentError(
-                f"no quantity is called {name!r}{near(str(name), known)}; plot draws curves by their names; "
-                f"there are {', '.join(known)}"
-            )
-        return table[name]
+        if not isinstance(name, str):
+            what = "a part of the motion is run.recording.window(begin, end), in s; " if isinstance(name, slice) else ""
+            raise ArgumentError(f"{what}a run is asked by names, such as run['hip flexion'] or run['com']")
+        if name in table:
+            return table[name]
+        try:
+            title, unit, lines = curve_of(self.result, name, [str(one) for one in table])
+        except Error as error:
+            raise ArgumentError(str(error)) from None
+        return labelled_curve(title, unit, self.recording.time, lines)
 
     def __getattr__(self, name: str) -> Any:
         """Say where it is, of what its recording or its scene has."""
@@ -176,6 +229,7 @@ class _End(NamedTuple):
     cause: str
 
 
+@answering(ARGUMENTS)
 def simulate(
     scene: SceneLike,
     duration: float | None = None,
@@ -237,7 +291,9 @@ def _folder(scene: SceneLike) -> Path | None:
 def _excitations(given: Mapping[str, float], muscles: tuple[str, ...]) -> Floats:
     """Excitations (M,) of all muscles of a scene, in order."""
     values = np.zeros(len(muscles))
-    for name, value in as_kind(dict, given, "excitations").items():
+    if not isinstance(given, Mapping):
+        raise ArgumentError(f"excitations are by muscle, such as {{{muscles[0]!r}: 0.3}}, not {in_words(given)}")
+    for name, value in given.items():
         if name not in muscles:
             raise ArgumentError(f"excitations: no muscle is called {name!r}{near(str(name), muscles)}")
         values[muscles.index(name)] = as_number(value, f"excitation of {name}", least=0.0, most=1.0)
@@ -252,7 +308,7 @@ def _by_policy(scene: Scene, policy: Path, asked: dict[str, float], device: str 
     scene = _commanded(scene, own)
     facts = [f"{name}={value!r}" for name, value in asked.items() if name not in own]
     for doubt in beyond(task, facts):
-        warnings.warn(doubt, CommandWarning, stacklevel=3)
+        warnings.warn(doubt, CommandWarning, stacklevel=4)
     place = str(find_device(device))
     task = lasting(commanded(task, facts))
     recording, status = replay(learned.policy, scene, place, task, rate=rate)

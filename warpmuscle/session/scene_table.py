@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, overload
@@ -101,6 +102,7 @@ def scenes(words: str = "") -> SceneTable:
     return SceneTable([row for row in rows if all(word in f"{row.name} {row.description}".lower() for word in asked)])
 
 
+@functools.cache
 def _row(name: str) -> SceneRow:
     scene = load(name)
     character = scene.character

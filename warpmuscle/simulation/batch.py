@@ -36,6 +36,10 @@ INSTEAD = {
     "set": "set_parameters({name: values}) changes free parameters",
     "set_params": "set_parameters({name: values}) changes free parameters",
     "params": "parameters are the free ones",
+    "activations": "state has what muscles are at, recording(i).muscle_activation has it over time",
+    "activation": "state has what muscles are at, recording(i).muscle_activation has it over time",
+    "time": "state.time has it",
+    "push": "set robustness of the scene: wm.load(scene, set={'robustness': {'runs': 5, 'push': 20}})",
 }  # by what is often tried
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_kind, as_number, check_function
+from warpmuscle.core.arguments import answering, as_kind, as_number, check_function
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import SceneLike, scene_of
@@ -78,6 +78,15 @@ class Rollout(RolloutSettings):
         state, model: Warp arrays on the device, without a copy; see `kernels.structs`. Do not write to the model.
     """
 
+    @answering(
+        {
+            **dict.fromkeys(("n", "batch", "count", "num_envs", "size"), "instances=100 are as many"),
+            "duration": "run(2.0) simulates for 2 s", "seconds": "run(2.0) simulates for 2 s",
+            "set": "wm.Rollout(wm.load(scene, set={...})) changes the scene",
+            "policy": "wm.simulate(scene, policy='policy.h5') runs one",
+            "gpu": "device='cuda:0' is the first GPU",
+        }
+    )  # fmt: skip
     def __init__(
         self,
         scene: SceneLike,

@@ -9,7 +9,7 @@ from typing import Any
 
 import tomlkit
 
-from warpmuscle.core.arguments import as_path, as_truth, in_words
+from warpmuscle.core.arguments import answering, as_path, as_truth, in_words
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.names import file_name
@@ -20,6 +20,17 @@ from warpmuscle.sweep.plan import Plan, read
 from warpmuscle.sweep.run import sweep as run
 
 
+@answering(
+    {
+        "duration": "set={'duration': 5} changes the scene",
+        "candidates": "search={'candidates': 500} is an option of each search",
+        "population": "search={'population': 20} is an option of each search",
+        "parameters": "grid={'seed': [1, 2]} are numbers by path in the scene, each with its values",
+        "values": "grid={'seed': [1, 2]} are numbers by path in the scene, each with its values",
+        "seeds": "grid={'seed': [1, 2]} has them",
+        "name": "output='sweep.h5' is the file of all results",
+    }
+)
 def sweep(
     file: str | PathLike[str],
     output: str | PathLike[str] | None = None,
@@ -45,6 +56,8 @@ def sweep(
         Error: the sweep cannot be used or has changed since it began, a file cannot be written, or runs have failed.
     """
     source, trust = as_path(file, "file"), as_truth(trust, "trust")
+    if isinstance(output, Mapping):
+        raise ArgumentError("numbers to be varied are grid={'seed': [1, 2]}; output is the path of a file")
     target = None if output is None else as_path(output, "output")
     if grid is None:
         if search is not None or set is not None:

@@ -31,7 +31,7 @@ BELLY = 8.0 / 15.0  # volume of a drawn belly in that of a cylinder around it: t
 THINNEST, THICKEST = 0.005, 0.04  # m, radii of bellies of a body of 75 kg
 STOUTEST = 0.115  # radius of a belly in the length of its muscle, at most
 SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
-SPARED = ("excitations", "fibre lengths", "torques wanted")  # groups of curves that pages of many motions do without
+SPARED = ("excitations", "fibre lengths", "desired torques")  # groups of curves that pages of many motions do without
 
 
 class LegNorm(NamedTuple):

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+WIDE = 20.0  # the greatest cost in the least one, from which on a scale of costs shows two colours only: good and bad
 SHADES = ("activation", "cost", "rank", "condition")  # what bodies can be coloured by
 
 
@@ -46,5 +47,7 @@ def shades_of(facts: Sequence[Facts], muscles: bool, few: int) -> dict[str, Any]
     }
     known["rank"] = known["cost"]
     there = [name for name in SHADES if known[name]]
-    order = ("cost", "condition", "activation") if len(facts) > few else ("activation",)
+    costs = [one.cost for one in facts if one.cost is not None and not one.ended]
+    priced = "rank" if costs and 0.0 < WIDE * min(costs) < max(costs) else "cost"
+    order = (priced, "condition", "activation") if len(facts) > few else ("activation",)
     return {"known": there, "first": next((name for name in order if known[name]), "")}

@@ -113,7 +113,7 @@ def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Gr
     yield "forces", "N", shown["m"][1], {}
     wanted = [(key, values) for key, (values, _) in shown["rad"][2].items() if everything or np.any(values)]
     stored: Curves = {key: (values, Stored("wanted", column)) for column, (key, values) in enumerate(wanted)}
-    yield "torques wanted", "N m", stored, {}
+    yield "desired torques", "N m", stored, {}
 
 
 def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:

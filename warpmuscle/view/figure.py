@@ -19,7 +19,7 @@ from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.bones import skeleton
 from warpmuscle.view.bones.limbs import Limbs
-from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, rounded_hull, sized_hull
+from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, pelvis_places, rounded_hull, sized_hull, trunk_places
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
 
 DENSITY = 1000.0  # kg/m^3
@@ -82,7 +82,7 @@ class _Figure:
         points = ends if start is None else [start, *ends]
         volume = self.mass[name] / DENSITY
         if len(points) > 2 or (start is None and len(points) == 2):
-            self._hull(name, sized_hull(np.array(points), volume, self.coarse))
+            self._hull(name, sized_hull(self._round(name, start, ends, points), volume, self.coarse))
             self._missing_head(name, start, ends)
         elif start is None:
             self._blocks(name, shapes)
@@ -95,6 +95,15 @@ class _Figure:
             self._upper_body(name, start, reach / max(float(np.linalg.norm(reach)), 1e-9), tall)
         else:
             self._limb(name, start, self._limb_end(start, ends, shapes))
+
+    def _round(self, name: str, start: Floats | None, ends: Sequence[Floats], points: Sequence[Floats]) -> Floats:
+        """Middles of the spheres that a trunk or a pelvis is made of; its joints, if it is neither."""
+        if start is not None and (shoulders := self._shoulders(ends)):
+            above = [end for end in ends if abs(end[0]) < MIDDLE]
+            return np.array([*above, *trunk_places(start, shoulders)])
+        hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
+        above = [point for point in points if abs(point[0]) < MIDDLE and all(point is not hip for hip in hips)]
+        return pelvis_places(above[0], hips) if len(hips) == 2 and above else np.array(points)
 
     def _limb_end(self, start: Floats, ends: Sequence[Floats], shapes: Sequence[Shape]) -> Floats:
         """Where a limb from its joint ends: at the next joint, or where its shape or its mass does."""
@@ -136,11 +145,12 @@ class _Figure:
         """Trunk, neck and head in one body, so tall, m, from its joint upwards; the shoulders are along x."""
         aside = np.array([1.0, 0.0, 0.0]) - up[0] * up
         shoulder, neck = joint + 0.60 * tall * up, joint + 0.68 * tall * up
-        seeds = np.array([joint, neck, shoulder + 0.2 * tall * aside, shoulder - 0.2 * tall * aside])
+        shoulders = [shoulder + sign * 0.2 * tall * aside for sign in (1.0, -1.0)]
+        seeds = np.array([neck, *trunk_places(joint, shoulders)])
         self._hull(name, sized_hull(seeds, 0.75 * self.mass[name] / DENSITY, self.coarse))
         radius = 0.155 * tall
         self._head(name, neck, joint + (tall - radius) * up, radius)
-        self._trunk_bones(name, joint, neck, [shoulder + sign * 0.2 * tall * aside for sign in (1.0, -1.0)])
+        self._trunk_bones(name, joint, neck, shoulders)
 
     def _branches_below(self, name: str) -> bool:
         """Whether a body hangs on one that others hang on, too, as a trunk on a pelvis: a lone arm has no head."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -14,6 +15,9 @@ from warpmuscle.scene.initial_pose import plain_vector
 Mesh = tuple[Floats, Floats, Integers]  # corners (V, 3), normals (V, 3), faces (F, 3)
 ROUND = 0.6  # of half the least edge of a box, the radius of its edges
 TRIALS = 12  # to find the radius of a volume
+# Of a trunk: how far up from its lower joint to the shoulders, and how far aside in their half distance.
+TRUNK = ((0.0, 0.42), (0.62, 0.6), (0.9, 0.8))
+CREST = 0.85  # half the width of a pelvis at its upper joint, in that between its hips
 SPREAD = 0.9  # radius of a hull of a volume, at most in the distance between its seeds
 
 
@@ -43,7 +47,11 @@ def box_seeds(box: Box) -> Seeds:
 
 def rounded_hull(seeds: Seeds, coarse: bool = False) -> Mesh | None:
     """The hull of spheres; None if they hold no volume."""
-    points = _samples(seeds, _directions(0 if coarse else 2))
+    return _hull(seeds, _directions(0 if coarse else 2))
+
+
+def _hull(seeds: Seeds, directions: Floats) -> Mesh | None:
+    points = _samples(seeds, directions)
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
@@ -63,7 +71,7 @@ def rounded_hull(seeds: Seeds, coarse: bool = False) -> Mesh | None:
 
 def sized_hull(places: Floats, volume: float, coarse: bool = False) -> Mesh | None:
     """The hull of equal spheres about points (S, 3), m, with a volume, m^3, or as near as its form allows."""
-    directions = _directions(0 if coarse else 2)
+    directions = _directions(1 if coarse else 2)
     widest = float(np.max(np.linalg.norm(places[:, None] - places[None], axis=-1)))
     low, high = 0.01 * widest, SPREAD * widest
     for _ in range(TRIALS):
@@ -73,7 +81,19 @@ def sized_hull(places: Floats, volume: float, coarse: bool = False) -> Mesh | No
         except (QhullError, ValueError):
             return None
         low, high = (radius, high) if found < volume else (low, radius)
-    return rounded_hull(Seeds(places, np.full(len(places), radius)), coarse)
+    return _hull(Seeds(places, np.full(len(places), radius)), directions)
+
+
+def trunk_places(joint: Floats, shoulders: Sequence[Floats]) -> list[Floats]:
+    """Points (3,), m, at a waist, a chest and below the shoulders of a trunk, from its lower joint and shoulders."""
+    middle = 0.5 * (shoulders[0] + shoulders[1])
+    return [joint + up * (middle - joint) + wide * (end - middle) for up, wide in TRUNK for end in shoulders]
+
+
+def pelvis_places(top: Floats, hips: Sequence[Floats]) -> Floats:
+    """Points (4, 3), m, at the hips and at the crests of a pelvis, whose upper joint is at the top."""
+    middle = 0.5 * (hips[0] + hips[1])
+    return np.array([*hips, *(top + CREST * (hip - middle) for hip in hips)])
 
 
 def _samples(seeds: Seeds, directions: Floats) -> Floats:

@@ -128,7 +128,7 @@ def of_candidates(result: Result, count: int, device: str | None, path: str | Pa
             break
     values = np.asarray(evaluations.params[rows], dtype=np.float64)
     motions, facts = _walked(scene, values, device)
-    labels = [f"{name} {row}: {evaluations.cost[row]:.5g}".strip() for row in rows]
+    labels = [f"{name} candidate {row}, cost {evaluations.cost[row]:.4g}".strip() for row in rows]
     return [
         Sight(label, motion, substitute(scene, own), known._replace(cost=float(evaluations.cost[row])))
         for label, motion, own, known, row in zip(labels, motions, values, facts, rows, strict=True)

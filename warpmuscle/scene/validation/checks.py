@@ -110,7 +110,9 @@ def known(name: str, table: Iterable[str], kind: str, key: str, whose: str = "")
 
 def near(name: str, names: Iterable[str]) -> str:
     """The end of a message about an unknown name: the nearest known one, if there is one."""
-    found = difflib.get_close_matches(name, list(names), n=1)
+    known = list(names)
+    found = difflib.get_close_matches(name, known, n=1)
+    found = found or [one for one in known if one.lower() == name.lower()][:1]
     return f"; did you mean {found[0]!r}?" if found else ""
 
 

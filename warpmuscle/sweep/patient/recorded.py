@@ -54,8 +54,8 @@ class Patient:
         """The patient, whose hips are flexed by so much more, deg: the same thighs below a pelvis of other axes."""
         hips = {side: rows + offset for side, rows in self.gait.curves[HIP].items()}
         gait = replace(self.gait, curves={**self.gait.curves, HIP: hips})
-        mean = {**self.together, HIP: {side: row + offset for side, row in self.together[HIP].items()}}
-        return replace(self, gait=gait, together=mean, hip_offset=self.hip_offset + offset)
+        mean = {**self.pooled, HIP: {side: row + offset for side, row in self.pooled[HIP].items()}}
+        return replace(self, gait=gait, pooled=mean, hip_offset=self.hip_offset + offset)
 
 
 def read_patient(asked: PatientFile, device: str | None = None) -> Patient:

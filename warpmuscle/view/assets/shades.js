@@ -35,7 +35,7 @@ class Shades {
   tint({ cost, rank, ended }) {
     if (this.name === "condition") return ended ? FAILED : WENT_ON;
     if (cost === undefined) return UNKNOWN_TINT;
-    if (this.name === "cost" && ended) return FAILED; // it costs far more
+    if (ended) return FAILED; // what it costs is not of the same kind
     const [low, high] = this.costs, wide = low > 0 && high > WIDE * low; // some fell where they were disturbed, say
     const priced = wide ? Math.log(cost / low) / Math.log(high / low) : (cost - low) / (high - low || 1);
     const part = this.name === "rank" ? (rank - 1) / Math.max(this.player.bipeds.length - 1, 1) : priced;
@@ -57,7 +57,7 @@ class Shades {
       ends.forEach((text) => row.append(line("span", text)));
     }
     const words = ends ? [] : [[WENT_ON, `${this.player.bipeds.length - this.failed} went on`]];
-    if (!ends || (this.name === "cost" && this.failed)) words.push([FAILED, `${this.failed} failed`]);
+    if (!ends || (this.name !== "activation" && this.failed)) words.push([FAILED, `${this.failed} failed`]);
     for (const [color, text] of words) {
       const row = element.appendChild(line("em")), mark = row.appendChild(line("s"));
       mark.style.background = css(color);

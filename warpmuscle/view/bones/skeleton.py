@@ -103,13 +103,22 @@ def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
     """A humerus from the shoulder to the elbow."""
     along, s = _unit(end - start), scale
     side = _perpendicular(along, AHEAD)
-    part = np.array([0.03, 0.15, 0.4, 0.75, 0.92])
+    part = np.array([0.03, 0.15, 0.4, 0.75, 0.92, 1.0])
     shaft = start + part[:, None] * (end - start)
+    above = start + 0.8 * (end - start)
+    ridges = [
+        tube(
+            [above, end + s * (way * 0.021 * side - 0.018 * along), end + s * way * 0.024 * side],
+            s * np.array([0.009, 0.0105, 0.01]),
+        )
+        for way in (1.0, -1.0)
+    ]
     return merged(
         [
             ellipsoid(start, (0.024 * s,) * 3),
-            tube(shaft, s * np.array([0.018, 0.0125, 0.0105, 0.011, 0.015])),
-            tube([end - s * 0.026 * side, end, end + s * 0.026 * side], s * np.array([0.0125, 0.0105, 0.0125])),
+            tube(shaft, s * np.array([0.018, 0.0125, 0.0105, 0.0105, 0.0125, 0.012])),
+            *ridges,
+            tube([end - s * 0.024 * side, end, end + s * 0.024 * side], s * np.array([0.0125, 0.011, 0.0125])),
         ]
     )
 
