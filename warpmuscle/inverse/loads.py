@@ -74,10 +74,10 @@ def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
         named = top.child("datafile")
         if named is None or not named.word():
             top.fail("it names no <datafile> with the numbers")
-        told = Path(named.word().replace("\\", "/"))
-        data = next((one for one in (path.parent / told, path.parent / told.name) if one.is_file()), None)
+        stated = Path(named.word().replace("\\", "/"))
+        data = next((one for one in (path.parent / stated, path.parent / stated.name) if one.is_file()), None)
         if data is None:
-            raise SignalError(f"it names the table {told.name!r}, and there is no such file beside it", file=path)
+            raise SignalError(f"it names the table {stated.name!r}, and there is no such file beside it", file=path)
     return _loads(read_table(data), described)
 
 
