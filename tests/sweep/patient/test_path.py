@@ -220,7 +220,7 @@ def test_hips_below_another_pelvis_are_compared_by_the_thighs(folder: Path, pati
     shifted = patient.with_hips(10.0)
     for name, offset in (("Hip flexion", 10.0), ("Knee flexion", 0.0)):
         assert shifted.gait.mean(name, "left") == pytest.approx(patient.gait.mean(name, "left") + offset)
-        assert shifted.together[name]["right"] == pytest.approx(patient.together[name]["right"] + offset)
+        assert shifted.pooled[name]["right"] == pytest.approx(patient.pooled[name]["right"] + offset)
     asked = read(folder / "patient.toml")
     loose = patient.scene  # whose trunk turns on its pelvis
     assert hip_offset(asked, patient, loose, 6.0) == 0.0
