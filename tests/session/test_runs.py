@@ -56,7 +56,7 @@ def test_constant_excitations_reach_the_muscles_that_are_named():
     [
         ({"excitations": {"nobody": 0.5}}, "excitations: no muscle is called 'nobody'"),
         ({"excitations": {"first": 1.5}}, "excitation of first must be a finite number, 0 or greater|from 0 to 1"),
-        ({"excitations": 0.5}, "excitations must be a dict"),
+        ({"excitations": 0.5}, "excitations are by muscle, such as"),
         ({"duration": -1.0}, "duration must be a finite number greater than 0"),
         ({"set": {"objective.target_sped": 1.0}}, "objective.target_sped"),
         ({"set": [1.0]}, "set must be a dict"),

@@ -41,7 +41,8 @@ def test_motion_of_a_result_is_shown_with_its_best_parameters(file):
 def test_best_candidates_are_run_again_best_first(file):
     sights = of_results([str(file)], candidates=3, device="cpu")
     evaluations = read(file).evaluations
-    assert [sight.label.split(":")[0] for sight in sights] == [str(k) for k in np.argsort(evaluations.cost)[:3]]
+    expected = [f"candidate {k}" for k in np.argsort(evaluations.cost)[:3]]
+    assert [sight.label.split(",")[0] for sight in sights] == expected
     best = of_results([str(file)])[0].recording
     np.testing.assert_allclose(sights[0].recording.com, best.com[::2], atol=1e-6)  # recorded half as often
 
