@@ -209,7 +209,7 @@ def test_devices_and_pipes_are_not_replaced_by_files(run, tmp_path):
 
 
 def test_what_ffmpeg_left_unfinished_is_no_film(tmp_path):
-    from warpmuscle.video.files import _is_whole
+    from warpmuscle.video.files import _is_complete
 
     box = b"\x00\x00\x00\x10mdat" + bytes(8)
     index = b"\x00\x00\x00\x08moov"
@@ -222,7 +222,7 @@ def test_what_ffmpeg_left_unfinished_is_no_film(tmp_path):
         (bytes(16), False),
     ):
         film.write_bytes(content)
-        assert _is_whole(film) == whole
+        assert _is_complete(film) == whole
 
 
 def test_no_room_for_memory_is_one_line(run, inputs, tmp_path, monkeypatch):

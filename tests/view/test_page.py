@@ -229,7 +229,7 @@ def test_pointing_at_a_muscle_names_it_and_a_click_shows_its_curves(opened):
 
 def test_curves_are_found_by_name_and_laid_over_one_another(opened):
     opened.evaluate("warpmuscle.play(false)")
-    opened.fill("#search", "knee TORQUES wanted")
+    opened.fill("#search", "knee DESIRED torques")
     assert (state(opened)["panels"], state(opened)["curves"]) == (1, 2)
     opened.locator("#several input").check()
     assert (state(opened)["panels"], state(opened)["curves"]) == (1, 4)

@@ -42,8 +42,7 @@ def inverse(
     loads: Annotated[
         list[Path] | None,
         typer.Option(
-            "--loads",
-            help="Forces on bodies: external loads' .xml, or a .mot, .sto or .csv. One for all, or one a motion.",
+            "--loads", help="External loads' .xml, or forces in .mot, .sto or .csv. One for all, or one each."
         ),
     ] = None,
     emg: Annotated[
@@ -71,9 +70,7 @@ def inverse(
     emg_weight: Annotated[float, typer.Option(min=0, help="Of differences from EMG in the cost.")] = 1.0,
     rates: Annotated[bool, typer.Option("--rates", help="Activations change as fast as muscles can.")] = False,
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
-    pennation: Annotated[
-        bool, typer.Option("--pennation", help="Millard's fibres pull at their angle, which OpenSim leaves out.")
-    ] = False,
+    pennation: Annotated[bool, typer.Option("--pennation", help="Millard's angles count; OpenSim omits them.")] = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
     window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.015,
@@ -124,8 +121,7 @@ def inverse(
         )  # fmt: skip
     about = _about(model, wanted, options, filter)
     _give(found, output, sto, about, body)
-    if report is not None:
-        _page(report, body, found, forces, signals, about)
+    _page(report, body, found, forces, signals, about)
 
 
 def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff: float | None) -> dict[str, str]:
@@ -167,10 +163,12 @@ def _check_outputs(output: Path | None, path: Path | None, sto: Path | None) -> 
 
 
 def _page(
-    path: Path, body: BodyModel, found: list[Trial], loads: list[Loads | None], emg: list[Emg | None],
+    path: Path | None, body: BodyModel, found: list[Trial], loads: list[Loads | None], emg: list[Emg | None],
     about: dict[str, str],
 ) -> None:  # fmt: skip
-    """Write the page of a subject."""
+    """Write the page of a subject, if one is asked for."""
+    if path is None:
+        return
     from warpmuscle.core.files import replace_file
     from warpmuscle.report.subject_page import subject_html
 

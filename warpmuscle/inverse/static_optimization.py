@@ -28,7 +28,7 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
 from warpmuscle.inverse.trial import Coordinates, Loads
 from warpmuscle.kernels.inverse import static_optimization as kernels
-from warpmuscle.kernels.inverse.muscle_moments import leave_out_pennation
+from warpmuscle.kernels.inverse.left_out_pennation import leave_out_pennation
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.muscles import given
 

@@ -32,7 +32,7 @@ class Problem:
         self.effort = scale * np.einsum("fsm,fm->fs", self.b, wanted)
 
     def solved(self, **options):
-        solver = Solver(self.body, self.trials, ActivationOptions(**options), ())
+        solver = Solver(self.body, self.trials, ActivationOptions(pennation=True, **options), ())
         return solver, solver.run(self.effort, None)
 
     def balance(self, solved, reserve: float):
@@ -97,14 +97,14 @@ def test_bits_depend_on_no_other_frame(body):
     parts = []
     for k in range(20):
         one = prepare(body, motion(20), None, None, motion(20).times[k : k + 1])
-        own = Solver(body, one, ActivationOptions(reserve=0.5), ())
+        own = Solver(body, one, ActivationOptions(reserve=0.5, pennation=True), ())
         parts.append(own.run(body_of_one.effort[k : k + 1], None).activation)
     assert np.array_equal(np.concatenate(parts), whole.activation)
 
 
 def test_frames_whose_balance_is_rounding_are_given_up_soon_and_solved_in_double_precision(body):
     problem = Problem(body, 8.0)  # far beyond what muscles can do: multipliers of weak reserves are huge
-    solver = Solver(body, problem.trials, ActivationOptions(reserve=1e-2, least=0.01), ())
+    solver = Solver(body, problem.trials, ActivationOptions(reserve=1e-2, least=0.01, pennation=True), ())
     part = slice(0, 20)
     one = solver.launch(problem.effort, body.muscle_frames(problem.trials.states, part), part)
     one.run()

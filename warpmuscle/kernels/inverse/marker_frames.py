@@ -204,7 +204,7 @@ def find_jumps(values: wp.array2d[wp.float64], first: int, turns: wp.array[int],
     if frame > 0:
         for k in range(first, values.shape[1]):
             if turns[k] == 1:
-                most = wp.max(most, float(wp.abs(values[frame, k] - values[frame - 1, k])))
+                most = wp.max(most, wp.float32(wp.abs(values[frame, k] - values[frame - 1, k])))
     found[frame] = most
 
 

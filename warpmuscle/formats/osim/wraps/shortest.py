@@ -23,7 +23,7 @@ Route = tuple[tuple[Point, ...], tuple[PathWrap, ...]]
 
 
 def read_shortest(
-    element: Element, muscle: str, shapes: Mapping[str, Element], model: Model, frames: Frames, own: Properties
+    element: Element, muscle: str, shapes: Mapping[str, Element], found: Model, frames: Frames, own: Properties
 ) -> Route | str:
     """Points and wraps of a path, whose obstacles become surfaces of the model; or why it cannot be had.
 
@@ -31,7 +31,7 @@ def read_shortest(
         shapes: elements of the model's shapes of contact by name.
     """
     points: list[Point] = []
-    found: dict[str, Surface] = {}
+    surfaces: dict[str, Surface] = {}
     wraps: list[PathWrap] = []
     holder = element.child("path_elements")
     path = f"/forceset/{muscle}/path"
@@ -45,14 +45,14 @@ def read_shortest(
             made = _surface(one, muscle, f"{muscle}_{len(wraps) + 1}", shapes, frames, own)
             if isinstance(made, str):
                 return made
-            found[made.name] = made
+            surfaces[made.name] = made
             wraps.append(PathWrap(made.name, one.line, "hybrid", (len(points), len(points) + 1)))
         else:
             one.fail(f"elements of this class are not known in a path; {POINT} and {OBSTACLE} are")
     if len(points) < 2 or members[0].tag != POINT or members[-1].tag != POINT:
         element.fail("begins and ends with a point")
-    model.surfaces |= found
-    model.obstacles |= {last_name(one.word()) for one in element.all() if one.tag == "socket_contact_geometry"}
+    found.surfaces |= surfaces
+    found.obstacles |= {last_name(one.word()) for one in element.all() if one.tag == "socket_contact_geometry"}
     return tuple(points), tuple(wraps)
 
 
@@ -92,10 +92,10 @@ def _surface(
     )  # fmt: skip
 
 
-def settle_mixed(model: Model) -> list[tuple[str, str, int]]:
+def settle_mixed(found: Model) -> list[tuple[str, str, int]]:
     """Take muscles with such paths out of a model in which others go round surfaces; class, name and line of each."""
-    shortest = [muscle for muscle in model.muscles if muscle.shortest and muscle.wraps]
-    if not shortest or not any(muscle.wraps and not muscle.shortest for muscle in model.muscles):
+    shortest = [muscle for muscle in found.muscles if muscle.shortest and muscle.wraps]
+    if not shortest or not any(muscle.wraps and not muscle.shortest for muscle in found.muscles):
         return []
-    model.muscles = [muscle for muscle in model.muscles if muscle not in shortest]
+    found.muscles = [muscle for muscle in found.muscles if muscle not in shortest]
     return [(muscle.kind, muscle.name, muscle.line) for muscle in shortest]
