@@ -176,7 +176,7 @@ def custom_terms(scene: Scene) -> dict[str, Found]:
     reported = {name: f"objective.reported.{k}" for k, name in enumerate(scene.objective.reported) if ":" in name}
     for entry, key in (reported | named).items():
         part = found_part(entry, key, IN_STEP)
-        kind = _kind_of_term(part, entry, key)
+        kind = _kind_of_term(part, scene.character.joints, entry, key)
         if kind == "desired":
             _check_desired(part, scene.character, entry, key)
         if kind == "muscle" and part.stage != "forces":
@@ -199,8 +199,8 @@ def remembering_terms(names: Iterable[str]) -> dict[str, Found]:
     return found
 
 
-def _kind_of_term(part: Declaration, entry: str, key: str) -> Kind:
-    """What a term's function is of, by its arguments."""
+def _kind_of_term(part: Declaration, joints: Iterable[str], entry: str, key: str) -> Kind:
+    """What a term's function is of, by its arguments; a structure of numbers none of which is a joint's is no torques."""
     arguments, own = arguments_of(part.function), declared_arguments(part)
     for kind, base in TERM_ARGUMENTS.items():
         if takes(arguments, base, own):
@@ -209,8 +209,10 @@ def _kind_of_term(part: Declaration, entry: str, key: str) -> Kind:
                 raise SceneError(said, key=key)
             return kind
     last = arguments[-1] if arguments[:-1] == INSTANCE else None
-    if isinstance(last, Struct) and not all(field.type is wp.float32 for field in last.vars.values()):
-        return "desired"
+    if isinstance(last, Struct):
+        numbers = all(field.type is wp.float32 for field in last.vars.values())
+        if not numbers or not set(joints).isdisjoint(last.vars):
+            return "desired"
     wanted = " or ".join(map(signature, TERM_ARGUMENTS.values()))
     more = "".join(f" [, {name_of(kind)}]" for kind in own)
     found = f"{placed(part.function, entry)} takes {signature(arguments)}{undeclared(arguments, own)}"
