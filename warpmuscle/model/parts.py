@@ -200,7 +200,7 @@ def remembering_terms(names: Iterable[str]) -> dict[str, Found]:
 
 
 def _kind_of_term(part: Declaration, joints: Iterable[str], entry: str, key: str) -> Kind:
-    """What a term's function is of, by its arguments; a structure of numbers none of which is a joint's is no torques."""
+    """What a term's function is of, by its arguments; torques are a structure that names a joint or has no numbers."""
     arguments, own = arguments_of(part.function), declared_arguments(part)
     for kind, base in TERM_ARGUMENTS.items():
         if takes(arguments, base, own):

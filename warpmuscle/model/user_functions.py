@@ -194,7 +194,7 @@ def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
         if isinstance(place, int) and place >= floats:
             line = function.func.__code__.co_firstlineno + node.lineno - 1
             where = f"{entry!r} ({function.func.__code__.co_filename}:{line})"
-            raise SceneError(f"{where} uses number {place + 1} of a memory of {floats}: declare more", key=key)
+            raise SceneError(f"{where} reads number {place + 1} of a memory of {floats}: declare more", key=key)
 
 
 def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> Any:

@@ -186,7 +186,7 @@ def _verdict(found: PathResult) -> str:
 def _floor(found: PathResult) -> str:
     """What the reader has to know of the patient's angles and their spread."""
     patient = found.patient
-    return " ".join(filter(None, (_hips(patient.hip_offset), _own_spread(patient))))
+    return " ".join(filter(None, (_hips(patient.hip_offset), _spread_of_strides(patient))))
 
 
 def _hips(offset: float) -> str:
@@ -200,7 +200,7 @@ def _hips(offset: float) -> str:
     )
 
 
-def _own_spread(patient: Patient) -> str:
+def _spread_of_strides(patient: Patient) -> str:
     """How much of the spread is the patient's own, in a sentence."""
     if min(patient.strides(side) for side in SIDES) < 2:
         return (
