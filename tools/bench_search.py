@@ -143,10 +143,12 @@ def main(
     for text in kinds:
         asked = ({} if sigma is None else {"sigma": sigma}) | options_of(text)
         optimize(short, None, 1, device, until=0.5, **asked)  # compiles
-        figures[text] = [measured(given, until, seed, device, asked) for seed in range(first, first + seeds)]
-        print(row(text, figures[text]), flush=True)
-    if json_path is not None:
-        json_path.write_text(json.dumps(figures) + "\n")
+        runs = figures[text] = []
+        for seed in range(first, first + seeds):
+            runs.append(measured(given, until, seed, device, asked))
+            if json_path is not None:  # after each, so that what has been measured outlasts an interruption
+                json_path.write_text(json.dumps(figures) + "\n")
+        print(row(text, runs), flush=True)
 
 
 if __name__ == "__main__":
