@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from small_scene import sound_scene
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.scene import PD, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import (
     Parameter,
+    constant,
     free_parameters,
     greatest,
     pinned,
@@ -19,6 +20,7 @@ from warpmuscle.scene.parameters import (
     substitute,
     with_values,
 )
+from warpmuscle.scene.validation import scene as checking
 from warpmuscle.scene.validation.checks import Checks
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -170,3 +172,26 @@ def test_snapping_is_idempotent():
     parameters = [Parameter("p", low, low, low + 1.7, step, "") for low in (-3.3, 0.1) for step in (0.01, 0.3, 1e-5)]
     once = snap(parameters, generator.uniform(-4, 3, (200, len(parameters))))
     np.testing.assert_array_equal(snap(parameters, once), once)
+
+
+def test_a_constant_scene_is_checked_once_and_every_time_afterwards(scene, monkeypatch):
+    checked = []
+    check = checking._Check.scene
+    monkeypatch.setattr(checking._Check, "scene", lambda self: (checked.append(self.checked), check(self)))
+    with constant([scene]):
+        check_scene(scene)
+        check_scene(scene)
+        check_scene(copy.deepcopy(scene))  # an equal one, of which nobody said that it stays
+    assert len(checked) == 2
+    scene.name = " "
+    with pytest.raises(SceneError, match="needs a name"):
+        check_scene(scene)
+
+
+def test_a_constant_scene_that_is_unsound_is_so_every_time(scene):
+    scene.name = " "
+    for _ in range(2):
+        with constant([scene]), pytest.raises(SceneError, match="needs a name"):
+            check_scene(scene)
+        with pytest.raises(SceneError, match="needs a name"):
+            check_scene(scene)

@@ -156,10 +156,14 @@ def _print_all(
 ) -> None:  # fmt: skip
     """Print what was found and where it is, last what to look at; `begun` as of `_print_result`."""
     from warpmuscle.cli.view import open_page
+    from warpmuscle.optimization.best_scene import recorded_scene
 
-    _print_result(result, bar, begun)
+    plain = recorded_scene(result)
+    _print_result(result, bar, begun, plain)
     out.print(f"wrote {output}")
-    page = None if received() else _show_walks(result, output, device, threads)  # else there may be little time left
+    page = (
+        None if received() else _show_walks(result, plain, output, device, threads)
+    )  # else there may be little time left
     suggest(f"`warpmuscle report {output}` says what it found")
     if page is not None:
         opened = not no_open and log.is_terminal and open_page(page)
@@ -196,8 +200,12 @@ def _kept(output: Path) -> Iterator[None]:
         raise
 
 
-def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None:
-    """Print what became of the candidates, and the best one; `begun` is the scene of a search that was not resumed."""
+def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: Scene | None = None) -> None:
+    """Print what became of the candidates, and the best one.
+
+    Args:
+        begun: the scene of a search that was not resumed. plain: that of its motion, where it is known.
+    """
     import numpy as np
 
     from warpmuscle.core.status import Status
@@ -235,7 +243,7 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
         f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
         f"cost {best.cost:.6g}{given}"
     )
-    plain = recorded_scene(result)
+    plain = recorded_scene(result) if plain is None else plain
     gait = print_gait(plain, result.replays[0])
     if gait is not None and stands_still(plain, gait):
         out.print(
@@ -246,11 +254,11 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None) -> None
         print_warnings(mass_warnings(plain))
 
 
-def _show_walks(result: Result, output: Path, device: str | None, threads: int | None) -> Path | None:
+def _show_walks(result: Result, plain: Scene, output: Path, device: str | None, threads: int | None) -> Path | None:
     """Print what a search for a person's walk began with beside what it found, and write a page of both; its path."""
     from warpmuscle.optimization.best_scene import is_to_walk
 
-    if not is_to_walk(result):
+    if not is_to_walk(result, plain):
         return None
     with log.status("looking at what was found"):  # imports take a second
         from warpmuscle.core.files import replace_file

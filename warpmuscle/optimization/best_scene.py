@@ -87,9 +87,9 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     return pinned(with_values(scene, best), best, free), how
 
 
-def is_to_walk(result: Result) -> bool:
-    """Whether a search was for the walk of a person, by norms, and found something."""
+def is_to_walk(result: Result, recorded: Scene | None = None) -> bool:
+    """Whether a search was for the walk of a person, by norms, and found something; `recorded`: its scene."""
     if result.best is None or result.evaluations is None:
         return False
-    scene = recorded_scene(result)
+    scene = recorded_scene(result) if recorded is None else recorded
     return scene.feet is not None and bool(scene.objective.norms)

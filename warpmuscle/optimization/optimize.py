@@ -30,7 +30,7 @@ from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import checked_quantities
 from warpmuscle.results.records import ANY_NUMBER, Result, SearchOptions, Staged, parameter_table
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.parameters import constant, free_parameters
 from warpmuscle.scene.validation.scene import check_scene
 
 
@@ -107,15 +107,17 @@ def optimize(
     scene = searched(scene)
     strategy = USUAL if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
-    options, stages, batches = _planned(scene, options, batches or (lambda part: BatchEvaluator(part, device, threads)))
-    tracker = Tracker(options.candidates, options.until, progress)
-    search_loop = make_search_loop(scene, seed, options, stages, batches, tracker)
-    start = _nothing_evaluated(scene, search_loop, command, seed)
-    if file is None:
-        player = make_player(scene, search_loop)
-        return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
-    with Checkpoint.begin(file, start) as checkpoint:
-        return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
+    evaluators = batches or (lambda part: BatchEvaluator(part, device, threads))
+    with constant([scene]):
+        options, stages, evaluators = _planned(scene, options, evaluators)
+        tracker = Tracker(options.candidates, options.until, progress)
+        search_loop = make_search_loop(scene, seed, options, stages, evaluators, tracker)
+        start = _nothing_evaluated(scene, search_loop, command, seed)
+        if file is None:
+            player = make_player(scene, search_loop)
+            return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
+        with Checkpoint.begin(file, start) as checkpoint:
+            return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
 
 
 def _planned(

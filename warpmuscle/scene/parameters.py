@@ -66,18 +66,37 @@ def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, s
 def free_parameters(scene: Scene) -> list[Parameter]:
     """The free parameters of a scene in order of appearance; numbers that follow another one are left out."""
     if (constant := _constant.get(id(scene))) is not None:
-        return list(constant[1])
+        return list(constant.parameters)
     return _parameters(scene, free_numbers(scene))
 
 
-_constant: dict[int, tuple[Scene, list[Parameter]]] = {}
+@dataclass
+class Constant:
+    """What is known of a scene that nobody changes for a while."""
+
+    scene: Scene
+    parameters: list[Parameter]
+    checked: bool = False  # and found to be sound
+
+
+_constant: dict[int, Constant] = {}
+
+
+def constant_scene(scene: Scene) -> Constant | None:
+    """What is known of a scene within `constant`; nothing of others."""
+    return _constant.get(id(scene))
 
 
 @contextlib.contextmanager
 def constant(scenes: Iterable[Scene]) -> Iterator[None]:
-    """For a while, know the free parameters of scenes that nobody changes: to find them takes milliseconds."""
+    """For a while, know the free parameters of scenes that nobody changes, and which are sound.
+
+    To find either takes milliseconds, and a search wants to know them dozens of times.
+    """
     found = {
-        id(scene): (scene, _parameters(scene, free_numbers(scene))) for scene in scenes if id(scene) not in _constant
+        id(scene): Constant(scene, _parameters(scene, free_numbers(scene)))
+        for scene in scenes
+        if id(scene) not in _constant
     }
     _constant.update(found)
     try:

@@ -19,7 +19,7 @@ from warpmuscle.scene.gait_states.checks import check_gait_states
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import free_parameters
+from warpmuscle.scene.parameters import constant_scene, free_parameters
 from warpmuscle.scene.trusted_code import check_entries, named_code
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.commands import check_commands
@@ -44,8 +44,13 @@ def check_scene(scene: Scene) -> None:
         SceneError: the first thing wrong, with its key, such as `character.joints.lHip.parent`; indices in lists are
             numbers: `controller.states.0.trajectories.SWING_Hip.components.1.angle.3`.
     """
+    known = constant_scene(scene)
+    if known is not None and known.checked:
+        return
     to_type(_plain(scene), Scene)  # a scene made in Python has not been checked against the types
     _Check(scene).scene()
+    if known is not None:
+        known.checked = True
 
 
 class _Check(Checks):
