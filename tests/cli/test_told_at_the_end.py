@@ -1,5 +1,6 @@
 """What the command line says at the end of a search: that the best one stands still, and stages counted from 1."""
 
+import threading
 from dataclasses import replace
 
 import msgspec
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from small_result import march, search_result, walk_scene, with_arrays
+from warpmuscle.cli import optimize as command
 from warpmuscle.cli.optimize import _print_result, stands_still
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.formats import toml
@@ -68,3 +70,25 @@ def test_stages_are_counted_from_one_in_progress_report_and_figure(monkeypatch: 
         assert any(line.startswith(words) for line in lines)
     figure = plot(staged(), "convergence")
     assert [axes.get_title(loc="left") for axes in figure.axes][:2] == ["Stage 1: stand", "Stage 2: walk"]
+
+
+def test_what_shows_walks_is_imported_once_while_a_batch_runs(monkeypatch: pytest.MonkeyPatch):
+    imported, told = [], []
+    monkeypatch.setattr(command, "import_module", imported.append)
+    scene = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
+    tell = command._importing(told.append, scene)
+    ready = Progress(100, 0, 0, np.inf, 0.0, 0.0, 0, np.inf, 0)
+    tell(ready)
+    assert not imported  # the kernel is not made yet, for which the processor is needed
+    for alive in (3, 2):
+        tell(replace(ready, alive=alive))
+    for thread in threading.enumerate():
+        if thread.daemon and thread is not threading.current_thread() and "import" in thread.name:
+            thread.join(10.0)
+    assert imported == ["warpmuscle.report.before_after"]
+    assert [progress.alive for progress in told] == [0, 3, 2]
+
+
+def test_a_search_that_shows_no_walk_imports_nothing_for_it(monkeypatch: pytest.MonkeyPatch):
+    scene = msgspec.structs.replace(walk_scene(), objective=Objective(speed=1.0))
+    assert command._importing(print, scene) is print

@@ -20,7 +20,6 @@ from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.studies import walkers
 from warpmuscle.studies.walkers import Nerves, PolicyWalker, SceneWalker, loaded, under
 
 TASK = Task(speed=(0.8, 1.6))
@@ -39,7 +38,7 @@ def test_the_gait_that_a_policy_imitates_is_made_once(monkeypatch):
         def walk(self, disturbances, told):
             return np.zeros(len(disturbances), int), np.zeros(len(disturbances))
 
-    monkeypatch.setattr(walkers, "Player", FakePlayer)
+    monkeypatch.setattr("warpmuscle.learning.player.Player", FakePlayer)
     walker = PolicyWalker(Learned(small_policy(), text_of(TASK), learning_curve(1), {}), load("reflex_planar"), "cpu")
     for _ in range(3):
         walker.walk(SHORT, none(2))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -45,6 +47,7 @@ from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
     from warpmuscle.gait.measures import Gait
+    from warpmuscle.optimization.progress import Progress
     from warpmuscle.results.records import Result
     from warpmuscle.scene import Scene
 
@@ -139,7 +142,8 @@ def optimize(
         with log.status("getting ready"):  # imports take a second
             from warpmuscle.optimization.optimize import optimize as begin
 
-        with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
+        with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as board:
+            tell = board if _computes(device) else _importing(board, scene)
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
@@ -184,6 +188,27 @@ def _with_objective(scene: Scene, free: list[str] | None, settings: list[str] | 
             "little effort, see docs/reference/objective.md"
         )
     return scene
+
+
+def _computes(device: str | None) -> bool:
+    """Whether the processor itself simulates on this device."""
+    from warpmuscle.simulation.devices import find_devices
+
+    return find_devices(device)[0].is_cpu
+
+
+def _importing(tell: Callable[[Progress], None], scene: Scene) -> Callable[[Progress], None]:
+    """Who is told of a search, and imports meanwhile what will show its walks: the processor waits for the device."""
+    if scene.feet is None or not scene.objective.norms:
+        return tell
+    reader = Thread(target=lambda: import_module("warpmuscle.report.before_after"), name="importing", daemon=True)
+
+    def told(progress: Progress) -> None:
+        if progress.alive and reader.ident is None:
+            reader.start()
+        tell(progress)
+
+    return told
 
 
 @contextmanager

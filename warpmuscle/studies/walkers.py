@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import msgspec
 import numpy as np
@@ -14,9 +14,6 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.status import Status
-from warpmuscle.learning.imitation import Gait
-from warpmuscle.learning.player import Player, commands_of, task_of, undisturbed
-from warpmuscle.learning.senses import KNOWN, groups_of
 from warpmuscle.model.bodies import ground_normal
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
@@ -28,6 +25,9 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.simulation.perturbations import Perturbations, with_bodies
+
+if TYPE_CHECKING:
+    from warpmuscle.learning.imitation import Gait
 
 RATE = 200.0  # frames/s, for what happens at a touch-down
 WALKING_SPEED = 1.25  # m/s, that a policy of several speeds is told unless asked otherwise
@@ -154,7 +154,10 @@ class SceneWalker(Walker):
 
 
 class PolicyWalker(Walker):
-    """A scene that a learnt policy moves, without noise; what its task draws is left out."""
+    """A scene that a learnt policy moves, without noise; what its task draws is left out.
+
+    What plays policies takes a while to import, which those who judge a scene need not wait for.
+    """
 
     senses = True
 
@@ -176,6 +179,8 @@ class PolicyWalker(Walker):
         Raises:
             ResultError: the file's task is damaged.
         """
+        from warpmuscle.learning.player import commands_of, task_of, undisturbed
+
         self._learned, self._threads, self._device = learned, threads, device
         self._gait: Gait | None = None
         task = undisturbed(task_of(learned))
@@ -195,6 +200,8 @@ class PolicyWalker(Walker):
         self.commands = known | self._own
 
     def with_nerves(self, nerves: Nerves) -> Self:
+        from warpmuscle.learning.senses import KNOWN, groups_of
+
         other, observed = copy(self), self._learned.policy.observation
         groups = {
             name: Sense(delay=sense.delay + nerves.delay, noise=float(np.hypot(sense.noise, nerves.noise)))
@@ -213,6 +220,8 @@ class PolicyWalker(Walker):
     def _walked(
         self, scene: Scene, disturbances: Perturbations, commands: Mapping[str, Floats], recorded: Sequence[int]
     ) -> Walks:
+        from warpmuscle.learning.player import Player
+
         n = len(disturbances)
         player = Player(
             self._learned.policy, scene, n, str(find_devices(self._device)[0]), self._task,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,6 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
 from warpmuscle.gait.relative_to_belts import over_belts
-from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
@@ -28,6 +28,9 @@ from warpmuscle.view.measured.content import at_times
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.objects import motions_of
 from warpmuscle.view.packing import encodable
+
+if TYPE_CHECKING:
+    from warpmuscle.inverse.recordings.measured import Measured
 
 UP = np.array([0.0, 1.0, 0.0])
 

@@ -61,9 +61,11 @@ def nearest(place: Floats, edges: Floats) -> Floats:
     """The point (3,) that is nearest to a place (3,) on edges (n, 2, 3)."""
     along = edges[:, 1] - edges[:, 0]
     square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-18)
-    part = np.clip(np.einsum("ij,ij->i", place - edges[:, 0], along) / square, 0.0, 1.0)
-    points = edges[:, 0] + part[:, None] * along
-    return np.asarray(points[np.argmin(np.linalg.norm(points - place, axis=1))])
+    away = edges[:, 0] - place
+    beside = np.einsum("ij,ij->i", away, along)
+    part = np.clip(-beside / square, 0.0, 1.0)
+    first = np.argmin(np.einsum("ij,ij->i", away, away) + part * (2.0 * beside + part * square))
+    return np.asarray(edges[first, 0] + part[first] * along[first])
 
 
 def _edges(look: Sequence[Piece], number: int) -> Floats:

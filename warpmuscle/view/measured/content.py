@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.sequences import nearest_rows
-from warpmuscle.inverse.recordings.measured import Measured
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import sides_of
+
+if TYPE_CHECKING:
+    from warpmuscle.inverse.recordings.measured import Measured
 
 NEAR = 1e-3  # s, between a frame of a motion and the same of what was measured
 
@@ -22,9 +25,8 @@ def at_times(measured: Measured | None, times: Floats) -> Measured | None:
     nearest = nearest_rows(measured.times, times)
     if np.abs(measured.times[nearest] - times).max() > NEAR:
         return None
-    vectors = (measured.position, measured.modelled, measured.force, measured.point)
-    position, modelled, force, point = (each[nearest] for each in vectors)
-    return Measured(times, measured.markers, position, modelled, measured.bodies, force, point)
+    vectors = ("position", "modelled", "force", "point")
+    return replace(measured, times=times, **{name: getattr(measured, name)[nearest] for name in vectors})
 
 
 def measured_arrays(measured: Measured | None) -> dict[str, tuple[Floats, int]]:
