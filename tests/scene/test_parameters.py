@@ -11,6 +11,7 @@ from warpmuscle.scene import PD, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import (
     Parameter,
+    at_start,
     constant,
     free_parameters,
     greatest,
@@ -195,3 +196,12 @@ def test_a_constant_scene_that_is_unsound_is_so_every_time(scene):
             check_scene(scene)
         with pytest.raises(SceneError, match="needs a name"):
             check_scene(scene)
+
+
+def test_a_scene_at_its_start_has_numbers_and_shares_what_has_none(scene):
+    plain = at_start(scene)
+    assert plain == substitute(scene, start_values(scene))
+    assert plain.controller.pd["rHip"].kp == 10.0
+    assert plain.character is scene.character
+    with constant([scene]):
+        assert at_start(scene) == plain

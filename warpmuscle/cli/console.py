@@ -191,9 +191,9 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     from warpmuscle.scene.accounting import accounting
     from warpmuscle.scene.masses import COMMON_TENSION
     from warpmuscle.scene.norms import REFERENCES
-    from warpmuscle.scene.parameters import start_values, substitute
+    from warpmuscle.scene.parameters import at_start
 
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     with log.status("adding up what its muscles spend"):
         effort = spent(steady, plain)
         cost = None if effort is None else cost_of_transport(effort.power, speed)

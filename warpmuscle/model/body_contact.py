@@ -15,7 +15,7 @@ from warpmuscle.model.collisions import FASTEST, CapsuleRows, capsule_of, steps_
 from warpmuscle.model.joints import has_turned_axes
 from warpmuscle.scene import Scene
 from warpmuscle.scene.body_contact.pairs import touching_pairs
-from warpmuscle.scene.parameters import greatest, start_values, substitute
+from warpmuscle.scene.parameters import at_start, greatest
 
 
 class ShapePair(NamedTuple):
@@ -39,7 +39,7 @@ def shape_pairs(scene: Scene) -> tuple[ShapePair, ...]:
     bodies = scene.character.bodies
     pairs = tuple(
         ShapePair(a, i, b, j)
-        for a, b in touching_pairs(substitute(scene, start_values(scene)))
+        for a, b in touching_pairs(at_start(scene))
         for i, j in product(range(len(bodies[a].shapes)), range(len(bodies[b].shapes)))
     )
     if not pairs:

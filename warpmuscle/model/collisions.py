@@ -18,7 +18,7 @@ from warpmuscle.kernels.memory.scratch import SHAPES_A_BODY, capacity_of
 from warpmuscle.model.bodies import stacked
 from warpmuscle.scene import Capsule, Character, Scene, Shape, Sphere
 from warpmuscle.scene.initial_pose import initial_pose
-from warpmuscle.scene.parameters import greatest, start_values, substitute
+from warpmuscle.scene.parameters import at_start, greatest
 from warpmuscle.scene.topology import Topology
 
 Pair = tuple[str, str]
@@ -55,7 +55,7 @@ def apart(scene: Scene, names: Topology) -> list[Pair]:
 
     That is in the initial pose, free parameters at their start values.
     """
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     poses, _ = initial_pose(plain)
     around = _neighbours(scene.character)
     bodies = [name for name in names.bodies if scene.character.bodies[name].shapes]

@@ -13,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.scene import Body, Character, Muscle, MuscleModel, Scene
 from warpmuscle.scene.muscles import is_cable
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 DENSITY = 1059.7  # kg/m^3 (Mendez 1960)
 COMMON_TENSION = 2.5e5  # Pa, the default of OpenSim's probes and of SCONE
@@ -102,7 +102,7 @@ def mass_warnings(scene: Scene) -> list[SceneError]:
     """
     if not scene.character.muscles:
         return []
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     mass = total_mass(list(plain.character.muscles.values()), plain.muscle_model)
     body = body_mass(plain.character)
     if mass <= LARGEST_SHARE * body or body == 0.0:

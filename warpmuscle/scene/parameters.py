@@ -75,6 +75,7 @@ class Constant:
     """What is known of a scene that nobody changes for a while."""
 
     scene: Scene
+    numbers: list[tuple[str, Free, str]]  # as `free_numbers` has them
     parameters: list[Parameter]
     checked: bool = False  # and found to be sound
 
@@ -93,11 +94,11 @@ def constant(scenes: Iterable[Scene]) -> Iterator[None]:
 
     To find either takes milliseconds, and a search wants to know them dozens of times.
     """
-    found = {
-        id(scene): Constant(scene, _parameters(scene, free_numbers(scene)))
-        for scene in scenes
-        if id(scene) not in _constant
-    }
+    found = {}
+    for scene in scenes:
+        if id(scene) not in _constant:
+            numbers = free_numbers(scene)
+            found[id(scene)] = Constant(scene, numbers, _parameters(scene, numbers))
     _constant.update(found)
     try:
         yield
@@ -108,6 +109,8 @@ def constant(scenes: Iterable[Scene]) -> Iterator[None]:
 
 def free_numbers(scene: Scene) -> list[tuple[str, Free, str]]:
     """Path, number and unit of all that is no plain number."""
+    if (constant := _constant.get(id(scene))) is not None:
+        return list(constant.numbers)
     found: list[tuple[str, Free, str]] = []
     _free_leaves(scene, "", "1", found)
     return found
@@ -159,6 +162,13 @@ def _unit_per(unit: str, command: str, power: int) -> str:
 def start_values(scene: Scene) -> Floats:
     """Start values of the free parameters, (P,)."""
     return np.array([parameter.value for parameter in free_parameters(scene)], dtype=np.float64)
+
+
+def at_start(scene: Scene) -> Scene:
+    """The scene with its free parameters at their start values, to be read only: parts without any are the scene's."""
+    known = known_numbers(scene)
+    values = np.array([parameter.value for parameter in known.parameters], dtype=np.float64)
+    return substitute(scene, values, known=known)
 
 
 def greatest(scene: Scene, number: Number) -> float:

@@ -23,7 +23,7 @@ from warpmuscle.model.state import state_struct
 from warpmuscle.model.structure import structure_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import Parameter, free_parameters, known_numbers, start_values
+from warpmuscle.scene.parameters import Parameter, constant, free_parameters, known_numbers, start_values
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation import memory
 from warpmuscle.simulation.batch_input import (
@@ -121,6 +121,14 @@ class Rollout(RolloutSettings):
                 threads or lanes, or an unknown quantity.
         """
         scene = scene_of(scene, trust=trust)
+        with constant([scene]):  # while it is looked at
+            self._prepare(scene, instances, device, record, record_rate, quantities, threads, lanes)
+
+    def _prepare(
+        self, scene: Scene, instances: int, device: str | None, record: Sequence[int], record_rate: float,
+        quantities: Sequence[str] | None, threads: int | None, lanes: int | None,
+    ) -> None:  # fmt: skip
+        """See `__init__`."""
         check_scene(scene)
         check_custom(scene)
         self.scene, self.instances = scene, positive(instances, "instances")

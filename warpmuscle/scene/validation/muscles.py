@@ -16,7 +16,7 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
 from warpmuscle.scene.muscles import given, is_cable
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.muscle_values import check_common_values, check_special_values
@@ -158,7 +158,7 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
     """
     if scene.muscle_model.legacy or scene.muscle_model.ideal or not scene.character.muscles:
         return []
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     lengths = initial_path_lengths(plain)
     found = []
     for name, muscle in plain.character.muscles.items():

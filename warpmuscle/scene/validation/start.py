@@ -12,7 +12,7 @@ from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import Poses, plain_number, plain_vector, world_poses
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import center_of_mass
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.validation.muscles import muscle_warnings
 
@@ -29,7 +29,7 @@ def start_warnings(scene: Scene) -> list[SceneError]:
 
     Free parameters count with their start values.
     """
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     poses = world_poses(plain)
     return [*(_in_the_ground(plain, poses) or _below_the_ground(plain, poses)), *_too_fast(plain)]
 
