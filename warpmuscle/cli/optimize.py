@@ -194,7 +194,7 @@ def _computes(device: str | None) -> bool:
     """Whether the processor itself simulates on this device."""
     from warpmuscle.simulation.devices import find_devices
 
-    return find_devices(device)[0].is_cpu
+    return bool(find_devices(device)[0].is_cpu)
 
 
 def _importing(tell: Callable[[Progress], None], scene: Scene) -> Callable[[Progress], None]:
