@@ -10,6 +10,8 @@ from small_result import search_result
 from warpmuscle.core.errors import OccupiedError, ResultError
 from warpmuscle.results import checkpoint
 from warpmuscle.results.checkpoint import Checkpoint
+from warpmuscle.results.journal import journal_path
+from warpmuscle.results.records import TABLE, Evaluations
 
 
 @pytest.mark.parametrize(
@@ -57,3 +59,53 @@ def test_a_generation_that_could_not_be_written_is_told_of_with_the_next_one(tmp
         kept.put(result.evaluations, 1, lambda: result)
         with pytest.raises(ResultError, match=r"no space left; what was evaluated is kept: --resume .*a.h5 continues"):
             kept.put(result.evaluations, 2, lambda: result)
+
+
+def repeated(candidates: int, generation: int, columns: int) -> Evaluations:
+    """So many candidates of one generation."""
+    evaluations = search_result().evaluations
+    assert evaluations is not None
+    rows = evaluations.rows(np.arange(candidates) % len(evaluations))
+    params = np.random.default_rng(generation).uniform(size=(candidates, columns))
+    return replace(rows, params=params, generation=np.full(candidates, generation, dtype=np.int32))
+
+
+def test_a_million_candidates_are_mostly_in_the_file_and_little_time_goes_into_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """A thousand generations of a thousand, of a third of a second each: what is only in the journal, and the time."""
+    result, now, parameters = search_result(), [100.0], 40
+    generation = repeated(1, 0, parameters)
+    monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
+    held, most, spent = [0], 0, [0.0]
+
+    def write(self: Checkpoint, count: int) -> None:
+        took = count * parameters * 8 / checkpoint.SPEED
+        spent[0] += took
+        held[0], self._count, self._duration, self._written = 0, count, took, now[0]
+
+    with Checkpoint.begin(tmp_path / "a.h5", result) as kept:
+        kept._journal.append = lambda generation: None
+        monkeypatch.setattr(Checkpoint, "_write_all", write)
+        for number in range(1, 1001):
+            now[0] += 1.0 / 3.0
+            held[0] += 1000
+            kept.put(generation, 1000 * number, lambda number=number: 1000 * number)
+            kept._wait()
+            most = max(most, held[0])
+    assert most < 350_000
+    assert spent[0] < 0.05 * (now[0] - 100.0)
+
+
+def test_a_journal_has_some_bytes_more_than_the_numbers_of_its_candidates(tmp_path: Path):
+    result, parameters = search_result(), 10
+    with Checkpoint.begin(tmp_path / "a.h5", result) as kept:
+        empty = journal_path(tmp_path / "a.h5").stat().st_size
+        for number in range(5):
+            generation = repeated(5000, number, parameters)
+            kept.put(generation, 5000 * number, lambda: result)
+        kept._wait()
+        size = journal_path(tmp_path / "a.h5").stat().st_size - empty
+        assert size / 5 < sum(getattr(generation, name).nbytes for name in TABLE) + 4000
+        kept.finish(result)
+    assert not journal_path(tmp_path / "a.h5").exists()
