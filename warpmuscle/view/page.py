@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.array_types import Floats
@@ -243,10 +244,14 @@ class _Dolls:
         self._packer, self._coarse, self._meshes = packer, coarse, meshes
         self._known: dict[int, int] = {}
         self._alike: dict[bytes, int] = {}
+        self._made_of: dict[bytes, int] = {}
 
     def number(self, doll: Doll, scene: Scene) -> int:
         """The number of a doll, whose content is made when it is needed."""
-        if id(doll) not in self._known:
+        if id(doll) in self._known:
+            return self._known[id(doll)]
+        made_of = _made_of(doll, scene)
+        if made_of not in self._made_of:
             look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
             if self._meshes is not None and not self._coarse and scene.opensim is not None:
                 look = with_meshes(look, scene, doll.names.bodies, self._meshes)
@@ -259,5 +264,12 @@ class _Dolls:
             if key not in self._alike:
                 self._alike[key] = len(self.contents)
                 self.contents.append(doll_content(doll, scene, piece_contents(look, self._packer)))
-            self._known[id(doll)] = self._alike[key]
+            self._made_of[made_of] = self._alike[key]
+        self._known[id(doll)] = self._made_of[made_of]
         return self._known[id(doll)]
+
+
+def _made_of(doll: Doll, scene: Scene) -> bytes:
+    """What the content of a doll depends on: its names, and all of the scene but who controls and judges it."""
+    names = (doll.muscles.names, doll.names.bodies, doll.objects)
+    return pickle.dumps((names, replace(scene, controller=None, objective=None)))
