@@ -14,9 +14,11 @@ import pytest
 from PIL import Image
 
 from biped import random_recording
+from small_result import march, walk_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
-from warpmuscle.scene import Ground
+from warpmuscle.scene import Ground, Objective
+from warpmuscle.view import page as pages
 from warpmuscle.view.page import Page, iframe, replay_html
 from warpmuscle.view.sources import Sight, of_scene, page_of_sights
 
@@ -344,3 +346,20 @@ def test_pictures_of_the_page_have_names():
     canvases = re.findall(r"<canvas[^>]*>", text)
     assert len(canvases) >= 2
     assert [one for one in canvases if "aria-label=" not in one] == []
+
+
+def test_a_figure_is_made_once_for_scenes_that_differ_in_how_they_are_judged(monkeypatch):
+    made = []
+    figure = pages.figure_of
+    monkeypatch.setattr(pages, "figure_of", lambda *arguments: (made.append(1), figure(*arguments))[1])
+    scene = walk_scene()
+    motion = march(scene.character, 1.0, 0.5, 51, 56)
+    judged = msgspec.structs.replace(scene, objective=Objective(speed=3.0))
+    alike = replay_html([motion, motion], [scene, judged])
+    assert len(made) == 1
+    shape = msgspec.structs.replace(next(iter(scene.character.bodies.values())), mass=99.0)
+    bodies = scene.character.bodies | {next(iter(scene.character.bodies)): shape}
+    heavier = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, bodies=bodies))
+    replay_html([motion, motion], [scene, heavier])
+    assert len(made) == 3
+    assert len(alike) > 1000
