@@ -23,7 +23,7 @@ from warpmuscle.simulation.memory import instances_that_fit
 CPU_BATCH = 500  # small enough that finished candidates come in all along
 GPU_BATCH = 65536
 _KEPT = 2  # sizes of batches that are kept ready: full ones and the rest
-_SPARE = 1.1  # as large as this, at most, is a batch for fewer candidates, which takes no longer on a GPU
+_SPARE = 1.1  # as large as this is a batch for fewer candidates, or as what a GPU runs at once, and takes no longer
 _RECORDED = 0.25  # of a GPU's free memory, at most, takes the motion of all candidates of a search of one batch
 
 
@@ -217,8 +217,8 @@ class BatchEvaluator:
         return batch.recording(row), batch.parts(row)
 
     def _of_size(self, candidates: int) -> CandidateBatch:
-        """Trials of so many candidates, made now unless there are such; on a GPU a few more serve as well."""
-        most = candidates if self.at_once == 0 or self._recorded else int(candidates * _SPARE)
+        """Trials of so many candidates, made now unless there are such; on a GPU some more serve as well."""
+        most = candidates if self.at_once == 0 or self._recorded else max(int(candidates * _SPARE), self.at_once)
         candidates = min((size for size in self._trials if candidates <= size <= most), default=candidates)
         trials = self._trials.pop(candidates, None)
         while len(self._trials) >= _KEPT:
