@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import replace
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -75,8 +76,9 @@ def test_stages_are_counted_from_one_in_progress_report_and_figure(monkeypatch: 
 def test_what_shows_walks_is_imported_once_while_a_batch_runs(monkeypatch: pytest.MonkeyPatch):
     imported, told = [], []
     monkeypatch.setattr(command, "import_module", imported.append)
+    monkeypatch.setattr("warpmuscle.simulation.devices.find_devices", lambda name: [SimpleNamespace(is_cpu=False)])
     scene = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
-    tell = command._importing(told.append, scene)
+    tell = command._importing(told.append, scene, None)
     ready = Progress(100, 0, 0, np.inf, 0.0, 0.0, 0, np.inf, 0)
     tell(ready)
     assert not imported  # the kernel is not made yet, for which the processor is needed
@@ -89,6 +91,11 @@ def test_what_shows_walks_is_imported_once_while_a_batch_runs(monkeypatch: pytes
     assert [progress.alive for progress in told] == [0, 3, 2]
 
 
-def test_a_search_that_shows_no_walk_imports_nothing_for_it(monkeypatch: pytest.MonkeyPatch):
+def test_a_search_that_shows_no_walk_or_runs_on_the_processor_imports_nothing_for_it(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(
+        "warpmuscle.simulation.devices.find_devices", lambda name: [SimpleNamespace(is_cpu=name == "cpu")]
+    )
     scene = msgspec.structs.replace(walk_scene(), objective=Objective(speed=1.0))
-    assert command._importing(print, scene) is print
+    assert command._importing(print, scene, None) is print
+    walk = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
+    assert command._importing(print, walk, "cpu") is print

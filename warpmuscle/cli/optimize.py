@@ -143,11 +143,10 @@ def optimize(
             from warpmuscle.optimization.optimize import optimize as begin
 
         with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as board:
-            tell = board if _computes(device) else _importing(board, scene)
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
-                progress=tell, quantities=quantities_in(quantities), single=single,
+                progress=_importing(board, scene, device), quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
     else:
         raise Error("optimize takes a scene, or --resume and a file")
@@ -190,25 +189,20 @@ def _with_objective(scene: Scene, free: list[str] | None, settings: list[str] | 
     return scene
 
 
-def _computes(device: str | None) -> bool:
-    """Whether the processor itself simulates on this device."""
+def _importing(tell: Callable[[Progress], None], scene: Scene, device: str | None) -> Callable[[Progress], None]:
+    """Who is told of a search; on a GPU, for which the processor waits, it imports meanwhile what will show walks."""
     from warpmuscle.simulation.devices import find_devices
 
-    return bool(find_devices(device)[0].is_cpu)
-
-
-def _importing(tell: Callable[[Progress], None], scene: Scene) -> Callable[[Progress], None]:
-    """Who is told of a search, and imports meanwhile what will show its walks: the processor waits for the device."""
-    if scene.feet is None or not scene.objective.norms:
+    if find_devices(device)[0].is_cpu or scene.feet is None or not scene.objective.norms:
         return tell
     reader = Thread(target=lambda: import_module("warpmuscle.report.before_after"), name="importing", daemon=True)
 
-    def told(progress: Progress) -> None:
+    def report(progress: Progress) -> None:
         if progress.alive and reader.ident is None:
             reader.start()
         tell(progress)
 
-    return told
+    return report
 
 
 @contextmanager
