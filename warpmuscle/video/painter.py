@@ -60,8 +60,8 @@ class Painter:
             each.set_axis_off()
         _sky(ground, film, aspect)
         # Without smooth edges, between which what lies behind would be seen.
-        self._ground = PolyCollection([], linewidths=0.0, zorder=1, antialiased=False)
-        self._surface = PolyCollection([], linewidths=0.0, zorder=1, antialiased=False)
+        self._ground: Any = PolyCollection([], linewidths=0.0, zorder=1, antialiased=False)
+        self._surface: Any = PolyCollection([], linewidths=0.0, zorder=1, antialiased=False)
         ground.add_collection(self._ground, autolim=False)
         axes.add_collection(self._surface, autolim=False)
         self._standing = Standing(film)

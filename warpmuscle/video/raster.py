@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 
@@ -23,15 +24,24 @@ class Seen(NamedTuple):
     share: Floats  # (n, 3) of its corners in the point that is seen
     nearness: Floats  # (n,) 1/m, one over the depth
 
+    def where(self, chosen: NDArray[np.bool_]) -> Seen:
+        """Those of chosen pixels (n,)."""
+        return Seen(self.pixel[chosen], self.face[chosen], self.share[chosen], self.nearness[chosen])
+
 
 class _Rows(NamedTuple):
     """Pixels beside one another in the same triangle."""
 
     face: Integers  # (n,)
     pixel: Integers  # (n,) the first one
-    count: Integers  # (n,)
+    length: Integers  # (n,)
     nearness: Floats  # (n,) 1/m in the first one
     change: Floats  # (n,) 1/m from each to the next
+
+    def part(self, which: slice) -> _Rows:
+        """Some of them."""
+        face, pixel, length, nearness, change = self
+        return _Rows(face[which], pixel[which], length[which], nearness[which], change[which])
 
 
 def seen_triangles(flat: Floats, depth: Floats, faces: Integers, width: int, height: int) -> Seen:
@@ -55,8 +65,8 @@ def seen_triangles(flat: Floats, depth: Floats, faces: Integers, width: int, hei
     tall = bottom[front] - top[front] + 1
     for chosen in _chunks(tall):
         rows = _rows(chosen, tall[chosen], top[front][chosen], factor, slope, width)
-        for part in _chunks(rows.count):
-            _draw(_Rows(*(values[part] for values in rows)), best_near, best_face)
+        for part in _chunks(rows.length):
+            _draw(rows.part(part), best_near, best_face)
     pixel = np.flatnonzero(best_face >= 0)
     face = best_face[pixel]
     place = np.stack([pixel % width + 0.5, pixel // width + 0.5, np.ones(len(pixel))], axis=1)
@@ -107,8 +117,8 @@ def _rows(chosen: slice, tall: Integers, top: Integers, factor: Floats, slope: F
 
 def _draw(rows: _Rows, best_near: Floats, best_face: Integers) -> None:
     """Put rows into the picture where they are nearer than what is there."""
-    owner = np.repeat(np.arange(len(rows.count)), rows.count)
-    number = np.arange(len(owner)) - np.repeat(np.cumsum(rows.count) - rows.count, rows.count)
+    owner = np.repeat(np.arange(len(rows.length)), rows.length)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(rows.length) - rows.length, rows.length)
     pixel = rows.pixel[owner] + number
     nearness = rows.nearness[owner] + rows.change[owner] * number
     nearer = np.flatnonzero(nearness > best_near[pixel])

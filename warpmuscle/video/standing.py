@@ -54,7 +54,7 @@ class Standing:
         film = self._film
         corners, normals, tints, faces, glass = self._bodies(number)
         forces = self._forces(number)
-        casting = film.figure.faces[film.figure.glass == 1] if film.figure.glass.any() else faces
+        casting = film.figure.faces[film.figure.casts == 1]
         places = [self._project(points, number) for points in (corners, forces[0], self._shadow(corners))]
         window = _Window(np.concatenate([flat for flat, _ in places]), film.look.width, film.look.height)
         (flat, depth), (arrow_flat, arrow_depth), (fallen, _) = ((window.inside(one), away) for one, away in places)
@@ -67,8 +67,7 @@ class Standing:
         nearest = np.zeros(wide * tall, dtype=np.float32)
         nearest[solid.pixel] = solid.nearness
         skin = seen_triangles(flat, depth, faces[glass], wide, tall)
-        nearer = skin.nearness > nearest[skin.pixel]
-        skin = Seen(*(part[nearer] for part in skin))
+        skin = skin.where(skin.nearness > nearest[skin.pixel])
         _lay(canvas, skin.pixel, *self._colours(number, skin, faces[glass], corners, normals, tints))
         arrows = seen_triangles(arrow_flat, arrow_depth, forces[3], wide, tall)
         hidden = nearest[arrows.pixel] > arrows.nearness
@@ -94,7 +93,9 @@ class Standing:
     def _forces(self, number: int) -> tuple[Floats, Floats, Floats, Integers]:
         """Corners, normals, tints and faces of the arrows of ground forces."""
         film = self._film
-        parts, offset = [(np.zeros((0, 3)),) * 3 + (np.zeros((0, 3), dtype=np.int64),)], 0
+        none = np.zeros((0, 3))
+        parts: list[tuple[Floats, Floats, Floats, Integers]] = [(none, none, none, none.astype(np.int64))]
+        offset = 0
         for start, tip, tint in zip(film.force_from[number], film.force_to[number], FORCES, strict=True):
             if np.linalg.norm(tip - start) > _LEAST_FORCE:
                 corners, normals, faces = arrow(start, tip)
@@ -144,4 +145,4 @@ def _mean(fine: Floats) -> NDArray[np.uint8]:
     height, width, _ = fine.shape
     mean = fine.reshape(height // _FINER, _FINER, width // _FINER, _FINER, 4).mean(axis=(1, 3))
     mean[..., :3] /= np.maximum(mean[..., 3:], 1e-6)
-    return np.round(255.0 * mean).astype(np.uint8)
+    return np.asarray(np.round(255.0 * mean), dtype=np.uint8)

@@ -28,6 +28,7 @@ class Triangles(NamedTuple):
     tints: Floats  # (V, 3) 0..1
     faces: Integers  # (T, 3)
     glass: Integers  # (T,) 1 where a triangle is skin that bones and muscles are seen through
+    casts: Integers  # (T,) 1 where it casts a shadow: skin and objects, or all where there is no skin
 
     def placed(self, position: Floats, orientation: Floats) -> tuple[Floats, Floats]:
         """Corners (V, 3), m, and normals (V, 3), world, of bodies at positions (B, 3), m, with orientations (B, 4)."""
@@ -40,18 +41,22 @@ def triangles_of(pieces: Sequence[Piece]) -> Triangles:
     shown = [piece for piece in pieces if piece.layer in SHOWN]
     if not shown:
         none, no_places = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-        return Triangles(none, no_places, no_places, no_places, np.zeros((0, 3), dtype=np.int64), none)
+        return Triangles(none, no_places, no_places, no_places, np.zeros((0, 3), dtype=np.int64), none, none)
     meshes = [mesh_of(piece) for piece in shown]
     corners, normals, faces = merged(meshes)
     counts = [len(mesh[0]) for mesh in meshes]
+    triangles = [len(mesh[2]) for mesh in meshes]
     tints = np.array([tint_of(piece) for piece in shown])
+    skinned = any(piece.layer == "flesh" for piece in shown)
+    casts = [int(not skinned or piece.layer in ("flesh", "object")) for piece in shown]
     return Triangles(
         np.repeat([piece.body for piece in shown], counts),
         corners,
         normals,
         np.repeat(tints, counts, axis=0),
         faces,
-        np.repeat([int(piece.layer == "flesh") for piece in shown], [len(mesh[2]) for mesh in meshes]),
+        np.repeat([int(piece.layer == "flesh") for piece in shown], triangles),
+        np.repeat(casts, triangles),
     )
 
 
