@@ -6,8 +6,11 @@ import itertools
 import re
 from collections import Counter
 
+import numpy as np
+
 FINE, COARSE = 100, 10  # parts of 1/72 inch that numbers are rounded to: of short paths, such as markers, and of curves
 SHORT = 9  # points of a path up to which it is short
+UNSEEN = 0.08  # of 1/72 inch, that a long line may pass beside its points
 _STEP = re.compile(r"([MLz])\s*(?:(-?[\d.e+-]+)\s+(-?[\d.e+-]+))?")
 _PLAIN = re.compile(r"[MLz\d.e+\-\s]*")
 
@@ -31,7 +34,7 @@ def compact_path(path: str) -> str:
         return re.sub(r"\s+", " ", path.strip())
     steps = [(kind, x, y) for kind, x, y in _STEP.findall(path)]
     parts = FINE if len(steps) <= SHORT else COARSE
-    lines: list[list[tuple[int, int]]] = []
+    lines: list[list[tuple[float, float]]] = []
     closed: list[bool] = []
     for kind, x, y in steps:
         if kind == "z":
@@ -40,8 +43,34 @@ def compact_path(path: str) -> str:
         if kind == "M":
             lines.append([])
             closed.append(False)
-        lines[-1].append((round(float(x) * parts), round(float(y) * parts)))
-    return "".join(_line(points, end, parts) for points, end in zip(lines, closed, strict=True))
+        lines[-1].append((float(x), float(y)))
+    if parts == COARSE:
+        lines = [thinned(points) for points in lines]
+    whole = [[(round(x * parts), round(y * parts)) for x, y in points] for points in lines]
+    return "".join(_line(points, end, parts) for points, end in zip(whole, closed, strict=True))
+
+
+def thinned(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The points that a line needs to pass all others within `UNSEEN`, by Douglas and Peucker (1973)."""
+    place = np.array(points)
+    kept = np.zeros(len(place), dtype=bool)
+    kept[[0, -1]] = True
+    open_ones = [(0, len(place) - 1)]
+    while open_ones:
+        first, last = open_ones.pop()
+        if last - first < 2:
+            continue
+        away = place[first + 1 : last] - place[first]
+        along = place[last] - place[first]
+        square = float(along @ along)
+        part = np.clip(away @ along / square, 0.0, 1.0) if square > 0.0 else np.zeros(len(away))
+        distance = np.linalg.norm(away - part[:, None] * along, axis=1)
+        farthest = int(np.argmax(distance))
+        if distance[farthest] > UNSEEN:
+            middle = first + 1 + farthest
+            kept[middle] = True
+            open_ones += [(first, middle), (middle, last)]
+    return [points[k] for k in np.flatnonzero(kept)]
 
 
 def _line(points: list[tuple[int, int]], closed: bool, parts: int) -> str:
