@@ -114,6 +114,12 @@ def test_a_head_that_is_a_capsule_has_a_skull_within_its_height():
     assert skull.corners[:, 1].max() - skull.corners[:, 1].min() > 0.15
 
 
+def test_the_head_of_a_bird_is_no_skull_of_a_person():
+    scene = load("bigbird_walk")
+    look = figure_of(scene.character, scene.feet or (), topology(scene.character).bodies)
+    assert not [piece for piece in look if piece.layer == "hollow"]
+
+
 def test_the_forearm_of_a_lone_arm_is_no_trunk_with_a_head():
     humerus = Body(1.9, (0.01, 0.003, 0.01))
     forearm = Body(1.5, (0.01, 0.002, 0.01))
