@@ -30,15 +30,25 @@ def result() -> Result:
 
 
 @pytest.fixture(scope="module")
-def page(result) -> Page:
+def text(result) -> str:
     """Its page."""
-    return Page(report_html(Subject(result), [Subject(walk_result())]))
+    return report_html(Subject(result), [Subject(walk_result())])
+
+
+@pytest.fixture(scope="module")
+def page(text) -> Page:
+    """What is in it."""
+    return Page(text)
 
 
 def test_every_part_is_there_and_closed(page):
     assert page.open == []
     assert page.ids == ["replay", "score", "search", "motion", "gait", "made"]
     assert sum(link.startswith("data:image/svg+xml;base64,") for link in page.links) == 8
+
+
+def test_it_is_below_a_megabyte(text):
+    assert len(text.encode()) < 1_000_000
 
 
 def test_nothing_comes_from_elsewhere(page):

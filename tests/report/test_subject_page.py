@@ -13,7 +13,8 @@ from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.steps import run_steps
 from warpmuscle.inverse.trial import Coordinates
 from warpmuscle.report.gait_cycles import Cycle, RecordedTrial, cycles_of, over_cycle, side_of
-from warpmuscle.report.subject_figures import activation_panels, angle_panels
+from warpmuscle.report.page import data_uri
+from warpmuscle.report.subject_figures import Curve, Panel, activation_panels, angle_panels, draw_panels
 from warpmuscle.report.subject_page import subject_html
 
 pytest.importorskip("matplotlib")
@@ -43,6 +44,20 @@ def test_residuals_stand_beside_their_limits(page):
     force = 250.0  # N, about the greatest of the plate; the centre of mass is less than 1.1 m high
     assert float(row[2]) < 0.01 * force * 1.1
     assert "beyond" in page  # a leg by itself does not carry the pelvis
+
+
+def test_92_muscles_over_five_strides_stay_below_a_megabyte(body):
+    strides, percent = 5, np.linspace(0.0, 1.0, 101)
+    panels = [
+        Panel(
+            f"muscle {k}",
+            "N",
+            [Curve(0, "", percent, k * np.sin(9.0 * percent + stride)) for stride in range(strides)],
+        )
+        for k in range(92)
+    ]
+    figure = data_uri(draw_panels("Forces of muscles", panels, [walking(np.zeros(50), np.linspace(0.0, 1.0, 50))]))
+    assert len(figure) < 300_000  # of three such figures
 
 
 def test_names_are_text(page):

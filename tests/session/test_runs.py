@@ -42,6 +42,16 @@ def test_tables_have_a_row_a_frame(walk: wm.Run):
     assert len(walk.to_dataframe()) == walk.to_xarray().sizes["time"] == walk.recording.frames
 
 
+def test_a_run_says_what_it_has_and_takes_the_names_that_people_use(walk: wm.Run):
+    assert {"joint_angle", "com"} <= set(walk.keys())
+    assert "joint_angle" in walk
+    assert "hip flexion" in walk
+    assert "hip flexon" not in walk
+    assert 3 not in walk
+    for name, same in (("ankle angle", "ankle dorsiflexion"), ("Knee angle", "knee flexion")):
+        np.testing.assert_array_equal(walk[name], walk[same])
+
+
 def test_constant_excitations_reach_the_muscles_that_are_named():
     scene = muscle_scene()
     first, *others = scene.character.muscles

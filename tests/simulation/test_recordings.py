@@ -31,6 +31,7 @@ def test_motions_at_once_are_those_of_each_alone():
     together = rollout.recordings([2, 0, 1])
     alone = [rollout.recording(instance) for instance in (2, 0, 1)]
     assert_same(tuple(together), tuple(alone))
+    assert_same(tuple(rollout.recordings()), tuple(rollout.recordings([0, 1, 2])))
     angles = [motion.joint_angle[:, motion.joint_angle_names.index("pelvis_rotation")] for motion in together]
     assert max(np.abs(angle).max() for angle in angles) > np.pi  # so that a break between two motions counts
 

@@ -18,7 +18,6 @@ from warpmuscle.video import Film, Look, films_beside, make_film, write
 from warpmuscle.video.camera import camera_on
 from warpmuscle.video.painter import Painter
 from warpmuscle.video.side_by_side import Sheet
-from warpmuscle.video.solids import outlines
 
 SMALL = {"width": 160, "height": 120}
 
@@ -32,7 +31,7 @@ def film() -> Film:
 
 def test_every_point_lies_within_the_picture(film):
     for k in range(len(film.time)):
-        points = np.concatenate([film.capsule_ends[k].reshape(-1, 3), film.muscle_points[k]])
+        points = np.concatenate([film.corners(k), film.muscle_points[k]])
         flat, depth = film.camera.project(points, film.followed[k])
         assert np.all(np.abs(flat) <= [160.0 / 120.0, 1.0])
         assert np.all(depth > 0.0)
@@ -63,9 +62,9 @@ def test_a_film_of_whole_strides_ends_as_it_begins():
     assert film.time[-1] + step == pytest.approx(film.time[0] + 2.0)
     advance = film.followed[-1] - film.followed[0] + (film.followed[1] - film.followed[0])
     assert advance[2] / (2.0 * film.tile) == pytest.approx(round(advance[2] / (2.0 * film.tile)))
-    ends = film.capsule_ends - film.followed[:, None, None]
-    moves = np.abs(np.diff(ends, axis=0)).max()
-    assert np.abs(ends[-1] - ends[0]).max() <= 1.5 * moves
+    places = film.position - film.followed[:, None]
+    moves = np.abs(np.diff(places, axis=0)).max()
+    assert np.abs(places[-1] - places[0]).max() <= 1.5 * moves
 
 
 @pytest.mark.parametrize("strides", [0, 2])
@@ -92,7 +91,7 @@ def test_films_beside_each_other_have_the_same_scale_and_pace_and_their_names():
     np.testing.assert_allclose(short.time, [1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.5, 1.5, 1.5, 1.5])
     np.testing.assert_array_equal(both.time, long.time)
     for film in both.films:
-        flat, _ = film.camera.project(film.capsule_ends[7].reshape(-1, 3), film.followed[7])
+        flat, _ = film.camera.project(film.corners(7), film.followed[7])
         assert np.all(np.abs(flat) <= [160.0 / 120.0, 1.0])
     picture = Sheet(both).frame(3)
     assert picture.shape == (120, 322, 3)
@@ -137,7 +136,8 @@ def test_a_fixed_arm_is_filmed_too(tmp_path):
 
 
 def test_muscles_without_a_path_are_left_out(film):
-    pathless = dataclasses.replace(film, muscle_points=film.muscle_points[:, :0], muscle_start=0 * film.muscle_start)
+    nowhere = dataclasses.replace(film.bellies, start=0 * film.bellies.start)
+    pathless = dataclasses.replace(film, muscle_points=film.muscle_points[:, :0], bellies=nowhere)
     assert np.any(Painter(pathless).frame(0) != Painter(film).frame(0))
 
 
@@ -170,14 +170,6 @@ def test_impossible_wishes_are_refused(film, tmp_path, monkeypatch):
         write(film, tmp_path / "walk.mp4")
 
 
-def test_outlines_are_as_wide_as_their_circles_and_hold_both():
-    ends, radius = np.array([[[0.0, 0.0], [3.0, 0.0]], [[1.0, 1.0], [1.0, 1.0]]]), np.array([[1.0, 0.5], [2.0, 2.0]])
-    capsule, ball = outlines(ends, radius)
-    assert capsule[:, 0].min() == pytest.approx(-1.0, abs=0.05)
-    assert capsule[:, 0].max() == pytest.approx(3.5, abs=0.05)
-    np.testing.assert_allclose(np.linalg.norm(ball - 1.0, axis=1), 2.0)
-
-
 def test_ground_that_is_not_flat_is_drawn_in_faces_darker_where_they_stand_steep():
     stairs = Ground(terrain=Terrain([Stairs(0.2, tread=0.4, count=3, start=0.5)]))
     film = make_film(walk_result().replays[0], msgspec.structs.replace(walk_scene(), ground=stairs), Look(**SMALL))
@@ -195,8 +187,9 @@ def test_objects_and_water_are_in_the_film_but_do_not_move_its_camera(film):
     motion = walk_result().replays[0].window(1.0, 2.0)
     wet = make_film(motion, scene, Look(**SMALL, rate=10.0))
     np.testing.assert_allclose(wet.bounds, film.bounds)
-    assert wet.capsule_ends.shape[1] == film.capsule_ends.shape[1] + 1
-    np.testing.assert_allclose(wet.box_corners[:, -1].mean(axis=1), [[0.6, 0.3, 1.0]] * len(wet.time), atol=1e-6)
+    np.testing.assert_allclose(wet.position[:, -2:], [[[0.0, 0.5, 30.0], [0.6, 0.3, 1.0]]] * len(wet.time), atol=1e-6)
+    box = wet.corners(3)[wet.figure.body == wet.position.shape[1] - 1]
+    np.testing.assert_allclose(box.mean(axis=0), [0.6, 0.3, 1.0], atol=1e-6)
     dry, under = Painter(film).frame(0).astype(int), Painter(wet).frame(0).astype(int)
     assert (under[-20:, :, 2] - under[-20:, :, 0]).mean() > (dry[-20:, :, 2] - dry[-20:, :, 0]).mean() + 10
 
@@ -205,9 +198,8 @@ def test_devices_are_drawn_on_the_bodies_that_carry_them():
     motion, scene = walk_result().replays[0].window(1.0, 2.0), walk_scene()
     braced = msgspec.structs.replace(scene, forces={"brace": Force("bilinear_spring", joint="lKnee")})
     plain, with_brace = (make_film(motion, one, Look(**SMALL, rate=10.0)) for one in (scene, braced))
-    assert not plain.capsules.device.any()
-    assert with_brace.capsules.device.sum() == 3
-    hub = with_brace.capsule_ends[:, -1, 0]
-    knee = with_brace.capsule_ends[:, -2, 0]  # where the bar along the shank begins
-    assert np.linalg.norm(hub - knee, axis=-1).max() < 0.01
+    dark = [np.all(one.figure.tints == (0.16, 0.2, 0.24), axis=1) for one in (plain, with_brace)]
+    assert not dark[0].any()
+    knee = with_brace.position[3, motion.body_names.index(scene.character.joints["lKnee"].child)]
+    assert np.linalg.norm(with_brace.corners(3)[dark[1]] - knee, axis=1).max() < 0.8
     assert np.any(Painter(plain).frame(3) != Painter(with_brace).frame(3))

@@ -101,6 +101,25 @@ def test_a_trunk_without_a_head_of_its_own_is_drawn_with_one():
     assert sorted(kinds) == ["Hull", "Limb", "Limb"]  # trunk, skull and neck
 
 
+def test_a_head_that_is_a_capsule_has_a_skull_within_its_height():
+    scene = load("throw_body")
+    names = topology(scene.character).bodies
+    look = figure_of(scene.character, (), names)
+    (hollow,) = (piece for piece in look if piece.layer == "hollow")
+    assert hollow.body == names.index("head")
+    skull = next(
+        piece for piece in look if isinstance(piece, Hull) and piece.layer == "bone" and piece.body == hollow.body
+    )
+    assert skull.corners[:, 1].max() == pytest.approx(0.0983 + 0.09, abs=0.01)  # of the capsule, m
+    assert skull.corners[:, 1].max() - skull.corners[:, 1].min() > 0.15
+
+
+def test_the_head_of_a_bird_is_no_skull_of_a_person():
+    scene = load("bigbird_walk")
+    look = figure_of(scene.character, scene.feet or (), topology(scene.character).bodies)
+    assert not [piece for piece in look if piece.layer == "hollow"]
+
+
 def test_the_forearm_of_a_lone_arm_is_no_trunk_with_a_head():
     humerus = Body(1.9, (0.01, 0.003, 0.01))
     forearm = Body(1.5, (0.01, 0.002, 0.01))

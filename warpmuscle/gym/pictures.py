@@ -14,6 +14,7 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.video.camera import Camera
 from warpmuscle.video.film import Look, make_film
 from warpmuscle.video.painter import Painter
+from warpmuscle.video.triangles import Triangles
 
 LOOK = Look(width=640, height=480, caption=False)
 LENGTH = 0.5  # s, that room is made for; longer than delays of muscles
@@ -29,6 +30,7 @@ class Pictures:
         rate = 1.0 / scene.time_step
         self._one = Rollout(scene, 1, str(rollout.device), record=[0], record_rate=rate, threads=1)
         self._camera: Camera | None = None
+        self._figure: Triangles | None = None
         self._last: NDArray[np.uint8] = np.zeros((LOOK.height, LOOK.width, 3), dtype=np.uint8)
 
     def of(self, rollout: Rollout, instance: int = 0) -> NDArray[np.uint8]:
@@ -43,10 +45,10 @@ class Pictures:
         try:
             one.set_initial(coordinates, speeds, activation)
             self._step(activation)
-            film = make_film(one.recording(), one.scene, LOOK)
+            film = make_film(one.recording(), one.scene, LOOK, figure=self._figure)
         except Error:
             return self._last
-        self._camera = self._camera or film.camera
+        self._camera, self._figure = self._camera or film.camera, film.figure
         self._last = Painter(replace(film, camera=self._camera)).frame(0)
         return self._last
 

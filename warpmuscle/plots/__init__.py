@@ -183,7 +183,9 @@ def draw_over(subjects: Sequence[Subject], kind: str) -> Any:
 def check_kind(kind: str) -> None:
     """Raise Error, which lists what there is, for an unknown kind."""
     if kind not in KINDS and not kind.startswith((DATASET, *RECORDED)):
-        raise Error(f"no figure is called {kind!r}{near(kind, KINDS)}; there are {', '.join(KINDS)}, {DATASET}/PATH")
+        hint = near(kind, KINDS)
+        listed = " There are" if hint else "; there are"
+        raise Error(f"no figure is called {kind!r}{hint}{listed} {', '.join(KINDS)}, {DATASET}/PATH")
 
 
 def draw(subject: Subject, kind: str) -> Any:
@@ -238,5 +240,6 @@ def _curve_named(subject: Subject, name: str, beside: Sequence[str] = (*KINDS,),
     if not found:
         few = ", ".join(curves[:12]) + (", ..." if len(curves) > 12 else "")
         hint = near(name, [*beside, *curves])
-        raise Error(f"no {what} is called {name!r}{hint}; there are {', '.join(beside)}, and curves: {few}")
+        listed = " There are" if hint else "; there are"
+        raise Error(f"no {what} is called {name!r}{hint}{listed} {', '.join(beside)}, and curves: {few}")
     return found[0]

@@ -10,7 +10,14 @@ ALIASES = {
     "emg": "activation", "muscle activation": "activation", "muscle activations": "activation",
     "excitation": "control", "joint angles": "joints", "joint moments": "moments", "joint torques": "moments",
 }  # fmt: skip
-CURVES = {"com": "centre of mass", "center of mass": "centre of mass"}  # the same of curves
+CURVES = {
+    "com": "centre of mass",
+    "center of mass": "centre of mass",
+    "hip angle": "hip flexion",
+    "knee angle": "knee flexion",
+    "ankle angle": "ankle dorsiflexion",
+    "ankle flexion": "ankle dorsiflexion",
+}  # of curves
 FEW = 6  # names that a message lists
 
 
@@ -30,9 +37,10 @@ def kind_named(name: str, kinds: Iterable[str]) -> str:
 def curves_named(name: str, curves: Iterable[str]) -> list[str]:
     """Curves that a name means: the one that is called so, or else all that hold its words."""
     asked, listed = plain(name), list(curves)
-    for word, meant in CURVES.items():
+    known = {plain(curve) for curve in listed}
+    for word, meant in CURVES.items() if asked not in known else ():
         asked = re.sub(rf"\b{word}\b", meant, asked)
-    asked = asked if asked in {plain(curve) for curve in listed} else asked.removesuffix(" activation")  # of a muscle
+    asked = asked if asked in known else asked.removesuffix(" activation")  # of a muscle
     exact = [curve for curve in listed if plain(curve) == asked]
     if exact or not asked:
         return exact[:1]

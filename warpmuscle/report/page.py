@@ -16,6 +16,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.gait.table import MeasureRow, gait_table
 from warpmuscle.plots import KINDS, draw
+from warpmuscle.plots.compact_svg import compact_svg
 from warpmuscle.plots.parameters import unit_values
 from warpmuscle.plots.style import picture
 from warpmuscle.plots.subject import Absent, Subject
@@ -137,7 +138,8 @@ def _figure(subject: Subject, kind: str, tell: Tell) -> Figure | None:
 
 def data_uri(drawn: Any) -> str:
     """A figure of matplotlib as the source of an image in a page."""
-    return f"data:image/svg+xml;base64,{base64.b64encode(picture(drawn, '.svg')).decode('ascii')}"
+    content = compact_svg(picture(drawn, ".svg"))
+    return f"data:image/svg+xml;base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _headline(subject: Subject) -> list[tuple[str, str]]:

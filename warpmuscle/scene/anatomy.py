@@ -35,35 +35,6 @@ class Piece:
     radius: float = 0.0  # m, of the spheres
 
 
-@dataclass(frozen=True)
-class Solid:
-    """A shape of a body, or a bone between its joints."""
-
-    body: str
-    side: Side
-    ends: Floats  # (2, 3) m, in the body's frame: centres of a capsule's caps, twice of a sphere; corners of a box
-    radius: float | None  # m; none: a box between two opposite corners
-    bone: bool = False
-
-
-def solids(character: Character) -> list[Solid]:
-    """All shapes and bones of a numeric character, body by body."""
-    sides = sides_of(character)
-    found: list[Solid] = []
-    for name, body in character.bodies.items():
-        found += [Solid(name, sides[name], *_extent(shape)) for shape in body.shapes]
-        found += [Solid(name, sides[name], line, BONE_RADIUS, True) for line in bone_lines(character, name)]
-    return found
-
-
-def _extent(shape: Shape) -> tuple[Floats, float | None]:
-    """Ends and radius of a shape, see `Solid`."""
-    if isinstance(shape, Box):
-        return np.array([first_row(shape.low), first_row(shape.high)]), None
-    ends = (shape.start, shape.end) if isinstance(shape, Capsule) else (shape.center, shape.center)
-    return np.array([first_row(end) for end in ends]), first_number(shape.radius)
-
-
 def bone_lines(character: Character, name: str) -> list[Floats]:
     """Bones (2, 3), m, of a body: from its joint to its children's, or into the shapes of a body that has none.
 

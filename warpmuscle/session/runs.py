@@ -52,7 +52,7 @@ INSTEAD = {
     "render": "show() shows the motion",
     "film": "save('run.mp4') makes a film",
     "cost": "run.terms has the terms of the objective",
-    "keys": "run.to_xarray() lists what was recorded",
+    "to_dict": "to_xarray().to_dict() is one",
     "angles": "run.plot('joints') draws them, run.to_xarray()['joint_angle'] has them",
     "joint_angles": "run.to_xarray()['joint_angle'] has them",
     "muscles": "run.recording.muscle_activation, muscle_force and others are by run.recording.muscle_names",
@@ -194,6 +194,17 @@ class Run:
         except Error as error:
             raise ArgumentError(str(error)) from None
         return labelled_curve(title, unit, self.recording.time, lines)
+
+    def keys(self) -> list[str]:
+        """Names of the recorded quantities; curves such as "hip flexion" and muscles go by their names, too."""
+        return [str(name) for name in self.to_xarray()]
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a quantity or a curve of this name."""
+        try:
+            return isinstance(name, str) and self[name] is not None
+        except ArgumentError:
+            return False
 
     def __getattr__(self, name: str) -> Any:
         """Say where it is, of what its recording or its scene has."""

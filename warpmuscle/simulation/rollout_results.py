@@ -106,9 +106,10 @@ class RolloutResults(Batch):
         found = self._recorder.recording(self.numeric, number, int(self.state.step.numpy()[number]), start)
         return self._made(found, number)
 
-    def recordings(self, instances: Sequence[int]) -> list[Recording]:
-        """Recordings of several instances, faster than one call of `recording` each."""
-        numbers = [self._recorder.instance(instance) for instance in instances]
+    def recordings(self, instances: Sequence[int] | None = None) -> list[Recording]:
+        """Recordings of several instances, by default of all that were recorded, faster than one by one."""
+        asked = self._recorder.chosen if instances is None else instances
+        numbers = [self._recorder.instance(instance) for instance in asked]
         steps = self.state.step.numpy()[numbers].tolist()
         found = self._recorder.recordings(self.numeric, numbers, steps)
         return [self._made(motion, number) for motion, number in zip(found, numbers, strict=True)]

@@ -9,7 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 
 UP = np.array([0.0, 1.0, 0.0])
-_VIEW = np.radians(24.0)  # angle of view over the picture's height
+VIEW = np.radians(24.0)  # angle of view over the picture's height
 _ROOM = 1.06  # the picture is so many times as large as what it has to hold
 _NEAR = 0.05  # m, nearer than this nothing is drawn right
 
@@ -29,15 +29,18 @@ class Camera:
 
     def project(self, points: Floats, followed: Floats) -> tuple[Floats, Floats]:
         """Places (n, 2) in the picture, and depths (n,), m, of points (n, 3), m, while `followed` (3,) is followed."""
-        eye = followed + self.offset - self.distance * self.forward
-        relative = np.asarray(points, dtype=float) - eye
+        relative = np.asarray(points, dtype=float) - self.eye(followed)
         depth = np.maximum(relative @ self.forward, _NEAR)
         flat = np.stack([relative @ self.right, relative @ self.up], axis=-1)
         return flat * (self.scale(depth))[..., None], depth
 
+    def eye(self, followed: Floats) -> Floats:
+        """Where the camera stands (3,), m, while `followed` (3,) is followed."""
+        return np.asarray(followed + self.offset - self.distance * self.forward)
+
     def scale(self, depth: Floats) -> Floats:
         """Length in the picture of 1 m at a depth, m."""
-        return np.asarray(1.0 / (np.tan(_VIEW / 2.0) * depth))
+        return np.asarray(1.0 / (np.tan(VIEW / 2.0) * depth))
 
 
 def camera_on(points: Floats, azimuth: float, elevation: float, aspect: float) -> Camera:
@@ -55,6 +58,6 @@ def camera_on(points: Floats, azimuth: float, elevation: float, aspect: float) -
     points = np.asarray(points, dtype=float)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     across, over, away = ((points - middle) @ axis for axis in (right, up, forward))
-    half = np.tan(_VIEW / 2.0)
+    half = np.tan(VIEW / 2.0)
     need = np.maximum(np.abs(over), np.abs(across) / aspect) * _ROOM / half - away
     return Camera(right, up, forward, float(need.max()), middle)

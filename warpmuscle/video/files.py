@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import check_output, replace_file, replacing
+from warpmuscle.video.colours import FORCES
 from warpmuscle.video.film import Film
-from warpmuscle.video.painter import FORCE_TINTS, Painter, muscle_colors
+from warpmuscle.video.painter import Painter, muscle_colors
 from warpmuscle.video.side_by_side import Beside, Sheet
 
 ENDINGS = (".mp4", ".gif", ".webp")
@@ -126,7 +127,7 @@ def _gif(film: Film | Beside, frames: Iterator[Image]) -> bytes:
     pictures = [Pictures.fromarray(frame) for frame in frames]
     chosen = pictures[:: max(1, len(pictures) // _SAMPLE)]
     sheet = Pictures.fromarray(np.concatenate([np.asarray(picture) for picture in chosen]))
-    own = np.concatenate([muscle_colors(), FORCE_TINTS])  # what is thin has none among the most frequent colours
+    own = np.concatenate([muscle_colors(), FORCES])  # what is thin has none among the most frequent colours
     common = sheet.quantize(_COLORS - len(own), Pictures.Quantize.MEDIANCUT, dither=Pictures.Dither.NONE)
     palette = Pictures.new("P", (1, 1))
     palette.putpalette((common.getpalette() or []) + (255.0 * own).round().astype(int).ravel().tolist())

@@ -6,28 +6,33 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.pose import normalized
 from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.terrain.surface import Surface, surface
+from warpmuscle.video.bellies import Bellies, bellies_of
 from warpmuscle.video.camera import Camera, camera_on
-from warpmuscle.video.objects import add_objects
-from warpmuscle.video.solids import Boxes, Capsules, capsules_and_boxes, in_world
+from warpmuscle.video.triangles import Triangles, triangles_of
+from warpmuscle.view.bones.model_meshes import mesh_folder
+from warpmuscle.view.content import continuous
+from warpmuscle.view.objects import with_objects
+from warpmuscle.view.page import look_of
 from warpmuscle.view.track import Track, track_of
 
-TILE = 0.5  # m, of the ground
+TILE = 1.0  # m, of the ground
 _SMOOTH = 1.2  # s over which the camera evens out what it follows
-_FORCE_LENGTH = 0.55  # m that a force of one body weight is drawn as
+_FORCE_LENGTH = 0.7  # m that a force of one body weight is drawn as
 _WITHIN = 64  # moments that the camera's distance is chosen from
+FEW = 4  # motions in one film up to which figures are drawn finely
 
 
 @dataclass(frozen=True)
@@ -66,25 +71,30 @@ class Film:
     bounds: Floats  # (2, 3) m, lowest and highest coordinates of all that is seen, from what is followed
     tile: float  # m
     ground: Surface
-    capsules: Capsules
-    capsule_ends: Floats  # (F, C, 2, 3)
-    boxes: Boxes
-    box_corners: Floats  # (F, B, 8, 3)
+    figure: Triangles
+    position: Floats  # (F, B, 3) of bodies, and of objects behind them
+    orientation: Floats  # (F, B, 4)
+    bellies: Bellies
     muscle_points: Floats  # (F, P, 3)
-    muscle_start: NDArray[np.int64]  # (M + 1,) points of muscle m are start[m]..start[m + 1] - 1
     activation: Floats  # (F, M) 0..1
-    load: Floats  # (F, M) 0..1, how thick
     force_from: Floats  # (F, 2, 3) where ground forces act
     force_to: Floats  # (F, 2, 3) tips of their arrows
     water: float | None = None  # m, y of its surface
 
+    def corners(self, frame: int) -> Floats:
+        """Corners (V, 3) of the figure in a frame, m, world."""
+        return self.figure.placed(self.position[frame], self.orientation[frame])[0]
 
-def make_film(recording: Recording, scene: Scene, look: Look | None = None, name: str = "") -> Film:
+
+def make_film(
+    recording: Recording, scene: Scene, look: Look | None = None, name: str = "", figure: Triangles | None = None
+) -> Film:
     """Prepare the film of a motion.
 
     Args:
         recording: at least two frames. scene: that made it; free parameters count with their start values.
         name: that is written into it, by default the scene's.
+        figure: of another film of this scene, which takes a while to make.
 
     Raises:
         Error: too short a motion, one of another character, or no gait cycles where some are asked for.
@@ -104,7 +114,7 @@ def make_film(recording: Recording, scene: Scene, look: Look | None = None, name
     frames = max(2, round((end - start) / look.speed * look.rate))
     check_size("film", frames)
     moments = start + np.arange(frames) * (end - start) / frames  # of a film that repeats, the last is not the first
-    return _film(track, scene, look, moments, (start, end))
+    return _film(track, scene, look, moments, (start, end), figure or figure_of_track(track, scene))
 
 
 def make_films(motions: Sequence[tuple[str, Recording, Scene]], look: Look) -> list[Film]:
@@ -129,7 +139,8 @@ def make_films(motions: Sequence[tuple[str, Recording, Scene]], look: Look) -> l
     for name, recording, scene in motions:
         track, numeric = _prepared(recording, scene, name)
         span = float(recording.time[0]), float(recording.time[-1])
-        films.append(_film(track, numeric, look, np.minimum(span[0] + passed, span[1]), span))
+        figure = figure_of_track(track, numeric, len(motions) > FEW)
+        films.append(_film(track, numeric, look, np.minimum(span[0] + passed, span[1]), span, figure))
     low = np.min([film.bounds[0] for film in films], axis=0)
     high = np.max([film.bounds[1] for film in films], axis=0)
     camera = _camera(np.stack([low, high]), look)
@@ -156,43 +167,55 @@ def check_look(look: Look) -> None:
         raise Error(f"the camera cannot look from {look.elevation:g} degrees above; -89 to 89 are possible")
 
 
-def _film(track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[float, float]) -> Film:
+def figure_of_track(track: Track, scene: Scene, coarse: bool = False) -> Triangles:
+    """What bodies look like in a film of a scene without free parameters; `coarse` if they are small in it."""
+    return triangles_of(look_of(track.doll, scene, coarse, mesh_folder(None, scene)))
+
+
+def _film(
+    track: Track, scene: Scene, look: Look, moments: Floats, span: tuple[float, float], figure: Triangles
+) -> Film:  # fmt: skip
     recording = track.recording
     time = recording.time.astype(float)
-    capsules, boxes = capsules_and_boxes(scene, recording.body_names)
-    ends = in_world(recording, capsules.body, capsules.ends)
-    corners = in_world(recording, boxes.body, boxes.corners)
+    places = [recording.body_position, *(one.position[:, None] for one in track.objects)]
+    position = at_moments(time, np.concatenate(places, axis=1), moments)
+    orientation = at_moments(time, continuous(with_objects(recording.body_orientation, track.objects)), moments)
     force = track.foot_force * (_FORCE_LENGTH / body_weight(scene)) * look.forces
     ground = surface(scene.ground)
     followed, tile = _followed(recording, ground, span if look.strides else None)
-    everything = np.concatenate([part.reshape(len(time), -1, 3) for part in (ends, corners, track.muscle_points())], 1)
-    shown = (time >= span[0]) & (time <= span[1])
-    seen = (everything - followed[:, None])[shown]
-    seen = seen[:: max(1, len(seen) // _WITHIN)].reshape(-1, 3)
-    margin = float(np.max(capsules.radius, initial=0.02))
-    box = np.stack([seen.min(axis=0) - margin, seen.max(axis=0) + margin])
-    capsules, boxes, ends, corners = add_objects(track, scene, capsules, boxes, ends, corners)
-    return Film(
+    film = Film(
         name=track.label,
         look=look,
         time=moments,
         followed=at_moments(time, followed, moments),
-        camera=_camera(box, look),
-        bounds=box,
+        camera=_camera(np.zeros((2, 3)), look),
+        bounds=np.zeros((2, 3)),
         tile=tile,
         ground=ground,
-        capsules=capsules,
-        capsule_ends=at_moments(time, ends, moments),
-        boxes=boxes,
-        box_corners=at_moments(time, corners, moments),
+        figure=figure,
+        position=position,
+        orientation=normalized(orientation),
+        bellies=bellies_of(track.doll, scene),
         muscle_points=at_moments(time, track.muscle_points(), moments),
-        muscle_start=track.doll.muscles.start,
         activation=at_moments(time, recording.muscle_activation, moments),
-        load=at_moments(time, track.muscle_load, moments),
         force_from=at_moments(time, track.foot_center, moments),
         force_to=at_moments(time, track.foot_center + force, moments),
         water=None if scene.water is None else first_number(scene.water.level),
     )
+    bounds = _bounds(film, len(recording.body_names))
+    return replace(film, bounds=bounds, camera=_camera(bounds, look))
+
+
+def _bounds(film: Film, bodies: int) -> Floats:
+    """Lowest and highest coordinates (2, 3) of bodies and muscles, m, from what is followed, over the film."""
+    own = film.figure.body < bodies  # objects may be far away
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for frame in range(0, len(film.time), max(1, len(film.time) // _WITHIN)):
+        for points in (film.corners(frame)[own], film.muscle_points[frame]):
+            if len(points):
+                low = np.minimum(low, points.min(axis=0) - film.followed[frame])
+                high = np.maximum(high, points.max(axis=0) - film.followed[frame])
+    return np.stack([low, high]) if np.all(np.isfinite(low)) else np.array([[-0.5] * 3, [0.5] * 3])
 
 
 def _camera(bounds: Floats, look: Look) -> Camera:

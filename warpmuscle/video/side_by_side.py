@@ -14,8 +14,9 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.video.colours import HORIZON
 from warpmuscle.video.film import Film, Look, check_look, make_films
-from warpmuscle.video.painter import SKY, Painter
+from warpmuscle.video.painter import Painter
 
 MOST = 16
 _IN_A_ROW = 4  # films; more stand in several rows
@@ -66,7 +67,7 @@ class Sheet:
     def frame(self, number: int) -> NDArray[np.uint8]:
         """Frame (height, width, 3)."""
         look, columns = self._beside.look, self._beside.columns
-        sky = np.round(255.0 * np.array(SKY)).astype(np.uint8)
+        sky = np.round(255.0 * np.array(HORIZON)).astype(np.uint8)
         whole = np.broadcast_to(sky, (look.height, look.width, 3)).copy()
         for place, painter in enumerate(self._painters):
             picture = painter.frame(number)

@@ -13,12 +13,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene import Box, Character, Joint, Shape, Sphere
+from warpmuscle.scene import Box, Capsule, Character, Joint, Shape, Sphere
 from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joint_place, sides_of
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.bones import skeleton
 from warpmuscle.view.bones.limbs import Limbs
+from warpmuscle.view.bones.named import named_head
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, pelvis_places, rounded_hull, sized_hull, trunk_places
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
 
@@ -28,6 +29,7 @@ PROFILE = ((0.0, 0.92), (0.3, 1.16), (1.0, 0.66))
 BONE = 0.008  # m, radius of a bone that is a line, of a body of 75 kg
 FOREARM = 0.64  # of a forearm with its hand, the part before it
 HEAVY = 0.25  # of the whole mass, from which a body at the end of a chain is a trunk with its head
+HEAD_HEIGHT, UPRIGHT = 1.25, 0.9  # of a skull in the width of the capsule of a head; cosine of how that leans, at least
 MIDDLE = 0.03  # m, joints this near to x = 0 are those of a neck rather than of arms
 ANKLE = 0.036  # m, radius of an ankle, of a body of 75 kg
 USUAL = {"thigh": 0.42, "shank": 0.42, "upper arm": 0.3, "forearm": 0.3}  # m, lengths of a body of 75 kg
@@ -88,6 +90,8 @@ class _Figure:
             self._blocks(name, shapes)
         elif not ends and len(shapes) == 1 and isinstance(shapes[0], Sphere):
             self._head(name, start, plain_vector(shapes[0].center), plain_number(shapes[0].radius))
+        elif not ends and named_head(name) and (upright := self._upright(shapes, start)) is not None:
+            self._head(name, start, *upright)
         elif not ends and self.mass[name] > HEAVY * self.total and self._branches_below(name):
             top = far_end(shapes[0], start) if shapes else -start
             reach = top - start
@@ -126,6 +130,15 @@ class _Figure:
         radii = [factor * radius for _, factor in profile]
         for k in range(len(profile) - 1):
             self._add(Limb, name, "flesh", places[k], places[k + 1], (radii[k], radii[k + 1]))
+
+    def _upright(self, shapes: Sequence[Shape], start: Floats) -> tuple[Floats, float] | None:
+        """Middle and radius of a skull, m, in a capsule that stands on its joint, as a person's head does."""
+        if len(shapes) != 1 or not isinstance(shapes[0], Capsule):
+            return None
+        top, wide = far_end(shapes[0], start), plain_number(shapes[0].radius)
+        up = (top - start) / max(float(np.linalg.norm(top - start)), 1e-9)
+        radius = HEAD_HEIGHT * wide
+        return (top + (wide - radius) * up, radius) if up[1] > UPRIGHT else None
 
     def _head(self, name: str, joint: Floats, center: Floats, radius: float) -> None:
         """A skull with a jaw, as high as the sphere, on a neck; the face looks along z."""

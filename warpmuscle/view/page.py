@@ -32,7 +32,7 @@ from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
 from warpmuscle.view.objects import object_pieces
 from warpmuscle.view.packing import Packer, Pool, encodable, packed_json, without_comments
-from warpmuscle.view.pieces import device_pieces, surface_pieces
+from warpmuscle.view.pieces import Piece, device_pieces, surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
 
@@ -236,6 +236,24 @@ def _shown(
     return {name: off.get(name, True) for name in SHOWN if there.get(name, True)} | {"plots": plots}
 
 
+def look_of(doll: Doll, scene: Scene, coarse: bool, meshes: Path | None) -> list[Piece]:
+    """All that is drawn of a doll and of the objects beside it.
+
+    Args:
+        scene: without free parameters. coarse: whether it is small in the picture, one of many.
+        meshes: folder with the files that models are drawn with.
+    """
+    bodies, muscles = doll.names.bodies, doll.muscles.names
+    look = figure_of(scene.character, scene.feet or (), bodies, coarse)
+    if meshes is not None and not coarse and scene.opensim is not None:
+        look = with_meshes(look, scene, bodies, meshes)
+    if not coarse:
+        look += attachments(scene, muscles, bodies, look)
+    look += surface_pieces(scene.character, muscles, bodies)
+    look += device_pieces(scene, bodies)
+    return [*look, *object_pieces(scene)]
+
+
 class _Dolls:
     """Contents of dolls, those that look alike once."""
 
@@ -252,14 +270,7 @@ class _Dolls:
             return self._known[id(doll)]
         made_of = _made_of(doll, scene)
         if made_of not in self._made_of:
-            look = figure_of(scene.character, scene.feet or (), doll.names.bodies, self._coarse)
-            if self._meshes is not None and not self._coarse and scene.opensim is not None:
-                look = with_meshes(look, scene, doll.names.bodies, self._meshes)
-            if not self._coarse:
-                look += attachments(scene, doll.muscles.names, doll.names.bodies, look)
-            look += surface_pieces(scene.character, doll.muscles.names, doll.names.bodies)
-            look += device_pieces(scene, doll.names.bodies)
-            look += object_pieces(scene)
+            look = look_of(doll, scene, self._coarse, self._meshes)
             key = pickle.dumps((look, doll_content(doll, scene, [])))
             if key not in self._alike:
                 self._alike[key] = len(self.contents)

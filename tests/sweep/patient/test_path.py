@@ -152,6 +152,7 @@ def test_the_search_comes_nearer_and_the_page_says_so(done, folder: Path):
     after, before = float(words[1]), float(words[words.index("before);") - 1].removeprefix("("))
     assert after < before
     page = (folder / "patient.html").read_text()
+    assert len(page.encode()) < 1_000_000
     assert "<script" not in page
     assert page.count("data:image/svg+xml") == 4
     assert "Made up &lt;script&gt;" in page

@@ -105,6 +105,7 @@ def test_a_study_whose_runs_all_fell_shows_their_costs(folder: Path, tmp_path: P
 
 def test_the_page_has_every_number_and_nothing_that_runs(found: StudyResult, folder: Path):
     page = study_page.page(found, read(folder / "loads.toml"), "warpmuscle study loads.toml")
+    assert len(page.encode()) < 1_000_000
     assert "<script" not in page
     assert "Loads &lt;script&gt;" in page
     assert "http://" not in page.replace("http://www.w3.org", "")

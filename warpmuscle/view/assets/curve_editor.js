@@ -33,7 +33,7 @@ class CurveEditor {
     this.undo = button("undo", "take the last change back (ctrl z)", () => this.editor.say("undo"));
     button("close", "back to the plots (escape)", () => this.close());
     this.drawing = make(this.element, "div", { className: "drawing" });
-    this.canvas = make(this.drawing, "canvas", {});
+    this.canvas = make(this.drawing, "canvas", { role: "img", ariaLabel: "the curve over its phase or time" });
     this.canvas.ondblclick = (event) => this.insertAt(this.fromPixels(event.offsetX, event.offsetY));
     this.fields = make(this.element, "div", { className: "fields" });
     this.fields.onpointerdown = () => (this.sliding = true); // its range is not to change under the hand

@@ -53,6 +53,8 @@ function fromStretch(a, b, x, y) {
 }
 
 // The names of several bipeds, over their heads.
+const STANDING = 0.9; // m, height of the centre of mass of a body of 75 kg that stands
+
 class Labels {
   constructor(player) {
     this.player = player;
@@ -69,7 +71,9 @@ class Labels {
     this.elements.forEach((label, k) => {
       label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
       if (label.hidden) return;
-      const biped = bipeds[k], above = add(biped.com(biped.moment(time)), [0, 0.85 * biped.doll.scale, 0]);
+      const biped = bipeds[k], above = biped.com(biped.moment(time)), tall = biped.doll.scale;
+      const up = above[1] - groundHeight(this.player.renderer.ground, above[0], above[2]); // little of who has fallen
+      above[1] += 0.85 * tall * Math.min(Math.max(up / (STANDING * tall), 0.3), 1);
       const { matrix, pixels: [x, y, width, height] } = views[k] ?? views[0], at = onScreen(matrix, above, width, height);
       label.hidden = !at || (bipeds.length > FEW_WHOLE_LABELS && !isWithin(at, width, height));
       label.classList.toggle("chosen", k === selected);

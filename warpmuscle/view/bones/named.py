@@ -25,6 +25,11 @@ def named_role(body: str) -> Role:
     return next((role for pattern, role in ROLES if _has(body, pattern)), "")
 
 
+def named_head(body: str) -> bool:
+    """Whether a body is a head by its name."""
+    return _has(body, "head|skull")
+
+
 def named_feet(bodies: Iterable[str]) -> list[str]:
     """Bodies whose names say that they are feet, such as `calcn_r`."""
     return [body for body in bodies if _has(body, FEET)]
