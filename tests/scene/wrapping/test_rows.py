@@ -50,8 +50,8 @@ def test_a_side_point_in_the_middle_leads_a_path_inside(kind: type[CylinderSurfa
     for aside in (0.0, 1.0e-6):
         scene = arm()
         scene.character.wrapping = "mujoco"
-        sizes = (0.02, 0.1) if kind is CylinderSurface else (0.02,)
-        scene.character.surfaces = {"ring": kind("base", (0.0, 0.16, 0.0), *sizes, side_point=(aside, 0.0, 0.0))}
+        sizes = (0.02, 0.1, (0.0, 0.5 * math.pi, 0.0)) if kind is CylinderSurface else (0.02,)  # about x
+        scene.character.surfaces = {"ring": kind("base", (0.0, 0.16, 0.0), *sizes, side_point=(0.0, aside, 0.0))}
         scene.character.muscles["flexor"].wraps = [Wrap("ring", 1, 2)]
         lengths.append(initial_path_lengths(scene)["flexor"])
     assert lengths == pytest.approx([0.3 - 0.08 + 2.0 * math.hypot(0.04, 0.02)] * 2, abs=1e-5)
