@@ -12,7 +12,7 @@ from fuzzing import archives
 from fuzzing.commands import option_command, put_no_file, reading_command
 from fuzzing.descriptions import adaptation, creature, scone, study
 from fuzzing.held import ROBOT
-from fuzzing.models import MODELS, MOVING, mutated_attributes, mutated_model
+from fuzzing.models import MODELS, MOVING, mutated_attributes, mutated_model, mutated_numbers
 from fuzzing.recordings import recording
 from fuzzing.seeds import LAYERED, MORE, RUN, SCENES, SIMBICON
 from fuzzing.setting import EXPORTS, KINDS_OF_FIGURES, SHORT, Command, Setting, scene_commands
@@ -85,7 +85,7 @@ def osim(rng: Random, at: Setting) -> list[Command]:
 def osim_moving(rng: Random, at: Setting) -> list[Command]:
     """Models of OpenSim that move for a moment."""
     name = rng.choice(list(MOVING))
-    (at.folder / name).write_bytes(mutated_model(MOVING[name], rng))
+    (at.folder / name).write_bytes(rng.choice([mutated_model, mutated_numbers, mutated_numbers])(MOVING[name], rng))
     options = rng.choice(([], ["--hard-points"], ["--merge-welds"], ["--limit-stiffness", "100"]))
     return [["simulate", name, "--duration", "0.05", *options, "-o", "out.h5"]]
 

@@ -197,6 +197,7 @@ MODELS = {"leg.osim": LEG, "arm.osim": OLD_ARM, "held.osim": HELD}
 MOVING = {**MODELS, "loop.osim": LOOP}  # those that are simulated
 ELEMENT = re.compile(r"<([A-Za-z_:0-9]+)(?: [^<>]*)?>[^<>]*</\1>")
 ATTRIBUTE = re.compile(r'(\w+)="([^"<>]*)"')
+NUMBER = re.compile(r"(?<=[>\s])-?\d+(?:\.\d+)?(?=[<\s])")
 OPENING = re.compile(r"<([A-Za-z_:0-9]+)([^<>]*)>")
 
 
@@ -207,6 +208,15 @@ def mutated_model(text: str, rng: Random) -> bytes:
     for _ in range(rng.choice([1, 1, 2, 3])):
         text = rng.choice([_dropped, _doubled, _swapped, _retagged, _moved, _emptied])(text, rng)
     return encoded(text, rng) if rng.random() < 0.1 else text.encode()
+
+
+def mutated_numbers(text: str, rng: Random) -> bytes:
+    """A model in which some numbers are larger, smaller, none or of the other sign, as a typing mistake leaves them."""
+    for _ in range(rng.choice([1, 1, 2, 4])):
+        one = rng.choice(list(NUMBER.finditer(text)))
+        factor = rng.choice([-1.0, 0.0, 0.1, 0.5, 2.0, 10.0, 1e3, 1e-3, 1e6])
+        text = f"{text[: one.start()]}{float(one[0]) * factor:.9g}{text[one.end() :]}"
+    return text.encode()
 
 
 def mutated_attributes(text: str, rng: Random) -> bytes:
