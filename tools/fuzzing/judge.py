@@ -262,7 +262,9 @@ def _open_loops(file: Any) -> Iterator[str]:
     if "replay/0" not in file or "scene" not in file:
         return
     motion, scene = file["replay/0"], loads(file["scene"][()].decode())
-    if motion["time"][-1] < scene.duration - 2.0 * scene.time_step - np.diff(motion["time"]).max(initial=0.0):
+    if not len(motion["time"]) or motion["time"][-1] < scene.duration - 2.0 * scene.time_step - np.diff(
+        motion["time"]
+    ).max(initial=0.0):
         return  # it has ended early, and says why
     names = [name.decode() for name in motion["body_names"][()]]
     poses = {name: (motion["body_position"][:, k], motion["body_orientation"][:, k]) for k, name in enumerate(names)}
