@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from model_kinds import MODEL_KINDS
+
 import small_scone
 from muscle_arm import REACH, constant, leg
 from warpmuscle.formats import load
@@ -337,7 +339,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "controller by joint": lambda _: by_joint(),
     "walking as told": lambda _: walk("steer"),
     "user forces": worn,
-}
+} | MODEL_KINDS
 SMALL = ("torques", "motion", "user functions")  # those that a CPU tries besides
 
 

@@ -16,7 +16,12 @@ if str(ROOT / "tools") not in sys.path:
     sys.path.append(str(ROOT / "tools"))
 
 from fuzzing import judge, kinds, tables, values  # noqa: E402
+from fuzzing.models import LOOP  # noqa: E402
 from fuzzing.texts import mutated  # noqa: E402
+
+from warpmuscle.formats import load  # noqa: E402
+from warpmuscle.formats.toml import dumps  # noqa: E402
+from warpmuscle.scene.initial_pose import initial_pose  # noqa: E402
 
 CASES, SEED = 80, 1
 
@@ -119,3 +124,27 @@ def test_all_cases_are_shared_out_among_the_kinds():
     numbers = kinds.shares(3000)
     assert min(numbers.values()) > 0
     assert abs(sum(numbers.values()) - 3000) < len(numbers)
+
+
+def test_a_loop_that_has_opened_without_a_word_is_seen(tmp_path: Path):
+    """Of a run to its end; one that ended early, or at once, has said why."""
+    (tmp_path / "loop.osim").write_text(LOOP)
+    scene = load(tmp_path / "loop.osim", ignored=[])
+    scene.duration = 0.05
+    poses, _ = initial_pose(scene)
+    names = list(poses)
+    cases = {"closed": (0.05, 0.0), "open": (0.05, 0.01), "ended": (0.02, 0.01), "at once": (None, 0.0)}
+    found = {}
+    for case, (end, moved) in cases.items():
+        times = np.zeros(0) if end is None else np.linspace(0.0, end, 6)
+        position = np.array([[poses[name][0] for name in names]] * len(times)).reshape(len(times), len(names), 3)
+        position[:, names.index("bar")] += moved
+        with h5py.File(tmp_path / "out.h5", "w") as file:
+            file["scene"] = dumps(scene)
+            motion = file.create_group("replay/0")
+            motion["time"], motion["body_names"], motion["body_position"] = times, [*names], position
+            turns = np.array([[poses[name][1] for name in names]] * len(times))
+            motion["body_orientation"] = turns.reshape(-1, len(names), 4)
+        found[case] = list(judge._wrong_hdf5(tmp_path / "out.h5"))
+    assert [case for case, complaints in found.items() if complaints] == ["open"]
+    assert "open by 0.0173 m" in found["open"][0]

@@ -20,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+COMPILING = 120.0  # s, for a case that may compile a kernel
+OPEN = 1.0e-3  # m, by which points that a constraint holds together may be apart where a run has ended well
 HANG = 20.0  # s, on a machine that has a core for every process that wants one
 SECRET = "the secret of another file"
 ESCAPES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
@@ -59,11 +61,12 @@ class Outcome:
     seconds: float
 
 
-def judged(commands: list[list[str]], folder: Path, inside: Path) -> Verdict:
+def judged(commands: list[list[str]], folder: Path, inside: Path, longest: float = HANG) -> Verdict:
     """Run the commands in a folder, and judge them.
 
     Args:
         inside: a folder around it, in which no other file may change.
+        longest: s, that a command may take.
     """
     verdict = Verdict()
     for command in commands:
@@ -77,7 +80,7 @@ def judged(commands: list[list[str]], folder: Path, inside: Path) -> Verdict:
         verdict.refused |= outcome.code == 2
         verdict.said += outcome.log
         shown = " ".join(["warpmuscle", *command])
-        for complaint in _complaints(outcome):
+        for complaint in _complaints(outcome, longest):
             verdict.complaints.append(f"{shown}: {complaint}")
         after = _contents(folder)
         new = sorted(path for path in after if after[path] != before.get(path))
@@ -156,7 +159,7 @@ def _caught() -> Iterator[Any]:
         sys.stdout, sys.stderr = streams
 
 
-def _complaints(outcome: Outcome) -> Iterator[str]:
+def _complaints(outcome: Outcome, longest: float = HANG) -> Iterator[str]:
     """What is wrong with exit code, time and text."""
     both = outcome.out + outcome.log
     if outcome.crash:
@@ -165,7 +168,7 @@ def _complaints(outcome: Outcome) -> Iterator[str]:
         yield f"prints a traceback: {both[-2000:]}"
     elif outcome.code not in (0, 2) and not (outcome.code == 1 and "\nmissed: " in f"\n{outcome.log}"):
         yield f"exit code {outcome.code}: {outcome.log.strip()[-300:]}"
-    if outcome.seconds > HANG * crowding():
+    if outcome.seconds > longest * crowding():
         yield f"took {outcome.seconds:.1f} s"
     if found := re.search(r"^.*\b\w*Warning: .*$", outcome.log, re.MULTILINE):
         yield f"warns: {found[0][:300]}"
@@ -247,7 +250,34 @@ def _wrong_hdf5(path: Path) -> Iterator[str]:
     with h5py.File(path) as file:
         look("", file)
         file.visititems(look)
+        wrong.extend(_open_loops(file))
     yield from wrong
+
+
+def _open_loops(file: Any) -> Iterator[str]:
+    """Points of a recorded body that a constraint holds together, and that are apart though nothing was said."""
+    from warpmuscle.core.pose import rotate
+    from warpmuscle.formats.toml import loads
+
+    if "replay/0" not in file or "scene" not in file:
+        return
+    motion, scene = file["replay/0"], loads(file["scene"][()].decode())
+    if not len(motion["time"]) or motion["time"][-1] < scene.duration - 2.0 * scene.time_step - np.diff(
+        motion["time"]
+    ).max(initial=0.0):
+        return  # it has ended early, and says why
+    names = [name.decode() for name in motion["body_names"][()]]
+    poses = {name: (motion["body_position"][:, k], motion["body_orientation"][:, k]) for k, name in enumerate(names)}
+    for name, one in scene.character.constraints.items():
+        if one.type != "point" or not {one.body, one.other_body} <= set(poses):
+            continue
+        ends = [
+            place + rotate(turn, np.broadcast_to(np.array(at, dtype=float), place.shape))
+            for (place, turn), at in ((poses[one.body], one.position), (poses[one.other_body], one.other_position))
+        ]
+        apart = float(np.linalg.norm(ends[0] - ends[1], axis=1).max())
+        if apart > OPEN:
+            yield f"constraint {name} is open by {apart:.3g} m"
 
 
 def _wrong_numbers(data: Any, key: str) -> Iterator[str]:

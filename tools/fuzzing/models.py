@@ -158,9 +158,46 @@ OLD_ARM = """<OpenSimDocument Version="20301"><Model name="arm"><ForceSet><objec
 <Coordinate name="q"><default_value>0.3</default_value><range>-1 1</range></Coordinate></objects></CoordinateSet>
 <reverse>false</reverse></PinJoint></Joint></Body></objects></BodySet></Model></OpenSimDocument>
 """
+LOOP = """<?xml version="1.0"?>
+<OpenSimDocument Version="40000"><Model name="loop"><BodySet><objects>
+<Body name="left"><mass>1</mass><mass_center>0 -0.2 0</mass_center><inertia>0.02 0.01 0.02 0 0 0</inertia></Body>
+<Body name="right"><mass>1.5</mass><mass_center>0 -0.2 0</mass_center><inertia>0.02 0.01 0.03 0 0 0</inertia></Body>
+<Body name="bar"><mass>0.5</mass><mass_center>0.15 0 0</mass_center><inertia>0.001 0.01 0.01 0 0 0</inertia></Body>
+</objects></BodySet><JointSet><objects>
+<PinJoint name="first"><socket_parent_frame>/ground</socket_parent_frame><socket_child_frame>/bodyset/left
+</socket_child_frame><coordinates><Coordinate name="a"><default_value>0.3</default_value><range>-2 2</range>
+</Coordinate></coordinates></PinJoint>
+<PinJoint name="second"><socket_parent_frame>near</socket_parent_frame><socket_child_frame>/bodyset/right
+</socket_child_frame><coordinates><Coordinate name="b"><default_value>0.3</default_value><range>-2 2</range>
+</Coordinate></coordinates><frames><PhysicalOffsetFrame name="near"><socket_parent>/ground</socket_parent>
+<translation>0.3 0 0</translation></PhysicalOffsetFrame></frames></PinJoint>
+<PinJoint name="third"><socket_parent_frame>low</socket_parent_frame><socket_child_frame>/bodyset/bar
+</socket_child_frame><coordinates><Coordinate name="c"><default_value>-0.3</default_value></Coordinate></coordinates>
+<frames><PhysicalOffsetFrame name="low"><socket_parent>/bodyset/left</socket_parent><translation>0 -0.4 0</translation>
+</PhysicalOffsetFrame></frames></PinJoint>
+</objects></JointSet><ConstraintSet><objects>
+<PointConstraint name="closed"><socket_body_1>/bodyset/bar</socket_body_1><socket_body_2>/bodyset/right</socket_body_2>
+<location_body_1>0.3 0 0</location_body_1><location_body_2>0 -0.4 0</location_body_2></PointConstraint>
+</objects></ConstraintSet><ForceSet><objects>
+<Millard2012EquilibriumMuscle name="pull"><GeometryPath name="path"><PathPointSet><objects>
+<PathPoint name="p"><socket_parent_frame>/ground</socket_parent_frame><location>0.1 0.1 0</location></PathPoint>
+<PathPoint name="q"><socket_parent_frame>/bodyset/right</socket_parent_frame><location>0 -0.3 0.02</location>
+</PathPoint>
+</objects></PathPointSet></GeometryPath><max_isometric_force>300</max_isometric_force>
+<optimal_fiber_length>0.2</optimal_fiber_length><tendon_slack_length>0.2</tendon_slack_length>
+</Millard2012EquilibriumMuscle>
+<CoordinateLimitForce name="stop"><coordinate>a</coordinate><upper_limit>60</upper_limit>
+<upper_stiffness>10</upper_stiffness><lower_limit>-60</lower_limit><lower_stiffness>10</lower_stiffness>
+<damping>0.1</damping><transition>5</transition></CoordinateLimitForce>
+<ExpressionBasedCoordinateForce name="spring"><coordinate>b</coordinate><expression>-3*q-0.1*qdot</expression>
+</ExpressionBasedCoordinateForce>
+</objects></ForceSet></Model></OpenSimDocument>
+"""
 MODELS = {"leg.osim": LEG, "arm.osim": OLD_ARM, "held.osim": HELD}
+MOVING = {**MODELS, "loop.osim": LOOP}  # those that are simulated
 ELEMENT = re.compile(r"<([A-Za-z_:0-9]+)(?: [^<>]*)?>[^<>]*</\1>")
 ATTRIBUTE = re.compile(r'(\w+)="([^"<>]*)"')
+NUMBER = re.compile(r"(?<=[>\s])-?\d+(?:\.\d+)?(?=[<\s])")
 OPENING = re.compile(r"<([A-Za-z_:0-9]+)([^<>]*)>")
 
 
@@ -171,6 +208,15 @@ def mutated_model(text: str, rng: Random) -> bytes:
     for _ in range(rng.choice([1, 1, 2, 3])):
         text = rng.choice([_dropped, _doubled, _swapped, _retagged, _moved, _emptied])(text, rng)
     return encoded(text, rng) if rng.random() < 0.1 else text.encode()
+
+
+def mutated_numbers(text: str, rng: Random) -> bytes:
+    """A model in which some numbers are larger, smaller, none or of the other sign, as a typing mistake leaves them."""
+    for _ in range(rng.choice([1, 1, 2, 4])):
+        one = rng.choice(list(NUMBER.finditer(text)))
+        factor = rng.choice([-1.0, 0.0, 0.1, 0.5, 2.0, 10.0, 1e3, 1e-3, 1e6])
+        text = f"{text[: one.start()]}{float(one[0]) * factor:.9g}{text[one.end() :]}"
+    return text.encode()
 
 
 def mutated_attributes(text: str, rng: Random) -> bytes:

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from fuzzing.judge import HANG, SECRET, NotCompiled, Verdict, crowding, judged
+from fuzzing.judge import COMPILING, HANG, SECRET, NotCompiled, Verdict, crowding, judged
 from fuzzing.kinds import Setting, make
 
 MEMORY = 12 * 2**30  # bytes of addresses that a worker may have
@@ -47,7 +47,7 @@ def run_case(case: Case, settings: Settings, keep: bool = False) -> Verdict:
     _write_secret(secret)
     commands = make(kind, number, settings.seed, Setting(folder, settings.seeds, secret, settings.reference))
     os.environ["TMPDIR"] = tempfile.tempdir = str(settings.work)
-    verdict = judged(commands, folder, around)
+    verdict = judged(commands, folder, around, COMPILING if settings.compiling else HANG)
     if not keep:
         shutil.rmtree(around, ignore_errors=True)
     return verdict
@@ -145,7 +145,11 @@ def prepare(settings: Settings) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     os.environ |= {"MPLBACKEND": "agg", "NO_COLOR": "1", "COLUMNS": "200", "CUDA_VISIBLE_DEVICES": ""}
     start_warp()
-    if not settings.compiling:
+    if settings.compiling:
+        import warp as wp
+
+        wp.config.optimization_level = 0
+    else:
         _forbid_compiling()
 
 

@@ -73,6 +73,7 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
         neural=hill and model.activation == "neural", excited=hill and model.activation == "excited",
+        blended=hill and model.activation == "blended",
         smoothed=hill and model.activation == "scaled" and is_smoothed(muscles, model),
         implicit=hill and model.implicit_damping,
         special_curves=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
@@ -122,7 +123,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     s.count = len(muscles)
     s.model = CURVES[model.curves]
     s.negative = NEGATIVE[model.negative]
-    s.scaled_rates = int(model.activation == "scaled")
+    s.scaled_rates = int(model.activation in ("scaled", "blended"))
     own = {field: _of_muscles(muscles, field) for field in ("f_max", "l_opt", "l_slack", "slow_fibres")}
     own |= {
         field: _special_or_common(muscles, model, field) for field in ("v_max", "damping", "rise_time", "fall_time")

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about, rotate
 from warpmuscle.formats import Ignored, load, save
 from warpmuscle.formats.osim.frames import turned
+from warpmuscle.formats.osim.functions import Function
 from warpmuscle.formats.osim.placement import WORLD
 from warpmuscle.scene import JointState, Scene
 from warpmuscle.scene.initial_pose import initial_pose
@@ -200,6 +202,23 @@ def test_locked_coordinates_are_folded_in_and_prescribed_ones_move_as_they_shoul
     np.testing.assert_allclose(motion.value, 0.2 + 0.1 * np.array(motion.time))
     assert scene.actuation["b"].drive == "kinematic"
     np.testing.assert_allclose(np.linalg.norm(scene.initial_state.joints["c"].angular_velocity), 2.0)
+
+
+def test_a_prescribed_spline_keeps_its_accelerations(tmp_path: Path):
+    """Knots of a motion are close enough together for a spline whose third derivative jumps."""
+    knots = ((0.0, 0.1, 0.2, 0.4, 0.6, 1.0), (0.1, 0.15, 0.4, 0.5, 0.3, 0.0))
+    x, y = (" ".join(map(str, values)) for values in knots)
+    function = small.spline("SimmSpline", x, y)
+    more = f"<prescribed>true</prescribed><prescribed_function>{function}</prescribed_function>"
+    scene = scene_of(tmp_path, small.pendulum().replace("<range>-2 2</range>", f"<range>-2 2</range>{more}"))
+    motion = scene.motion["q"]
+    spline = make_interp_spline(motion.time, motion.value, k=5)
+    expected, times = Function(x=knots[0], y=knots[1]), np.linspace(0.01, 0.99, 500)
+    small_time = 1e-4
+    before, at, after = (expected.values(times + shift) for shift in (-small_time, 0.0, small_time))
+    acceleration = (after - 2.0 * at + before) / small_time**2
+    np.testing.assert_allclose(spline(times), at, atol=1e-6)
+    np.testing.assert_allclose(spline(times, 2), acceleration, atol=0.01 * np.abs(acceleration).max())
 
 
 def test_inertia_keeps_its_axes(tmp_path: Path):

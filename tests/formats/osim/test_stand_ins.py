@@ -9,6 +9,7 @@ import pytest
 import osim_models as small
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored, load, save
+from warpmuscle.formats.osim.build_muscles import AT_ONCE
 from warpmuscle.scene import SplineCurves
 
 PATH = small.point("a", "ground", "0.1 0 0") + small.point("b", "rod", "0 -0.5 0")
@@ -88,7 +89,8 @@ def test_a_muscle_with_a_rigid_tendon_has_one(tmp_path: Path):
     found, ignored = made(tmp_path, "RigidTendonMuscle", "")
     assert (found["f_max"], found["l_opt"], found["l_slack"]) == (500.0, 0.1, 0.2)
     assert found["tendon"] == "rigid"
-    assert any("its activation follows its excitation with time constants" in note.reason for note in ignored)
+    assert found["rise_time"] == found["fall_time"] == AT_ONCE
+    assert any("its activation is its excitation at once" in note.reason for note in ignored)
 
 
 def test_times_that_are_none_are_refused_with_their_line(tmp_path: Path):

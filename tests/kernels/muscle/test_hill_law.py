@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 from probes import filled
 
-from warpmuscle.kernels.muscle.hill_law import follow_excited, follow_smoothly
+from warpmuscle.kernels.muscle.hill_law import follow_blended, follow_excited, follow_smoothly
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
 from warpmuscle.kernels.muscle_structs import Muscles
 from warpmuscle.kernels.structs import Model, State
@@ -16,7 +16,7 @@ WIDTHS = 0.0, 0.4
 @wp.kernel(enable_backward=False)
 def follow(
     model: Model, state: State, rise: float, fall: float, a: wp.array[float], u: wp.array[float],
-    smooth: wp.array2d[float], excited: wp.array[float],
+    smooth: wp.array2d[float], excited: wp.array[float], between: wp.array[float],
 ):  # fmt: skip
     i = wp.tid()
     muscle = MuscleStep()
@@ -26,21 +26,26 @@ def follow(
     for m in range(2):
         smooth[m, i] = follow_smoothly(0, m, a[i], muscle, model, state)
     excited[i] = follow_excited(0, 0, a[i], muscle, model, state)
+    between[i] = follow_blended(0, 0, a[i], muscle, model, state)
 
 
 def test_activations_relax_at_the_rate_of_their_law():
-    """a + (u - a)(1 - exp(-dt/tau)): Thelen's time constant, MuJoCo's smoothed one, and 1/(c1 u + c2) of Hyfydy."""
+    """a + (u - a)(1 - exp(-dt/tau)): Thelen's time constant, MuJoCo's smoothed one, 1/(c1 u + c2) of Hyfydy, and
+    that of De Groote 2016, equation 1, with OpenSim's b = 0.1.
+    """
     a, u = np.random.default_rng(3).random((2, 60))
     model = filled(Model, time_step=STEP, muscles=filled(Muscles, count=2, smoothing=np.float32([WIDTHS])))
-    smooth, excited = wp.zeros((2, 60), dtype=float, device="cpu"), wp.zeros(60, dtype=float, device="cpu")
+    smooth = wp.zeros((2, 60), dtype=float, device="cpu")
+    excited, between = (wp.zeros(60, dtype=float, device="cpu") for _ in range(2))
     given = [wp.array(values.astype(np.float32), device="cpu") for values in (a, u)]
-    wp.launch(follow, 60, [model, State(), RISE, FALL, *given], [smooth, excited], device="cpu")
+    wp.launch(follow, 60, [model, State(), RISE, FALL, *given], [smooth, excited, between], device="cpu")
     scale = 0.5 + 1.5 * a
     up, down = RISE * scale, FALL / scale
     x = np.clip((u - a) / WIDTHS[1] + 0.5, 0.0, 1.0)
     blended = down + (up - down) * (6.0 * x**5 - 15.0 * x**4 + 10.0 * x**3)
     by_excitation = 1.0 / (u / RISE + (1.0 - u) / FALL)
-    for got, tau in zip(
-        [*smooth.numpy(), excited.numpy()], [np.where(u > a, up, down), blended, by_excitation], strict=True
-    ):
+    f = 0.5 * np.tanh(0.1 * (u - a))
+    groote = 1.0 / ((0.5 + f) / up + (0.5 - f) / down)
+    laws = [np.where(u > a, up, down), blended, by_excitation, groote]
+    for got, tau in zip([*smooth.numpy(), excited.numpy(), between.numpy()], laws, strict=True):
         np.testing.assert_allclose(got, u + (a - u) * np.exp(-STEP / tau), atol=2e-6)

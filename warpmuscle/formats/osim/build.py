@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -9,13 +10,13 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Notes
-from warpmuscle.formats.osim.actions.controls import excitation_of
+from warpmuscle.formats.osim.actions.controls import excitation_of, moments
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
-from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused
+from warpmuscle.formats.osim.frames import GROUND, note, on_body
 from warpmuscle.formats.osim.loops.build import close_loops, put_loops
 from warpmuscle.formats.osim.loops.cut import cut_loops
 from warpmuscle.formats.osim.mesh_files import build_meshes
@@ -30,7 +31,6 @@ from warpmuscle.scene.validation.paths import is_route, usual_drive
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.skeleton import weightless
 
-KNOTS = 201  # of a prescribed motion
 OUTSIDE = 1.0e-3  # rad or m, by which a coordinate may start outside of its range without a word
 
 
@@ -90,7 +90,7 @@ def build(
     scene.opensim = skeleton.opensim
     notes.places |= {f"character.surfaces.{name}": (model.file, one.line) for name, one in model.surfaces.items()}
     notes.places["muscle_model"] = (model.file, model.muscles[0].line if model.muscles else model.line)
-    _gravity(model, scene)
+    _gravity(model, scene, notes)
     _prescribe(scene, coordinates)
     _hold_weightless(model, scene, coordinates, notes)
     put_loops(model, scene, skeleton.placement, notes)
@@ -139,12 +139,16 @@ def root_of(model: Model, tree: list[Branch], coordinates: Coordinates) -> str:
     return root_kind(model, tree, coordinates, needed, on_ground(model))
 
 
-def _gravity(model: Model, scene: Scene) -> None:
+def _gravity(model: Model, scene: Scene, notes: Notes) -> None:
+    """Gravity, which points down; noted where the ground is turned for it, see `placement.world_axes`."""
     x, y, z = model.gravity
+    scene.gravity = math.hypot(x, y, z)
     if x != 0.0 or z != 0.0 or y > 0.0:
-        message = f"gravity must point along -y, not along {x:g} {y:g} {z:g}; turn the model so that y is up"
-        raise refused(model, model.gravity_line, message)
-    scene.gravity = -y
+        reason = (
+            f"is {x:g} {y:g} {z:g}; the model is turned so that it points along -y. Coordinates are the model's own; "
+            "markers and ground forces have y up, here and where they are exported"
+        )
+        notes.ignore(model.file, model.gravity_line, "gravity", reason)
 
 
 def _prescribe(scene: Scene, coordinates: Coordinates) -> None:
@@ -154,8 +158,8 @@ def _prescribe(scene: Scene, coordinates: Coordinates) -> None:
         if function is None or not coordinates.free(name) or name not in scene.character.joints:
             continue
         scene.actuation[name] = Actuation("kinematic")
-        time = [0.0] if function.constant else [float(t) for t in np.linspace(0.0, scene.duration, KNOTS)]
-        scene.motion[name] = Motion(time, [float(value) for value in function.values(np.array(time))])
+        time = np.zeros(1) if function.constant else moments(function, scene.duration)
+        scene.motion[name] = Motion([*map(float, time)], [*map(float, function.values(time))])
         scene.initial_state.joints.pop(name, None)
 
 

@@ -21,7 +21,7 @@ from warpmuscle.formats.osim.forces import EXPRESSIONS
 from warpmuscle.formats.osim.frames import GROUND, note, on_body, refused, turned
 from warpmuscle.formats.osim.functions import ZERO
 from warpmuscle.formats.osim.moves import Coordinates
-from warpmuscle.formats.osim.placement import WORLD, rotation_vector, vector
+from warpmuscle.formats.osim.placement import rotation_vector, vector, world_axes
 from warpmuscle.formats.osim.records import Contact, Model
 from warpmuscle.scene import Actuation, ContactMaterial, Force, Ground, Scene, Sphere
 from warpmuscle.scene.number import Number
@@ -253,8 +253,9 @@ def _contact(
 def _ground(model: Model, half_space: Contact) -> Ground:
     """The plane of a half-space, whose matter is where x > 0 in its own axes."""
     _, rotation, origin = on_body(model, half_space.frame)
-    normal = -WORLD @ rotation @ turned(half_space.orientation) @ np.array([1.0, 0.0, 0.0])
-    place = WORLD @ (origin + rotation @ np.array(half_space.location))
+    world = world_axes(model.gravity)
+    normal = -world @ rotation @ turned(half_space.orientation) @ np.array([1.0, 0.0, 0.0])
+    place = world @ (origin + rotation @ np.array(half_space.location))
     height = float(normal @ place)
     rounded = vector(np.where(np.abs(normal) < 1e-12, 0.0, normal))
     return Ground(normal=rounded, height=0.0 if abs(height) < 1e-15 else height)

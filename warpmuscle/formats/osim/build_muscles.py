@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -45,10 +45,12 @@ from warpmuscle.scene.number import Number
 
 SIDES = {"all": "", "unassigned": "", "": "", **{f"{s}{a}": f"{s or '+'}{a}" for s in ("", "+", "-") for a in "xyz"}}
 METHODS = ("hybrid", "midpoint", "axial")
+AT_ONCE = 1.0e-6  # s, time constants with which an activation is the excitation after every step
 MARGIN = 1.0e-5  # rad or m, by which OpenSim's conditional points count beyond the ends of their range
 
 FAMILIES = {"Millard2012EquilibriumMuscle": "millard", "Thelen2003Muscle": "thelen",
     "DeGrooteFregly2016Muscle": "de_groote"}  # fmt: skip
+BLENDED = "DeGrooteFregly2016Muscle"  # the class whose activation rises and falls by a law of its own
 SHAPES: dict[str, dict[str, str]] = {  # fields of the curves by the numbers of the model
     "millard": {
         "min_norm_active_fiber_length": "active_from", "transition_norm_fiber_length": "active_bend",
@@ -132,8 +134,7 @@ class MuscleBuilder:
             kinds[FAMILIES[one.kind]] += 1
         if not kinds:
             return MuscleModel(curves="millard" if found else "lee"), found
-        old = all(one.old is not None for one in self._model.muscles if one.kind in FAMILIES)
-        common = MuscleModel(curves=kinds.most_common(1)[0][0], activation="excited" if old else "scaled")
+        common = MuscleModel(curves=kinds.most_common(1)[0][0], activation=self._activation())
         common.initial_activation = activations.most_common(1)[0][0]
         if len(activations) > 1:
             others = sum(activations.values()) - activations[common.initial_activation]
@@ -144,6 +145,20 @@ class MuscleBuilder:
             note(self._notes, self._model, first, reason)
         settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
         return common, found
+
+    def _activation(self) -> Literal["excited", "blended", "scaled"]:
+        """The law that activations of all muscles follow; noted where one's own would be another one."""
+        ones = [one for one in self._model.muscles if one.kind in FAMILIES]
+        if all(one.old is not None for one in ones):
+            return "excited"
+        smooth = [one for one in ones if one.kind == BLENDED]
+        if len(smooth) == len(ones):
+            return "blended"
+        if smooth:
+            others = number_of(len(smooth), "muscle")
+            reason = f"its activation, and that of {others} of its class in all, rises and falls as those of the others"
+            note(self._notes, self._model, smooth[0], reason)
+        return "scaled"
 
     def _muscle(self, one: records.Muscle) -> Muscle:
         """A muscle with all its values as its own."""
@@ -156,8 +171,7 @@ class MuscleBuilder:
             tendon="rigid" if one.truths["ignore_tendon_compliance"] else "compliant",
         )  # fmt: skip
         if one.truths["ignore_activation_dynamics"]:
-            reason = "ignore_activation_dynamics is not known; its activation follows with its time constants"
-            note(self._notes, self._model, one, reason)
+            muscle.rise_time = muscle.fall_time = AT_ONCE
         put_curves(one, muscle)
         return muscle
 

@@ -13,7 +13,7 @@ from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.chain import displacement, row_of, set_function
 from warpmuscle.formats.osim.frames import on_body, refused
 from warpmuscle.formats.osim.moves import Coordinates, grouped
-from warpmuscle.formats.osim.placement import WORLD, Placed, Placement, quaternion, vector
+from warpmuscle.formats.osim.placement import Placed, Placement, quaternion, vector
 from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Model
 from warpmuscle.formats.osim.tree import Branch
 from warpmuscle.scene import Body as SceneBody
@@ -139,12 +139,12 @@ def state_at(joint: Joint, value: float, speed: float) -> JointState:
 def _root(model: Model, branch: Branch, skeleton: Skeleton, coordinates: Coordinates, notes: Notes) -> None:
     """A root that is free or planar, where it starts, and the joint that it is in the model."""
     near, far = (on_body(model, frame) for frame in (branch.near, branch.far))
-    axes = WORLD @ near[1]
+    axes = skeleton.placement.world @ near[1]
     placed = Placed(branch.body.name, axes @ far[1].T, branch.body.center)
     skeleton.placement.bodies[branch.body.path] = placed
     skeleton.character.root = placed.name
     skeleton.character.bodies[placed.name] = _mass(model, branch.body, placed.axes, notes)
-    at, own = vector(WORLD @ near[2]), vector(placed.point(far[2]))
+    at, own = vector(skeleton.placement.world @ near[2]), vector(placed.point(far[2]))
     kept = Joint("coupled", "ground", placed.name, at, own)
     turns = [move for move in branch.moves if move.turns]
     shifts = [move for move in branch.moves if not move.turns and move.argument]

@@ -18,6 +18,24 @@ from warpmuscle.formats.osim.records import Model, Vec3
 WORLD = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # from OpenSim's axes to ours
 
 
+def world_axes(gravity: Vec3) -> Floats:
+    """The axes of a model's ground as columns (3, 3) in those of the world, in which gravity points down.
+
+    Where it does not point along -y in the model, the ground is turned by the smallest angle that makes it, and about x
+    if that is half a turn.
+    """
+    x, y, z = gravity
+    if x == 0.0 and z == 0.0 and y <= 0.0:
+        return WORLD
+    up = -np.array(gravity) / np.linalg.norm(gravity)
+    axis = np.cross(up, [0.0, 1.0, 0.0])
+    if not np.any(axis):
+        return np.asarray(WORLD @ np.diag([1.0, -1.0, -1.0]))
+    a, b, c = axis
+    cross = np.array([[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]])
+    return np.asarray(WORLD @ (np.eye(3) + cross + cross @ cross / (1.0 + up[1])))
+
+
 @dataclass(frozen=True)
 class Placed:
     """A body of ours and how its frame lies in that of OpenSim."""
@@ -36,7 +54,8 @@ class Placement:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self.bodies: dict[str, Placed] = {GROUND: Placed("ground", WORLD, np.zeros(3))}
+        self.world = world_axes(model.gravity)
+        self.bodies: dict[str, Placed] = {GROUND: Placed("ground", self.world, np.zeros(3))}
 
     def body(self, frame: str) -> Placed:
         """The body that a frame is fixed to."""

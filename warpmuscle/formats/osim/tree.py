@@ -14,7 +14,7 @@ from warpmuscle.formats.osim.chain import matrix
 from warpmuscle.formats.osim.frames import GROUND, on_body, refused
 from warpmuscle.formats.osim.functions import IDENTITY
 from warpmuscle.formats.osim.moves import Coordinates, Move, reversed_moves
-from warpmuscle.formats.osim.placement import WORLD
+from warpmuscle.formats.osim.placement import world_axes
 from warpmuscle.formats.osim.records import Axis, Body, Coordinate, Frame, Joint, Model
 from warpmuscle.formats.osim.skeleton import MOTIONS
 
@@ -103,7 +103,7 @@ def root_kind(model: Model, tree: list[Branch], coordinates: Coordinates, needed
         return "fixed"
     if any(move.function.line is None or move.function.line[1] != 1.0 for move in moves):
         return "fixed"
-    axes = WORLD @ on_body(model, branch.near)[1]
+    axes = world_axes(model.gravity) @ on_body(model, branch.near)[1]
     aside = [
         axes @ np.array(move.axis) if not move.turns else np.zeros(3) for move in branch.moves if not move.argument
     ]

@@ -8,6 +8,7 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 
 THELEN_TIMES = (0.015, 0.05)  # activation and deactivation time constants, s, of OpenSim's Thelen2003Muscle
+STEEPNESS = 0.1  # of OpenSim's DeGrooteFregly2016Muscle
 MILLARD_TIMES = (0.01, 0.04)  # the same of its Millard2012EquilibriumMuscle
 
 
@@ -45,6 +46,18 @@ def smoothed_rate(activation: float, excitation: float, rise_time: float, fall_t
     x = wp.clamp((excitation - activation) / smoothing + 0.5, 0.0, 1.0)
     part = x * x * x * (x * (6.0 * x - 15.0) + 10.0)
     return 1.0 / wp.lerp(fall_time / scale, rise_time * scale, part)
+
+
+@func
+def blended_rate(activation: float, excitation: float, rise_time: float, fall_time: float) -> float:
+    """The rate of De Groote 2016 (eq. 1), 1/s, with the steepness b that OpenSim's DeGrooteFregly2016Muscle has.
+
+    1/tau = (1/2 + f)/(tau_rise z) + (1/2 - f) z/tau_fall with z = 1/2 + 3/2 a, f = tanh(b (u - a))/2. The article's b
+    is 10, with which the rate goes from one to the other; OpenSim's, 0.1, leaves nearly the mean of both.
+    """
+    scale = 0.5 + 1.5 * activation
+    f = 0.5 * wp.tanh(STEEPNESS * (excitation - activation))
+    return (0.5 + f) / (rise_time * scale) + (0.5 - f) * scale / fall_time
 
 
 @func

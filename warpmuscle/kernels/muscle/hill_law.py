@@ -9,6 +9,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.activation import (
     activation_rate,
     activation_relaxed,
+    blended_rate,
     excited_rate,
     smoothed_rate,
 )
@@ -44,6 +45,15 @@ def follow_excited(
 
 
 @func(inline=True)
+def follow_blended(
+    instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
+) -> float:
+    """The same at a rate between those of rising and falling."""
+    rate = blended_rate(activation, muscle.excitation, muscle.row.rise_time, muscle.row.fall_time)
+    return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
+
+
+@func(inline=True)
 def follow_smoothly(
     instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
 ) -> float:
@@ -75,6 +85,8 @@ def activate_of(kind: MuscleKind) -> Any:
     dynamics, floored, cables = follow_neural_signal if kind.neural else follow, kind.floored, kind.cables
     if kind.excited:
         dynamics = follow_excited
+    if kind.blended:
+        dynamics = follow_blended
     if kind.smoothed:
         dynamics = follow_smoothly
 

@@ -165,7 +165,8 @@ class MuscleModel(Part):
     `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
     neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11); excited, the rate goes
-    from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy.
+    from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy; blended, it lies between the scaled ones, as in
+    OpenSim's DeGrooteFregly2016Muscle.
     `activation_smoothing`: of scaled rates, by how much excitation and activation differ where the time constant goes
     smoothly from that of falling to that of rising (MuJoCo's `tausmooth`); at 0 it changes at once.
     `implicit_damping`: with rigid tendons, what force changes with speed is linearised over the step, so that strong
@@ -192,7 +193,7 @@ class MuscleModel(Part):
     ideal: bool = False
     negative: Literal["keep", "drop", "clip"] = "keep"
     sharing: Literal["each", "least_effort"] = "each"
-    activation: Literal["linear", "scaled", "neural", "excited"] = "linear"
+    activation: Literal["linear", "scaled", "neural", "excited", "blended"] = "linear"
     rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
     fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
     activation_smoothing: Annotated[Number, "1"] = 0.0  # of scaled rates, see above

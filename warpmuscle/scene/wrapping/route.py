@@ -130,10 +130,11 @@ def _placed(character: Character, muscle: Muscle, wrap: Wrap, poses: Poses, wher
 
 
 def _start(surface: Surface, center: Floats, rotation: Floats) -> Floats | None:
-    """The place of a surface that is nearest to its side point, None without one."""
+    """The place of a surface that is nearest to its side point, None without one; one in the middle is its own."""
     if not isinstance(surface, CylinderSurface | SphereSurface) or surface.side_point is None:
         return None
     point = plain_vector(surface.side_point)
     out = point * [1.0, 1.0, 0.0] if isinstance(surface, CylinderSurface) else point
     far = float(np.linalg.norm(out))
-    return np.asarray(center + rotation @ (point + out * (plain_number(surface.radius) / far - 1.0)))
+    outward = plain_number(surface.radius) / far - 1.0 if far > 0.0 else 0.0
+    return np.asarray(center + rotation @ (point + out * outward))

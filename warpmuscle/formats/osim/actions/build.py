@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpmuscle.formats.osim.actions.read import CONTROL, SETS
+from warpmuscle.formats.osim.actions.activations import activation_text
+from warpmuscle.formats.osim.actions.read import CONTROL, LAGS, SETS
 from warpmuscle.formats.osim.actions.texts import function_text, turned_texts
 from warpmuscle.formats.osim.frames import GROUND, on_body
-from warpmuscle.formats.osim.placement import WORLD, Placement, rotation_vector, vector
+from warpmuscle.formats.osim.placement import Placement, rotation_vector, vector
 from warpmuscle.formats.osim.records import Model, OsimForce
 from warpmuscle.scene import Force
 from warpmuscle.scene.expressions.parse import BadExpression, parse
@@ -37,8 +38,14 @@ def made_action(force: OsimForce, model: Model, placement: Placement, joint: str
         case "ExpressionBasedCoordinateForce":
             text = checked_text(force.words["expression"], ("q", "qdot"))
             return Force("coordinate_expression", joint=joint, parameters={"scale": 1.0}, expressions={"effort": text})
-        case "CoordinateActuator" | "ActivationCoordinateActuator":
+        case "CoordinateActuator":
             return _with_expression(force, Force("coordinate_expression", joint=joint), "effort")
+        case "ActivationCoordinateActuator":
+            made = _with_expression(force, Force("coordinate_expression", joint=joint), "effort")
+            lag, start = (force.numbers[tag][0] for tag in LAGS)
+            made.curves = {}
+            made.expressions["effort"] = activation_text(force.functions[CONTROL][0], lag, start, "a", made.curves)
+            return made
         case "ExpressionBasedPointToPointForce" | "PointToPointSpring" | "PointToPointActuator":
             return _between_points(force, placement)
         case "TorqueActuator":
@@ -122,7 +129,7 @@ def _torque(force: OsimForce, placement: Placement) -> Force:
     axis = np.array(force.numbers["axis"])
     if not np.linalg.norm(axis) > 0.0:
         raise Unfit("its axis has no length; it is left out, and turns nothing")
-    axis = (first.axes if inside else WORLD) @ (axis / np.linalg.norm(axis))
+    axis = (first.axes if inside else placement.world) @ (axis / np.linalg.norm(axis))
     values: dict[str, Number] = {"in_body": inside}
     values |= {f"axis_{letter}": number for letter, number in zip("xyz", vector(axis), strict=True)}
     return _with_expression(
@@ -156,12 +163,12 @@ def _on_body(force: OsimForce, model: Model, placement: Placement) -> Force:
             ]
             for name, tag in zip(("force", "moment", "point"), SETS, strict=True)
         }
-    axes = body.axes @ rotation if inside else WORLD
+    axes = body.axes @ rotation if inside else placement.world
     expressions: dict[str, str] = {}
     for name in ("force", "moment"):
         expressions |= _by_axis(name, turned_texts(axes, texts[name]))
     if global_point:
-        expressions |= _by_axis("point", turned_texts(WORLD, texts["point"]))
+        expressions |= _by_axis("point", turned_texts(placement.world, texts["point"]))
     else:
         place = turned_texts(body.axes @ rotation, texts["point"], body.point(origin))
         expressions |= _by_axis("point", place)

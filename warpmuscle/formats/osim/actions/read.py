@@ -19,6 +19,8 @@ BUSHING_TAGS = (
 )  # fmt: skip
 SETS = ("forceFunctions", "torqueFunctions", "pointFunctions")
 CONTROL = "control"  # the function of an actuator that a controller prescribes
+LAGGING = "ActivationCoordinateActuator"  # whose activation follows its control, with OpenSim's defaults of ...
+LAGS = {"activation_time_constant": 0.01, "default_activation": 0.5}
 UNBOUND = ("min_control", "max_control", "activation_time_constant", "default_activation")
 
 
@@ -57,8 +59,10 @@ def _ends(element: Element, frames: Frames, own: Properties, *names: str) -> tup
 def _coordinate(element: Element, frames: Frames, own: Properties) -> Made:
     socket = element.child("socket_coordinate")
     name = last_name(own.word(element, "coordinate")) or (last_name(socket.word()) if socket is not None else "")
-    scale = own.number(element, "optimal_force", 1.0)
-    return {"optimal_force": (scale,)}, {"coordinate": name, "expression": own.word(element, "expression", "0")}, (), {}
+    numbers: dict[str, tuple[float, ...]] = {"optimal_force": (own.number(element, "optimal_force", 1.0),)}
+    if element.tag == LAGGING:
+        numbers |= {tag: (own.number(element, tag, usual),) for tag, usual in LAGS.items()}
+    return numbers, {"coordinate": name, "expression": own.word(element, "expression", "0")}, (), {}
 
 
 def _points(element: Element, frames: Frames, own: Properties) -> Made:
@@ -128,7 +132,7 @@ def _torque(element: Element, frames: Frames, own: Properties) -> Made:
 
 READERS: dict[str, Callable[[Element, Frames, Properties], Made]] = {
     "ExpressionBasedCoordinateForce": _coordinate,
-    "ActivationCoordinateActuator": _coordinate,
+    LAGGING: _coordinate,
     "ExpressionBasedPointToPointForce": _points,
     "PointToPointSpring": _points,
     "PointToPointActuator": _points,

@@ -9,6 +9,7 @@ from warpmuscle.formats.osim.functions import Function
 from warpmuscle.scene.expressions.part import ExpressionCurve
 
 SMALLEST = 1e-15  # factors below which rounding put them there
+BEFORE = 12  # knots before the time 0 that a spline from then on still feels, each next a quarter as much
 
 
 def function_text(function: Function, variable: str, name: str, curves: dict[str, ExpressionCurve]) -> str:
@@ -16,7 +17,8 @@ def function_text(function: Function, variable: str, name: str, curves: dict[str
     if function.constant:
         return repr(function.at(0.0)) if not function.x else repr(float(function.y[0]))
     if function.x:
-        curves[name] = ExpressionCurve([*function.x], [*function.y], function.ends)
+        first = max(sum(x < 0.0 for x in function.x) - BEFORE, 0) if variable == "t" else 0
+        curves[name] = ExpressionCurve([*function.x[first:]], [*function.y[first:]], function.ends)
         return f"{name}({variable})"
     terms = [
         repr(float(c)) if power == 0 else f"{float(c)!r}*{variable}" + (f"^{power}" if power > 1 else "")

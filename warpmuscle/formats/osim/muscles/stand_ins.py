@@ -40,7 +40,7 @@ TAKEN = (
 NOTES = {
     "Schutte": "has its own curves; its activation falls a little faster than OpenSim's while it is excited",
     "Delp": "has its own curves, but Schutte's force over speed; its fibre has no mass and no speed of its own",
-    RIGID: "has its own curves; its activation follows its excitation with time constants, in OpenSim at once",
+    RIGID: "has its own curves; its activation is its excitation at once, as in OpenSim",
 }
 
 
@@ -75,8 +75,9 @@ def stand_in(element: Element, own: Properties) -> tuple[str, OldCurves | None]:
         if np.isfinite(value):
             element.children.append(_made(element, tag, numbers([value])))
     if rigid:
-        element.children = [child for child in element.children if child.tag != "ignore_tendon_compliance"]
-        element.children.append(_made(element, "ignore_tendon_compliance", "true"))
+        ignored = ("ignore_tendon_compliance", "ignore_activation_dynamics")
+        element.children = [child for child in element.children if child.tag not in ignored]
+        element.children += [_made(element, tag, "true") for tag in ignored]
     element.tag = THELEN
     return note, curves
 
