@@ -183,5 +183,6 @@ def test_a_speed_that_no_term_weighs_is_told_of(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         plan(tmp_path, 'scene = "walk56"\n[set]\n"objective.speed" = 10\n[grid]\n"objective.target_speed" = [0.8]\n')
+        plan(tmp_path, 'scene = "walk56"\n[set]\n"objective.stride_speed" = 10\n"objective.target_speed" = 1.0\n')
         plan(tmp_path, 'scene = "walk56_human"\n[grid]\n"objective.target_speed" = [0.8, 1.0]\n')
         plan(tmp_path, 'scene = "walk56"\n')
