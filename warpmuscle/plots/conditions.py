@@ -138,10 +138,11 @@ def _line(axes: Any, x: Floats, lines: Lines, color: str, words: bool) -> None:
     else:
         axes.fill_between(x[known], lines.low[known], lines.high[known], color=color, alpha=0.15, lw=0)
         axes.plot(x[known], lines.median[known], "o-", color=color, ms=3.5, lw=1.4, label=lines.label)
+    edge = color if lines.label else GRAY  # of several series, each has its own marks
     for place, value in lines.expected:
-        axes.plot(x[place], value, "D", mfc="none", mec=GRAY, ms=6)
+        axes.plot(x[place], value, "D", mfc="none", mec=edge, ms=6)
     aside = _ASIDE if words else 0.02 * float(np.ptp(x))
     for place, value, sign in lines.signs:
-        axes.plot(x[place] + aside, value, sign, mfc="none", mec=GRAY, ms=6)
+        axes.plot(x[place] + aside, value, sign, mfc="none", mec=edge, ms=6)
     for place, value, within in lines.stays:
-        axes.errorbar(x[place] + aside, value, within, color=GRAY, lw=1, capsize=3)
+        axes.errorbar(x[place] + aside, value, within, color=edge, lw=1, capsize=3)
