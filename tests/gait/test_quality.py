@@ -248,6 +248,7 @@ def test_a_speed_counts_as_asked_for_if_the_objective_or_a_stage_says_so(scene: 
 
     assert aimed(Objective()) is None
     assert aimed(Objective(speed=2.0)) == 1.0
+    assert aimed(Objective(stride_speed=2.0)) == 1.0
     assert aimed(Objective(target_speed=1.25)) == 1.25
     assert aimed(Objective(), SearchStage("a", objective={"speed": 3.0})) == 1.0
     fast = msgspec.structs.replace(scene, objective=Objective(speed=1.0, target_speed=1.25))

@@ -88,9 +88,24 @@ def test_names_are_unique_readable_and_fit_for_files(tmp_path):
         ('scene = "fwalk"\n[[run]]\nname = "a"\n\n[[run]]\ngravit = 3\n', "a.toml:6: gravit: unknown key"),
         ('scene = "fwalk"\n[[run]]\nname = 3\n', "a.toml:3: run.0.name: the name of a run is text"),
         ('scene = "fwalk"\n[[run]]\ngravity = 3\n[grid]\ngravity = [9]\n', "a.toml:5: gravity: is set twice"),
-        ('scene = "fwalk"\n[grid]\nseed = [1.5]\n', "a.toml:3: seed: a seed is a whole number, not 1.5"),
+        ('scene = "fwalk"\n[grid]\nseed = [1.5]\n', "a.toml:3: seed: a seed is a whole number from 0"),
         ('scene = "fwalk"\n[search]\nstrategi = "cma"\n', "a.toml:3: search.strategi: unknown key; did you mean"),
         ('scene = "fwalk"\n[search]\nstrategy = "cmb"\n', "a.toml:3: search.strategy: there is no search strat"),
+        ('scene = "fwalk"\n[search]\nstrategy = ""\n', "a.toml:3: search.strategy: there is no search strategy ''"),
+        ('scene = "fwalk"\n[search]\nstrategy = 3\n', "a.toml:3: search.strategy: expected text, got a whole number"),
+        ('scene = "fwalk"\n[grid]\n"search.strategy" = [""]\n', "a.toml:3: search.strategy: there is no search strat"),
+        ('scene = "fwalk"\n[[run]]\nname = " "\n', "a.toml:3: run.0.name: the name of a run is text in one line"),
+        ('scene = "fwalk"\n[[run]]\nname = "a\\nb"\n', "a.toml:3: run.0.name: the name of a run is text in one line"),
+        ('scene = "fwalk"\n[[run]]\n[[run]]\nname = "a"\n', "run.0: a run has a name, or changes something"),
+        (
+            'scene = "fwalk"\n[[run]]\nname = "a"\n[[run]]\ngravity = 3\nname = "a"\n',
+            "a.toml:6: run.1.name: 'a' is the name of another run",
+        ),
+        ('scene = "fwalk"\n[[run]]\ngravity = 3\n[[run]]\ngravity = 3\n', "run.1: 'gravity=3' is the name of anoth"),
+        ('scene = "fwalk"\ngrid = []\n', "a.toml:2: grid: there is no axis in it"),
+        ('scene = "fwalk"\nseed = -1\n[grid]\nseed = [1]\n', "a.toml:2: seed: a seed is a whole number from 0 to"),
+        ('scene = "fwalk"\n[grid]\nseed = [-1]\n', "a.toml:3: seed: a seed is a whole number from 0"),
+        ('scene = "fwalk"\n[set]\n"ground.normal" = [0, -1, 0]\n', "a.toml:3: ground.normal: points upwards, out of"),
         ('scene = "fwalk"\n[search]\ncandidates = 0\n', "a.toml:3: search.candidates: candidates must be a positive"),
         ('scene = "fwalk"\n[search]\npopulation = 8\nsigma = 9\n', "a.toml:4: search.sigma: the initial step size"),
         ('scene = "fwalk"\n[grid]\nseed = {}\n', "a.toml:3: grid.seed: missing key 'keys'"),
@@ -168,5 +183,6 @@ def test_a_speed_that_no_term_weighs_is_told_of(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         plan(tmp_path, 'scene = "walk56"\n[set]\n"objective.speed" = 10\n[grid]\n"objective.target_speed" = [0.8]\n')
+        plan(tmp_path, 'scene = "walk56"\n[set]\n"objective.stride_speed" = 10\n"objective.target_speed" = 1.0\n')
         plan(tmp_path, 'scene = "walk56_human"\n[grid]\n"objective.target_speed" = [0.8, 1.0]\n')
         plan(tmp_path, 'scene = "walk56"\n')

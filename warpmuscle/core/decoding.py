@@ -24,6 +24,7 @@ PHRASES = {
     "float | object | null": "a number",
     "object | null": "a table",
     "array | null": "a list",
+    "str | null": "text",
 }
 
 

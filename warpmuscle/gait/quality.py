@@ -108,7 +108,9 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
 def aimed_speed(scene: Scene) -> float | None:
     """Forward speed that a numeric scene aims at, m/s: the objective's target, if the objective asks for one."""
     objective = scene.objective
-    asked = first_number(objective.speed) != 0.0 or any("speed" in s.objective for s in scene.stages)
+    terms = ("speed", "stride_speed")
+    asked = any(first_number(getattr(objective, name)) != 0.0 for name in terms)
+    asked = asked or any(name in stage.objective for stage in scene.stages for name in terms)
     target = first_number(objective.target_speed)
     return target if asked or target != type(objective)().target_speed else None
 

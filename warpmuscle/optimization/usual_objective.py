@@ -17,6 +17,7 @@ from warpmuscle.scene.validation.muscles import SceneWarning
 # Over 10 s a body that stands still in place of going 1 m/s costs 2000; walks of the shipped bipeds cost 50 to 150.
 GAIT = {"speed": 200.0, "heading": 30.0}
 TARGET = "objective.target_speed"
+OF_SPEED = ("speed", "stride_speed")  # terms that ask for the target speed
 OF_MUSCLES, OF_TORQUES = {"cost_of_transport": 20.0}, {"torque": 0.02}
 
 
@@ -48,9 +49,9 @@ def with_usual_objective(scene: Scene) -> Scene:
 def warn_of_speed_in_vain(scene: Scene, keys: Iterable[str]) -> None:
     """SceneWarning if the target speed is among the keys that somebody sets for a search that does not depend on it."""
     weights = [
-        scene.objective.speed,
+        *(getattr(scene.objective, name) for name in OF_SPEED),
         *scene.objective.custom.values(),
-        *(stage.objective.get("speed", 0.0) for stage in scene.stages),
+        *(stage.objective.get(name, 0.0) for stage in scene.stages for name in OF_SPEED),
     ]
     asked = any(isinstance(weight, Free) or weight for weight in weights) or weighs_nothing(scene)
     follows = any(isinstance(number, Free) and number.same_as == TARGET for _, number in leaves(scene))

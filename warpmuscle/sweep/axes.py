@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -94,7 +94,19 @@ def _choices(source: Source, place: str, key: str, value: Any) -> list[Choice]:
     return choices
 
 
-def entry_of(source: Source, index: int, entry: Mapping[str, Any]) -> Choice:
+def entries_of(source: Source, entries: Sequence[Mapping[str, Any]]) -> list[Choice]:
+    """The list of runs, of which no two have the same name: results and conditions of a study are told apart by it."""
+    found: dict[str, Choice] = {}
+    for index, entry in enumerate(entries):
+        choice = _entry(source, index, entry)
+        if choice.label in found:
+            place = f"run.{index}.name" if "name" in entry else f"run.{index}"
+            raise SceneError(f"{choice.label!r} is the name of another run; give it a name of its own", key=place)
+        found[choice.label] = choice
+    return list(found.values())
+
+
+def _entry(source: Source, index: int, entry: Mapping[str, Any]) -> Choice:
     """One of the list of runs."""
     flat: dict[str, Any] = {}
     for key, value in entry.items():
@@ -106,8 +118,12 @@ def entry_of(source: Source, index: int, entry: Mapping[str, Any]) -> Choice:
     label = entry.get("name", "")
     if not isinstance(label, str):
         raise SceneError("the name of a run is text", key=f"run.{index}.name")
+    if "name" in entry and not (label.strip() and label.isprintable()):
+        raise SceneError("the name of a run is text in one line, which is not empty", key=f"run.{index}.name")
+    if not entry:
+        raise SceneError("a run has a name, or changes something; leave an empty one out", key=f"run.{index}")
     words = [f"{short_name(change.key)}={_label(_shown_value(change.value, index))}" for change in changes]
-    return Choice("", label or ",".join(words) or f"run{index}", tuple(changes))
+    return Choice("", label or ",".join(words), tuple(changes))
 
 
 def short_name(key: str) -> str:

@@ -64,7 +64,7 @@ from warpmuscle.scene.stage_scene import without_only_stage
 from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
-from warpmuscle.sweep.axes import Choice, axes_of, entry_of
+from warpmuscle.sweep.axes import Choice, axes_of, entries_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
 from warpmuscle.sweep.refinement.options import WITHOUT_POINTS, Refinement, refinement_of
 from warpmuscle.sweep.samples import Sample, sampled
@@ -76,11 +76,9 @@ OF_RUN = ("seed", "scene")  # keys of a run that are none of its scene
 Search: Any = msgspec.defstruct(
     "Search",
     [  # no strategy: the usual one for the scene
-        (
-            option.name,
-            typing.get_type_hints(SearchOptions)[option.name],
-            "" if option.name == "strategy" else option.default,
-        )
+        ("strategy", str | None, None)
+        if option.name == "strategy"
+        else (option.name, typing.get_type_hints(SearchOptions)[option.name], option.default)
         for option in fields(SearchOptions)
     ],
     forbid_unknown_fields=True,
@@ -196,13 +194,15 @@ def _made(
     path: Path, source: Source, file: _File, base: _Base, chosen: Floats | None, again: Callable[[Floats], Plan]
 ) -> Plan:
     """The plan of a file whose adaptive points are these beside the first ones; `again` makes one of others."""
+    if source.data.get("grid") in ([], {}):
+        raise SceneError("there is no axis in it; name one, or leave it out", key="grid")
     tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
     grids = [axes_of(source, place, table) for place, table in tables.items()] or [[]]
     sample = None if file.sample is None else sampled(source, file.sample, chosen)
     grids = [[*([] if sample is None else [sample.choices]), *axes] for axes in grids]
     count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
     check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
-    entries: list[tuple[Choice, ...]] = [(entry_of(source, index, entry),) for index, entry in enumerate(file.run)]
+    entries: list[tuple[Choice, ...]] = [(entry,) for entry in entries_of(source, file.run)]
     runs: list[SweepRun] = []
     taken: dict[str, int] = {}  # names, and the last number that was put behind each
     for entry in entries or [()]:
@@ -265,8 +265,10 @@ class _Base:
         in_scene = [
             o for key, o in changes.items() if not key.startswith(("search.", "training.")) and key not in OF_RUN
         ]
-        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= GREATEST_SEED:
-            raise self._error(f"a seed is a whole number, not {seed!r}", changes.get("seed"), key="seed")
+        for one in (self._file.seed, seed):
+            if not isinstance(one, int) or isinstance(one, bool) or not 0 <= one <= GREATEST_SEED:
+                message = f"a seed is a whole number from 0 to 2^63 - 1, not {one!r}"
+                raise self._error(message, None if one is self._file.seed else changes.get("seed"), key="seed")
         what = repr((scene_name, [(o.key, o.value) for o in in_scene]))
         if what not in self._changed:
             given = self._with_common(scene_name, changes.get("scene"))
@@ -330,8 +332,10 @@ class _Base:
         """The options of a search, found to be possible, and its number of candidates."""
         guilty = next((change for change in changes if change.key.startswith("search.")), None)
         try:
-            options = SearchOptions(**msgspec.structs.asdict(to_type(search, Search, key="search")))
-            options = replace(options, strategy=options.strategy or usual_strategy(len(free_parameters(scene))))
+            asked = to_type(search, Search, key="search")
+            if asked.strategy is None:
+                asked.strategy = usual_strategy(len(free_parameters(scene)))
+            options = SearchOptions(**msgspec.structs.asdict(asked))
             check_options(options)
             if scene.stages:
                 return options, stages.plan(scene, options)[0].candidates

@@ -130,6 +130,18 @@ def test_a_storage_file_starts_as_the_text_does(tmp_path: Path):
     assert load(tmp_path / "pair.scone", ignored=[]).initial_state == text
 
 
+def test_balance_counts_the_part_of_the_time_that_a_fall_leaves(tmp_path: Path):
+    """BalanceMeasure::GetResult of SCONE: (end - time) / end, of a height of 0.5 of the first one by default."""
+    gait = "GaitMeasure { weight = 100 termination_height = 0.5 min_velocity = 1 }"
+    found = [
+        read(tmp_path, scenario=changed(small_scone.SCENARIO, gait, f"BalanceMeasure {{ {more} }}"))
+        for more in ("weight = 40 termination_height = 0.8", "")
+    ]
+    assert [scene.objective.fall for scene in found] == pytest.approx([40.0 / 0.8, 1.0 / 0.8])
+    assert [scene.failure.com_height for scene in found] == [0.8, 0.5]
+    assert found[0].objective.speed == 0.0
+
+
 def test_measures_become_terms_as_far_as_there_are_any(tmp_path: Path):
     notes = []
     scene = load(small_scone.write(tmp_path), ignored=notes)
@@ -175,6 +187,7 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
         ("controller", "dof = foot", "dof = toe", "there is no joint 'toe' in the model"),
         ("scenario", "Wang2012", "Wang2013", "'Wang2013' is not known here; there are Wang2012"),
         ("scenario", "GaitMeasure", "JumpMeasure", "measures of this kind are not known here; there are"),
+        ("scenario", "GaitMeasure", "BalanceMeasure", "min_velocity: not known in `BalanceMeasure`"),
         ("scenario", "max_duration = 0.8", "max_duration = 0.8 colour = 1", "colour: not known in"),
         ("scenario", "data/pair.hfd", "../pair.hfd", "leads out of the folder"),
         ("scenario", "data/pair.hfd", "data/none.hfd", "there is no file 'data/none.hfd' here"),

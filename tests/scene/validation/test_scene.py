@@ -146,6 +146,8 @@ HERE = ViaPoint("pelvis", ZERO)
         ("initial_state.root_orientation", (0.0,) * 4, "initial_state.root_orientation", "quaternion has no length"),
         ("initial_state.joints.knee", JointState(), "initial_state.joints.knee", "no joint is called 'knee'"),
         ("ground.normal", ZERO, "ground.normal", "normal has no length"),
+        ("ground.normal", (0.0, -1.0, 0.1), "ground.normal", "upwards, out of the ground"),
+        ("ground.normal", (1.0, 0.0, 0.0), "ground.normal", "y is greater than 0, not 0"),
         ("ground.stiffness", -1.0, "ground.stiffness", "must not be negative"),
         ("failure.self_collision", -0.01, "failure.self_collision", "must not be negative"),
         (COLLIDING, [("pelvis", "lFot")], f"{COLLIDING}.0.1", "no body is called 'lFot'; did you mean 'lFoot'?"),

@@ -71,7 +71,7 @@ def test_seeds_and_options_may_be_others_than_those_of_the_file(tmp_path: Path):
         ('[study]\n[[study.expected]]\nmeasure = "speed"\n', "says neither a change"),
         (
             '[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "sinks"\n',
-            "'sinks' is none of '', 'falls', 'rises'",
+            "'sinks' is none of 'falls', 'rises'",
         ),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nat = 3\n', "no run has the condition 3"),
         ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nwithin = 3\n', 'what "stays"'),
@@ -87,6 +87,26 @@ def test_seeds_and_options_may_be_others_than_those_of_the_file(tmp_path: Path):
         ('[study]\nmeasures = ["elbow*"]\n', "no walk has a measure 'elbow[*]'; `warpmuscle gait`"),
         ('[study]\n[[study.expected]]\nmeasure = "sped"\nchange = "falls"\n', "'sped'; did you mean 'speed'"),
         ("[study]\nmeasure = []\n", "measure"),
+        ("[study]\nmeasures = []\n", "study.measures: there is none in it"),
+        ('[study]\ncondition = ""\n', "no axis ''"),
+        ('[study]\n[[study.expected]]\nmeasure = "hip*"\nchange = "falls"\n', "measure: is the name of one measure"),
+        ('[study]\n[[study.expected]]\nmeasure = "speed"\nchange = ""\n', "'' is none of 'falls'"),
+        (
+            '[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nvalue = 0.2\n',
+            "study.expected.0.value: is a change, below 0 where it falls, not 0.2",
+        ),
+        (
+            '[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "rises"\nvalue = 0\n',
+            "study.expected.0.value: is a change, above 0 where it rises, not 0",
+        ),
+        (
+            '[study]\n[[study.expected]]\nmeasure = "speed"\nchange = "falls"\nat = 1\n',
+            "study.expected.0.at: is the reference itself",
+        ),
+        (
+            "[study]\n" + '[[study.expected]]\nmeasure = "speed"\nchange = "falls"\n' * 2,
+            "study.expected.1: is there twice",
+        ),
         ("study = 3\n", "study"),
     ],
 )

@@ -45,7 +45,7 @@ def _weigh(scene: Scene, **fields: Any) -> None:
 def _composite(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
     """The weighted sum of others."""
     for child in [*node.children, *(one for group in node.every("Measures") for one in group.children)]:
-        if child.children and child.key != "Measures":
+        if (child.children or child.key in MEASURES) and child.key != "Measures":
             child.used = True
             _measure(child, scene, notes, weight)
 
@@ -60,6 +60,12 @@ def _gait(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
         _weigh(scene, target_speed=speed, speed=weight / scene.duration)
         reason = f"squared error of the speed {speed:g} m/s, where SCONE counts what steps lack of it"
         notes.ignore(node.file, node.line, node.key, APPROXIMATE + reason)
+
+
+def _balance(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """The part of the time that is missed by falling, and the height at which a fall ends the simulation."""
+    scene.failure.com_height = node.number_of("termination_height", 0.5)
+    _weigh(scene, fall=weight / scene.duration)
 
 
 def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
@@ -103,6 +109,6 @@ def _ground_force(node: Node, scene: Scene, notes: Notes, weight: float) -> None
 
 
 MEASURES: dict[str, Callable[[Node, Scene, Notes, float], None]] = {
-    "CompositeMeasure": _composite, "GaitMeasure": _gait, "EffortMeasure": _effort, "DofMeasure": _dof,
-    "ReactionForceMeasure": _ground_force,
+    "CompositeMeasure": _composite, "GaitMeasure": _gait, "BalanceMeasure": _balance, "EffortMeasure": _effort,
+    "DofMeasure": _dof, "ReactionForceMeasure": _ground_force,
 }  # fmt: skip

@@ -17,10 +17,14 @@ def check_ground(checks: Checks) -> None:
     """Check the plane, its law of contact, and what the shapes of bodies are made of.
 
     Raises:
-        SceneError: no normal, a number out of its range, or a shape or material that the law does not know.
+        SceneError: no normal or one that does not point upwards, a number out of its range, or a shape or material that
+            the law does not know.
     """
     ground = checks.checked.ground
     checks.not_zero("ground.normal", ground.normal, "normal")
+    upwards = checks.start(ground.normal[1])
+    if not upwards > 0.0 and checks.start(checks.checked.gravity) > 0.0:
+        raise SceneError(f"points upwards, out of the ground: y is greater than 0, not {upwards:g}", "ground.normal")
     checks.not_negative("ground", ground, "stiffness", "damping", "tangential_damping", "friction")
     points = ground.law in POINTS
     check_terrain(checks)

@@ -24,19 +24,25 @@ Example:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from warpmuscle.core.decoding import to_type
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.formats.toml import Source
+from warpmuscle.optimization.options import check_options
+from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene.validation.checks import near
+from warpmuscle.search.strategies import make_searches
 
 UNCHANGED = "no change"  # name of the walks that are searched for as those with a change are, without one
+PARAMETERS = 8  # of a search that is made to see whether its options can be used
 LEAST_SPREAD = 2.0  # deg; errors of gait analysis up to 2 degrees count as none (McGinley 2009, Gait Posture 29:360)
 
 
@@ -160,13 +166,17 @@ def _check(asked: _File) -> None:
     for key, weight in (("match.speed", asked.match.speed), ("adapt.habit", asked.adapt.habit)):
         if not 0.0 <= weight <= 1e6:
             raise SceneError(f"is a weight from 0 to 1e6, not {weight:g}", key=key)
+    for table in ("match", "adapt"):
+        _check_search(getattr(asked, table), table)
     for index, recording in enumerate(asked.recording):
         _check_recording(recording, f"recording.{index}")
+        if recording in asked.recording[:index]:
+            raise SceneError("is there twice, and its strides would count twice", key=f"recording.{index}")
     names: list[str] = [UNCHANGED]
     for index, change in enumerate(asked.change):
         name, key = change.get("name"), f"change.{index}"
-        if not isinstance(name, str) or not name.strip():
-            raise SceneError("a change has a name", key=key)
+        if not isinstance(name, str) or not name.strip() or not name.isprintable():
+            raise SceneError("a change has a name, text in one line", key=key)
         if name in names:
             raise SceneError(f"{name!r} is the name of another one", key=f"{key}.name")
         if len(change) < 2:
@@ -174,8 +184,30 @@ def _check(asked: _File) -> None:
         names.append(name)
 
 
+def _check_search(options: Match | Adapt, table: str) -> None:
+    """Raise SceneError for options that no search takes: those of `adapt` are used minutes after the file is read."""
+    names = ("strategy", "candidates", "population", "sigma", "until")
+    given = {name: getattr(options, name) for name in names}
+    try:
+        check_options(SearchOptions(**given))
+        make_searches(
+            options.strategy, PARAMETERS, np.full(PARAMETERS, 0.5), 1, 1, population=options.population,
+            sigma=options.sigma,
+        )  # fmt: skip
+    except Error as error:
+        text = str(error)
+        named = "sigma" if "step size" in text else next((name for name in names if name in text.split()), "strategy")
+        raise SceneError(text, key=f"{table}.{named}") from None
+
+
 def _check_recording(recording: Recording, key: str) -> None:
     """Raise SceneError if a recording is not told completely."""
+    if not recording.motion.strip():
+        raise SceneError("name the file of the recording", key=f"{key}.motion")
+    if recording.filter is not None and not 0.0 < recording.filter < math.inf:
+        raise SceneError(f"is a frequency greater than 0, not {recording.filter:g} Hz", key=f"{key}.filter")
+    if not 0.0 <= recording.begin < math.inf:
+        raise SceneError(f"is a time of 0 or more, not {recording.begin:g} s", key=f"{key}.begin")
     result = Path(recording.motion).suffix.lower() in (".h5", ".hdf5")
     for field in ("model", "loads", "filter"):
         if result and getattr(recording, field):
@@ -187,7 +219,7 @@ def _check_recording(recording: Recording, key: str) -> None:
     for side, times in recording.events.items():
         if side not in ("left", "right"):
             raise SceneError(f"no side is called {side!r}{near(side, ('left', 'right'))}", key=f"{key}.events")
-        if len(times) < 2 or any(b <= a for a, b in pairwise(times)):
+        if len(times) < 2 or not all(map(math.isfinite, times)) or any(b <= a for a, b in pairwise(times)):
             raise SceneError("are two or more times, in order", key=f"{key}.events.{side}")
     if recording.events and len(recording.events) < 2:
         raise SceneError("name touch-downs of both sides", key=f"{key}.events")

@@ -10,7 +10,7 @@ import numpy as np
 from warpmuscle.core.files import shown
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.gait.table import DECIMALS
-from warpmuscle.plots.conditions import Lines, Panel, draw_conditions
+from warpmuscle.plots.conditions import FALLS, RISES, Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
 from warpmuscle.report.page import data_uri, template
 from warpmuscle.results.records import installed_versions
@@ -19,6 +19,7 @@ from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
 from warpmuscle.sweep.study.table import COST
 
+SEARCH_COST = "cost of the search"
 NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
@@ -221,10 +222,21 @@ def _figure(found: StudyResult) -> Any:
     for measure in found.measures:
         rows = [row for row in found.rows if row.measure == measure]
         several = len(rows) > 1
-        title = "cost of the search" if measure == COST else measure
+        title = SEARCH_COST if measure == COST else measure
         panels.append(Panel(title, rows[0].unit, tuple(_line(found, row, place, several) for row in rows)))
+    panels.sort(key=lambda panel: (panel.title == SEARCH_COST, not any(one.is_expected for one in panel.lines)))
     axis = "condition" if found.study.condition in NAMES else found.study.condition
-    return draw_conditions(axis, conditions, panels)
+    return draw_conditions(axis, conditions, panels, _walked(found, conditions))
+
+
+def _walked(found: StudyResult, conditions: list[Condition]) -> list[str]:
+    """Of each condition, how many of its runs walked and so stand in the figure."""
+    words = []
+    for condition in conditions:
+        mine = [run.walked for run in found.runs if run.condition == condition]
+        fell = "" if all(mine) else f" of {len(mine)}, the others fell"
+        words.append(f"{number_of(sum(mine), 'run')}{fell}")
+    return words
 
 
 def _line(found: StudyResult, row: Row, place: dict[Condition, int], several: bool) -> Lines:
@@ -237,12 +249,14 @@ def _line(found: StudyResult, row: Row, place: dict[Condition, int], several: bo
         return np.array([getattr(spreads[c], name) if c in spreads else np.nan for c in place])
 
     base = spreads[found.study.reference].median if found.study.reference in spreads else np.nan
-    expected = [
-        (place[held.cell.condition], base + held.expected.value)
-        for held in found.held
-        if held.series == row.series and held.expected.measure == row.measure and held.expected.value is not None
-    ]
+    mine = [held for held in found.held if held.series == row.series and held.expected.measure == row.measure]
+    mine = [held for held in mine if np.isfinite(base)]
+    at = [(place[held.cell.condition], held.expected) for held in mine]
+    signs = {"rises": RISES, "falls": FALLS}
     return Lines(
         row.series if several else "", column("median"), column("low"), column("high"),
-        tuple(place[run.condition] for run in runs), values_of(runs, row.measure), tuple(expected),
+        tuple(place[run.condition] for run in runs), values_of(runs, row.measure),
+        tuple((where, base + one.value) for where, one in at if one.value is not None),
+        tuple((where, base, signs[one.change]) for where, one in at if one.value is None and one.change in signs),
+        tuple((where, base, one.within) for where, one in at if one.change == "stays"),
     )  # fmt: skip

@@ -41,7 +41,7 @@ OF_FACTORS = 1.0  # value of an axis of factors that changes nothing
 
 class _Expected(msgspec.Struct, forbid_unknown_fields=True):
     measure: str
-    change: Literal["rises", "falls", "stays", ""] = ""
+    change: Literal["rises", "falls", "stays"] | None = None
     at: float | str | None = None
     value: float | None = None
     within: float | None = None
@@ -53,9 +53,9 @@ class StudyTable(msgspec.Struct, forbid_unknown_fields=True):
 
     title: str = ""
     text: str = ""
-    condition: str = ""
+    condition: str | None = None
     reference: float | str | None = None
-    measures: list[str] = []
+    measures: list[str] | None = None
     expected: list[_Expected] = []
 
 
@@ -106,28 +106,46 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
             or it asks for a measure that no walk has.
     """
     axes = list(dict.fromkeys(axis for run in runs for axis in run if axis != "seed"))
-    condition = table.condition or (axes[0] if len(axes) == 1 else "")
-    if condition and condition not in axes:
+    condition = (axes[0] if len(axes) == 1 else "") if table.condition is None else table.condition
+    if table.condition is not None and condition not in axes:
         known = ", ".join(axes) or "none but the seed"
         raise SceneError(f"no axis {condition!r}{near(condition, axes)}; there are: {known}", key="study.condition")
-    study = Study(table.title or name, table.text, condition, "", tuple(table.measures) or USUAL, ())
+    if table.measures == []:
+        raise SceneError("there is none in it; name some, or leave it out for the usual ones", key="study.measures")
+    measures = USUAL if table.measures is None else tuple(table.measures)
+    study = Study(table.title or name, table.text, condition, "", measures, ())
     values = list(dict.fromkeys(study.condition_of(run) for run in runs))
-    for index, pattern in enumerate(table.measures):
-        _check_measure(pattern, f"study.measures.{index}")
-    expected = []
-    for index, one in enumerate(table.expected):
-        place = f"study.expected.{index}"
-        _check_measure(one.measure, f"{place}.measure")
-        if not one.change and one.value is None:
-            raise SceneError("says neither a change (rises, falls, stays) nor the value of one", key=place)
-        if one.within is not None and (one.change != "stays" or not 0.0 < one.within < math.inf):
-            raise SceneError('is greater than 0, of what "stays"', key=f"{place}.within")
-        if one.value is not None and not math.isfinite(one.value):
-            raise SceneError(f"is a finite number, not {one.value:g}", key=f"{place}.value")
-        at = None if one.at is None else _among(one.at, values, f"{place}.at")
-        expected.append(Expected(one.measure, one.change, at, one.value, one.source, one.within or 0.0))
     reference = values[0] if table.reference is None else _among(table.reference, values, "study.reference")
+    for index, pattern in enumerate(table.measures or ()):
+        _check_measure(pattern, f"study.measures.{index}")
+    expected: list[Expected] = []
+    for index, one in enumerate(table.expected):
+        found = _expected(one, values, reference, f"study.expected.{index}")
+        if found in expected:
+            raise SceneError("is there twice, and would count twice", key=f"study.expected.{index}")
+        expected.append(found)
     return Study(study.title, table.text, condition, reference, study.measures, tuple(expected))
+
+
+def _expected(one: _Expected, values: Sequence[Condition], reference: Condition, place: str) -> Expected:
+    """What is expected of a measure; SceneError if it cannot be meant."""
+    if {*"*?["} & {*one.measure}:
+        raise SceneError("is the name of one measure, not a pattern of names", key=f"{place}.measure")
+    _check_measure(one.measure, f"{place}.measure")
+    if one.change is None and one.value is None:
+        raise SceneError("says neither a change (rises, falls, stays) nor the value of one", key=place)
+    if one.within is not None and (one.change != "stays" or not 0.0 < one.within < math.inf):
+        raise SceneError('is greater than 0, of what "stays"', key=f"{place}.within")
+    if one.value is not None and not math.isfinite(one.value):
+        raise SceneError(f"is a finite number, not {one.value:g}", key=f"{place}.value")
+    sign = {"rises": 1.0, "falls": -1.0}.get(one.change or "", 0.0)
+    if one.value is not None and sign and not sign * one.value > 0.0:
+        side = "above" if sign > 0.0 else "below"
+        raise SceneError(f"is a change, {side} 0 where it {one.change}, not {one.value:g}", key=f"{place}.value")
+    at = None if one.at is None else _among(one.at, values, f"{place}.at")
+    if at is not None and at == reference:
+        raise SceneError("is the reference itself, from which it changes by 0", key=f"{place}.at")
+    return Expected(one.measure, one.change or "", at, one.value, one.source, one.within or 0.0)
 
 
 def _check_measure(pattern: str, key: str) -> None:
