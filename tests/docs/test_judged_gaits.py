@@ -4,9 +4,16 @@ import re
 import shlex
 from pathlib import Path
 
+import pytest
+
+from warpmuscle.core.shipped import description, shipped_scenes
+from warpmuscle.gait.quality import INSIDE
 from warpmuscle.studies.verdicts import FURTHER_RUN, FURTHER_WALK, OF_MUSCLES, RUN, WALK, Bar, ends
 
-PAGE = (Path(__file__).parents[2] / "docs" / "explanation" / "gaits.md").read_text("utf-8")
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "explanation" / "gaits.md").read_text("utf-8")
+GALLERY = (ROOT / "docs" / "gallery.md").read_text("utf-8")
+SAMPLES = ROOT / "warpmuscle" / "examples" / "files"  # scenes of policies
 HEAD, BESIDES = "| measure | unit | must | goal |", "| besides | unit | must | goal |"
 
 
@@ -49,3 +56,23 @@ def test_every_gait_that_the_command_judges_has_a_column():
     columns = [cell.strip("`") for table in tables() for cell in table[0][4:]]
     assert len(asked) == 28
     assert sorted(columns) == sorted(asked)
+
+
+def depths() -> dict[str, float]:
+    """How deep bodies of each judged gait are inside each other, cm."""
+    found = {}
+    for table in tables():
+        row = next(row for row in table if row[0] == INSIDE)
+        found |= {gait.strip("`"): float(cell.split()[0]) for gait, cell in zip(table[0][4:], row[4:], strict=True)}
+    return found
+
+
+@pytest.mark.parametrize(("gait", "depth"), [(gait, depth) for gait, depth in depths().items() if depth > 1.0])
+def test_a_gait_whose_bodies_are_inside_each_other_says_so_in_its_description(gait: str, depth: float):
+    scenes = shipped_scenes()
+    said = description(scenes[gait] if gait in scenes else SAMPLES / f"{gait}.toml", scenes)
+    told = re.search(r"\bpass\b[^.;]*? (\d+(?:\.\d)?) cm", said)
+    assert told, said
+    assert float(told[1]) == pytest.approx(depth, abs=0.5)
+    if gait in scenes:
+        assert said in GALLERY
