@@ -47,6 +47,17 @@ def test_joints_find_their_muscles_and_muscles_their_joints():
     assert (own["joint"] == joint[own["number"]]).all()
 
 
+def test_a_segment_depends_on_the_conditions_of_its_own_points_alone():
+    via = [ViaPoint(body, ZERO) for body in ("pelvis", "lUpperleg", "lLowerleg")]
+    via[2].condition = KNEE_BENT
+    table = path_table(
+        {"one": [*via, ViaPoint("lFoot", ZERO)], "other": [HERE, THERE]}, topology(character()), character()
+    )
+    found = {segment: table.conditional(k) for k, segment in enumerate(table.segments)}
+    own = {(0, 1): [], (1, 2): [KNEE_BENT], (2, 3): [KNEE_BENT], (1, 3): [KNEE_BENT], (4, 5): []}
+    assert found == own
+
+
 def test_fixed_joints_have_no_muscles():
     c = character()
     over_elbow = {"m": points(("lUpperarm", ZERO), ("lLowerarm", ZERO))}
