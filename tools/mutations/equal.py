@@ -36,6 +36,10 @@ EQUAL: dict[tuple[str, str], str] = {
     ("warpmuscle/model/bodies.py",
      '"damping": rows([0.0 if joint is None else joint.limit_damping for joint in joints]),'):
         "its number is of the root, which has no limits",
+    ("warpmuscle/model/forces.py", "other: int = 0"):
+        "of a force on one body alone, of which nothing reads it",
+    ("warpmuscle/kernels/program/lane_program.py", "count = wp.int32(0)"):
+        "after how many steps it gives up, which it does when they lead nowhere",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
