@@ -77,4 +77,8 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "ends are outside: what the line has within the sphere lies between them wholly, or not at all",
     ("warpmuscle/kernels/path/wrap_cylinder.py", "if radius < LEAST_SHARE * full:", "LEAST_SHARE"):
         "a tolerance: how near to its axis an end is, here a tenth of a millimetre, for which nothing is gone round",
+    ("warpmuscle/gait/sides.py", '"maximum vertical force": (FORCE, 1.0, 0, 100),', "101"):
+        "the cycle has no percent above 100",
+    ("warpmuscle/kernels/path/wrap_sphere.py", "normal = wp.cross(a, b)", "b, a"):
+        "which of the two tangents of each end is called the first one; all four are tried",
 }  # fmt: skip
