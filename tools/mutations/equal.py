@@ -40,6 +40,8 @@ EQUAL: dict[tuple[str, str], str] = {
         "of a force on one body alone, of which nothing reads it",
     ("warpmuscle/kernels/program/lane_program.py", "count = wp.int32(0)"):
         "after how many steps it gives up, which it does when they lead nowhere",
+    ("warpmuscle/kernels/path/wrap_sphere.py", "normal = wp.cross(a, b)"):
+        "its sign says which of the two tangents of each end is called the first one; all four are tried",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
@@ -79,6 +81,4 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "a tolerance: how near to its axis an end is, here a tenth of a millimetre, for which nothing is gone round",
     ("warpmuscle/gait/sides.py", '"maximum vertical force": (FORCE, 1.0, 0, 100),', "101"):
         "the cycle has no percent above 100",
-    ("warpmuscle/kernels/path/wrap_sphere.py", "normal = wp.cross(a, b)", "b, a"):
-        "which of the two tangents of each end is called the first one; all four are tried",
 }  # fmt: skip
