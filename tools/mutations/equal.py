@@ -42,6 +42,8 @@ EQUAL: dict[tuple[str, str], str] = {
         "after how many steps it gives up, which it does when they lead nowhere",
     ("warpmuscle/kernels/path/wrap_sphere.py", "normal = wp.cross(a, b)"):
         "its sign says which of the two tangents of each end is called the first one; all four are tried",
+    ("warpmuscle/kernels/inverse/static_optimization_steps.py", "scale[i] = reserve * reserve"):
+        "a scale of the unknowns of a convex problem, not its solution",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
@@ -81,4 +83,12 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "a tolerance: how near to its axis an end is, here a tenth of a millimetre, for which nothing is gone round",
     ("warpmuscle/gait/sides.py", '"maximum vertical force": (FORCE, 1.0, 0, 100),', "101"):
         "the cycle has no percent above 100",
+    ("warpmuscle/gait/penetration.py", "frame = int(np.argmax(depth)) if len(depth) else 0", "1"):
+        "of no frames, of which none is looked at",
+    ("warpmuscle/kernels/path/wrap_sphere.py",
+     "angle = wp.atan2(wp.length(wp.cross(touch.first, touch.second)), wp.dot(touch.first, touch.second))",
+     "touch.second, touch.first"): "the length of a cross product is the same either way",
+    ("warpmuscle/kernels/control/walking/torques.py",
+     "right = wp.quat_rotate_inv(frame, work.position[leg_of(1, model).shank] - work.position[leg_of(1, model).thigh])",
+     "2"): "every side but the left one is the right one",
 }  # fmt: skip
