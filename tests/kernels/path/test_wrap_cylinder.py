@@ -1,4 +1,4 @@
-"""Where a path touches a cylinder: in a plane or unrolled, by how many surfaces it goes round and how long it is there."""
+"""Where a path touches a cylinder: in a plane or unrolled, by how many surfaces there are and how long the arc is."""
 
 import numpy as np
 import warp as wp
