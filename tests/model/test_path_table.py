@@ -58,6 +58,13 @@ def test_a_segment_depends_on_the_conditions_of_its_own_points_alone():
     assert found == own
 
 
+def test_segments_within_a_body_are_fixed_whatever_comes_behind_them():
+    path = points(("pelvis", ZERO), ("pelvis", ZERO), ("lUpperleg", ZERO), ("lUpperleg", ZERO), ("lLowerleg", ZERO))
+    table = path_table({"m": path}, topology(character()), character())
+    assert table.fixed == [[(0, 1), (2, 3)]]
+    assert table.segments == [(1, 2), (3, 4)]
+
+
 def test_fixed_joints_have_no_muscles():
     c = character()
     over_elbow = {"m": points(("lUpperarm", ZERO), ("lLowerarm", ZERO))}
