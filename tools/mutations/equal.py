@@ -34,6 +34,9 @@ EQUAL: dict[tuple[str, str], str] = {
      "EXACT = 5.0e-4  # of the slope at the start of a step, that may be left"):
         "a tolerance, at which a search along a step ends",
     ("warpmuscle/model/bodies.py",
+     '"stiffness": rows([0.0 if joint is None else joint.limit_stiffness for joint in joints]),'):
+        "its number is of the root, which has no limits",
+    ("warpmuscle/model/bodies.py",
      '"damping": rows([0.0 if joint is None else joint.limit_damping for joint in joints]),'):
         "its number is of the root, which has no limits",
     ("warpmuscle/model/forces.py", "other: int = 0"):
