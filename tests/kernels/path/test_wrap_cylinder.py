@@ -2,8 +2,17 @@
 
 import numpy as np
 import warp as wp
+from probes import evaluate
 
-from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, SHORT, cylinder_touch_of
+from warpmuscle.kernels.path.wrap_cylinder import (
+    AMONG_OTHERS,
+    EXACT,
+    IN_PLANE,
+    OVERSHOT,
+    SHORT,
+    cylinder_touch_of,
+    slide,
+)
 from warpmuscle.kernels.path.wrap_touch import BESIDE
 
 RADIUS, LENGTH = 0.05, 1.0  # m
@@ -45,3 +54,16 @@ def test_an_arc_of_several_surfaces_is_unrolled_from_four_millimetres_on():
     assert (~short).sum() > 5
     np.testing.assert_array_equal(among, np.where(short[:, None], flat, exact))
     assert np.abs(flat - exact)[short].max() > 1e-6
+
+
+def test_a_place_slides_towards_where_leg_and_arc_rise_alike():
+    """Its share of the whole rise is that of its leg's way along both together, by vectors; times OpenSim's factor."""
+    random = np.random.default_rng(1)
+    leg, flat, arc, chord = random.uniform(0.01, 0.2, (4, 30))
+    ahead, angle = random.choice([-1.0, 1.0], 30), random.uniform(0.0, 1.0, 30)
+    along = np.stack([flat, np.zeros(30)], axis=1)
+    piece = (ahead * chord)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    share = np.sum(along * (along + piece), axis=1) / np.sum((along + piece) ** 2, axis=1)
+    found = evaluate(slide, leg, flat, ahead, arc, chord, np.cos(angle))
+    np.testing.assert_allclose(found, OVERSHOT * (share * (leg + arc) - leg), rtol=1e-3, atol=1e-5)
+    assert evaluate(slide, 0.1, 0.2, 1.0, 0.05, 0.1, 1.0)[0] == 0.0  # both are as steep
