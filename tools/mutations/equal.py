@@ -49,6 +49,13 @@ EQUAL: dict[tuple[str, str], str] = {
         "a scale of the unknowns of a convex problem, not its solution",
     ("warpmuscle/model/muscles.py", "stiffness: list[Any] = [0.0]"):
         "of the root, which no joint drives",
+    ("warpmuscle/kernels/program/lane_program.py", "count += 1"):
+        "of steps, after so many of which it gives up, which it does when they lead nowhere",
+    ("warpmuscle/kernels/program/lane_program.py", "size = wp.abs(work.needed[i])"):
+        "the scale of a tolerance: by how much of it a balance may be missed",
+    ("warpmuscle/model/parts.py",
+     "return rows_of_all, max((one.part.declaration.memory for one in remembering), default=0)"):
+        "the length of no rows",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
@@ -96,4 +103,9 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
     ("warpmuscle/kernels/control/walking/torques.py",
      "right = wp.quat_rotate_inv(frame, work.position[leg_of(1, model).shank] - work.position[leg_of(1, model).thigh])",
      "2"): "every side but the left one is the right one",
+    ("warpmuscle/kernels/algebra/bending.py", "square = np.zeros(DEGREE + 1)", "2"):
+        "one more coefficient that is none, and cut off behind",
+    ("warpmuscle/kernels/control/reflex.py",
+     "trailing = stance and state.muscles.stands[instance, 1 - side] == 1 and state.muscles.landed[instance] != side",
+     "(side - 1)"): "0 of the right leg and -1 of the left one, which Warp counts from the end",
 }  # fmt: skip

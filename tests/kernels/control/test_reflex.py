@@ -11,7 +11,7 @@ from reflex_oracle import excitations, term
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.formats import load
 from warpmuscle.kernels.control import reflex
-from warpmuscle.kernels.reflex_structs import CONSTANT, TRAILING, Reflexes, ReflexPlan, ReflexRow
+from warpmuscle.kernels.reflex_structs import ALWAYS, CONSTANT, OTHER_LOAD, TRAILING, Reflexes, ReflexPlan, ReflexRow
 from warpmuscle.kernels.structs import Model, MuscleState, SimbiconState, Skeleton, State
 from warpmuscle.model.reflexes import DURING, MOVING, PART, TIMES
 from warpmuscle.results.recording import Recording
@@ -140,6 +140,24 @@ def test_a_leg_trails_that_stands_with_the_other_one_that_landed_after_it():
     wp.launch(excite, result.shape, [model, state, result], device="cpu")
     trails = stands.all(axis=1)[:, None] & (landed[:, None] != [0, 1])
     np.testing.assert_allclose(result.numpy(), 0.5 * trails)
+
+
+def test_a_reflex_feels_the_load_of_the_leg_of_its_muscle_and_that_of_the_other_one():
+    """Muscles of the left and the right leg, of three instances in a row."""
+    loads = np.array([[0.2, 0.7], [0.1, 0.4], [0.6, 0.3]])
+    reflexes = filled(
+        Reflexes, span={"first": [0, 1], "end": [1, 2], "side": [0, 1]}, bounds=np.array([[[0.1, 0.0]]], np.float32),
+        plan={"signal": [OTHER_LOAD] * 2, "during": [ALWAYS] * 2}, row={"gain": [[0.5] * 2]},
+    )  # fmt: skip
+    skeleton = filled(Skeleton, total_mass=np.array([[50.0]], np.float32))
+    model = filled(Model, reflexes=reflexes, skeleton=skeleton, gravity=np.array([[10.0]], np.float32))
+    force = np.zeros((3, 2, 3), np.float32)
+    force[:, :, 1] = 500.0 * loads
+    muscles = filled(MuscleState, stands=np.zeros((3, 2), np.int32), landed=np.zeros(3, np.int32))
+    state = filled(State, foot_force=force, muscles=muscles, step=np.ones(3, np.int32))
+    result = wp.zeros((3, 2), dtype=float, device="cpu")
+    wp.launch(excite, result.shape, [model, state, result], device="cpu")
+    np.testing.assert_allclose(result.numpy(), 0.5 * loads[:, ::-1], rtol=1e-5)
 
 
 def test_lean_is_positive_forward_whatever_the_heading():

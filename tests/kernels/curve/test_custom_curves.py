@@ -6,7 +6,7 @@ import warp as wp
 from probes import evaluate
 
 from warpmuscle.kernels.curve.curve_sets import THELEN
-from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
+from warpmuscle.kernels.curve.custom_curves import CustomCurves, custom_functions, with_curves
 from warpmuscle.kernels.muscle import muscle
 
 ACTIVATION, DAMPING = 0.6, 0.05
@@ -60,3 +60,17 @@ def test_a_fibre_pulls_by_the_curves_that_are_given_and_else_by_its_models(names
     active, passive, velocity = (OWN[name][1](LENGTH, SPEED) if name in names else MODEL[name]() for name in OWN)
     expected = np.maximum(ACTIVATION * active * velocity + passive + DAMPING * SPEED, 0.0)
     np.testing.assert_allclose(pulls(own), expected, rtol=2e-4, atol=2e-5)
+
+
+def test_the_slope_of_a_curve_of_speed_is_that_of_its_differences():
+    slope = custom_functions(CustomCurves(velocity=line))["force_velocity_slope"]
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def kernel(speed: wp.array[float], found: wp.array[wp.vec2]):
+        i = wp.tid()
+        found[i] = slope(0, speed[i], 1.0)
+
+    found = wp.zeros(len(SPEED), dtype=wp.vec2, device="cpu")
+    wp.launch(kernel, len(SPEED), [wp.array(np.float32(SPEED), device="cpu"), found], device="cpu")
+    np.testing.assert_allclose(found.numpy()[:, 0], 1.0 + 0.5 * SPEED, rtol=1e-5)
+    np.testing.assert_allclose(found.numpy()[:, 1], 0.5, rtol=1e-2)
