@@ -137,6 +137,37 @@ def test_the_third_landing_is_the_first_that_has_a_line_and_a_width():
     assert of_two.step_length == pytest.approx(0.5)
 
 
+def test_each_step_has_the_line_of_the_stride_that_it_ends():
+    """On a winding way, against the places of the feet as they come down."""
+    straight = walk(1.0, width=0.2, step_time=0.5, duration=10.0)
+    steps = np.floor(2.0 * straight.time + 1e-9).astype(int)
+    aside = 0.1 * np.sin(1.3 * np.arange(-1, 21))  # m, of the feet where they come down, one after the other
+    places = straight.body_position.copy()
+    for side in (0, 1):
+        places[:, 1 + side, 0] += aside[np.where(steps % 2 == side, steps, steps - 1) + 1]
+    gait = measure(dataclasses.replace(straight, body_position=places), "left", "right", start=2.6)
+    down = np.array([places[50 * k, 1 + k % 2] for k in range(21)])
+    lengths, widths = [], []
+    for k in range(6, 21):
+        stride = (down[k] - down[k - 2]) / np.linalg.norm(down[k] - down[k - 2])
+        step = down[k] - down[k - 1]
+        lengths.append(step @ stride)
+        outwards = 1.0 if (k - 1) % 2 == 0 else -1.0
+        widths.append(-outwards * (step @ np.cross([0.0, 1.0, 0.0], stride)))
+    assert gait.steps == 15
+    assert np.ptp(widths) > 0.05
+    assert gait.step_width == pytest.approx(np.mean(widths), abs=1e-6)
+    assert gait.step_length == pytest.approx(np.mean(lengths), abs=1e-6)
+
+
+@pytest.mark.parametrize(("stride", "width"), [(0.11, 0.2), (0.09, 0.2 * np.cos(0.5))])
+def test_a_stride_of_a_tenth_of_a_metre_has_a_direction_and_for_a_shorter_one_the_heading_counts(stride, width):
+    straight = walk(stride, width=0.2, step_time=0.5, duration=12.0)
+    turn = np.array([0.0, np.sin(0.25), 0.0, np.cos(0.25)])  # the pelvis is turned by 0.5 rad from the way
+    turned = dataclasses.replace(straight, root_orientation=np.tile(turn, (straight.frames, 1)))
+    assert measure(turned, "left", "right").step_width == pytest.approx(width, abs=1e-3)
+
+
 def test_width_on_the_spot_and_backwards_is_of_the_side_that_the_character_faces():
     for speed in (0.0, -0.8):
         assert measure(walk(speed, 0.15, 0.5, 12.0), "left", "right").step_width == pytest.approx(0.15)

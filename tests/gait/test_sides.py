@@ -8,6 +8,8 @@ import pytest
 from small_result import march
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
+from warpmuscle.gait import sides
+from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.gait.measures import Steps, measure, steps_of
 from warpmuscle.gait.sides import OfSides, measures_of_sides
 from warpmuscle.scene.parameters import start_values, substitute
@@ -82,3 +84,18 @@ def test_steps_are_those_that_a_gait_has_the_mean_of(scene):
 def test_without_whole_cycles_there_is_nothing_to_compare(scene):
     with pytest.raises(Error, match="no whole gait cycle"):
         measures_of_sides(march(scene.character, 1.2, 0.4, 41, len(scene.character.muscles)), scene)
+
+
+def test_greatest_values_are_looked_for_in_their_part_of_the_cycle(scene, monkeypatch: pytest.MonkeyPatch):
+    """Of curves that rise by one a percent: where they end, or less than nothing where they begin."""
+    monkeypatch.setattr(sides, "mean_of", lambda _: PERCENT)
+    found = measures_of_sides(marching(scene), scene)
+    ends = {
+        "maximum vertical force": 100, "maximum braking force": 0, "maximum driving force": 100,
+        "hip, maximum extension": -20, "knee, maximum in stance": 45, "knee, maximum in swing": 100,
+        "ankle, maximum dorsiflexion in stance": 62, "hip extension moment, maximum": 50,
+        "knee extension moment in loading, maximum": 30, "ankle moment, maximum": 100, "hip power, maximum": 100,
+        "ankle power, maximum": 100, "pelvis, drop of the other side in single support": 45,
+        "trunk, lean to this side in single support": -10,
+    }  # fmt: skip
+    assert {name: (found[name].left, found[name].right) for name in ends} == {name: (x, x) for name, x in ends.items()}

@@ -55,6 +55,15 @@ def step(
     )  # fmt: skip
 
 
+@wp.kernel(enable_backward=True)
+def speed(model: int, activation: wp.array[float], path: wp.array[float], found: wp.array[float]):
+    i = wp.tid()
+    found[i] = muscle.equilibrium_speed(
+        model, activation[i], path[i], wp.static(L_OPT), wp.static(TIME_STEP), 0.0, wp.static(L_OPT), wp.static(SLACK),
+        0.0, wp.static(DAMPING),
+    )  # fmt: skip
+
+
 def taped(kernel: Any, model: int, *values: Any) -> tuple[np.ndarray, np.ndarray]:
     """Results (n,) of a kernel, and their derivatives (arguments, n)."""
     arrays = [np.ascontiguousarray(v, np.float32) for v in np.broadcast_arrays(*values)]
@@ -194,3 +203,11 @@ def test_a_step_on_a_compliant_tendon_has_the_derivatives_of_differences(model: 
     assert_derivatives(got[by_v_max:][:1, well], expected[by_v_max:][:1, well], 0.1)
     others = [k for k in range(len(got)) if k != by_v_max]
     assert_derivatives(got[others][:, well], expected[others][:, well], 0.02)
+
+
+def test_a_speed_at_its_bound_does_not_change() -> None:
+    """Tendons pull so hard that the fibre is as fast as it may be, whatever its activation and path."""
+    path = np.array([SLACK + 2.0 * L_OPT, SLACK + 1.5 * L_OPT])
+    found, slopes = taped(speed, MILLARD, np.array([0.2, 0.9]), path)
+    np.testing.assert_allclose(found, muscle.FASTEST_STRETCH, rtol=1e-3)
+    assert not slopes.any()

@@ -12,7 +12,7 @@ from probes import filled, matrix
 from muscle_arm import arm, constant
 from warpmuscle.kernels.body.speed_axes import speed_rate_of
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, Model, Scratch, Skeleton
-from warpmuscle.scene import Body, Character, Failure, Ground, Joint, Scene
+from warpmuscle.scene import Body, Box, Character, Failure, Ground, InitialState, Joint, Scene
 from warpmuscle.simulation.stages import Stages
 
 ROOT = Path(__file__).parents[2]
@@ -47,6 +47,23 @@ def test_lanes_that_share_a_loop_begin_each_at_its_own_place():
             groups = f"{ast.unparse(node.target)} + lane" in ast.unparse(node)  # all begin at a group's first
             assert re.search(r"\blane\b", of[1]) or groups, f"{path}:{node.lineno}"
     assert loops > 50
+
+
+def test_contacts_have_the_inertia_by_which_springs_and_dampers_give_way_within_a_step():
+    """Of a box that lies flat: four corners, each h (d + h k) upwards and h d_t across, moved to the joint."""
+    k, d, across, half, depth = 1e5, 1e3, 1e4, 0.1, 1e-3
+    body = Body(5.0, (0.05, 0.05, 0.05), [Box((-half,) * 3, (half,) * 3)], friction=0.5)
+    ground = Ground(stiffness=k, damping=d, tangential_damping=across)
+    start = InitialState((0.0, half - depth, 0.0))
+    scene = Scene("box", Character("box", {"box": body}), initial_state=start, ground=ground, failure=Failure(0.0, 0.0))
+    contacts, h = Stages(scene, 1, "cpu").contacts(), scene.time_step
+    one = h * np.diag([across, d + h * k, across])
+    corners = half * np.array([[x, -1.0, z] for x in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    arms = np.array([[[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]] for x, y, z in corners])
+    np.testing.assert_allclose(contacts.force[0, 0], [0.0, 4.0 * k * depth, 0.0], rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(contacts.c[0, 0], 4.0 * one, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(contacts.b[0, 0], (arms @ one).sum(axis=0), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(contacts.a[0, 0], (arms @ one @ arms.swapaxes(1, 2)).sum(axis=0), rtol=1e-4, atol=1e-4)
 
 
 @wp.kernel(enable_backward=False)

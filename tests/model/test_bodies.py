@@ -104,6 +104,13 @@ def test_contact_points_are_where_shapes_are_and_the_ground_bounds_their_frictio
     ]  # fmt: skip
     np.testing.assert_allclose(contacts.reach.numpy()[0], farthest, rtol=1e-6)
     np.testing.assert_allclose(contacts.height.numpy(), [[0.05]])
+    soft = scene_of()
+    soft.ground.law = "smooth_hunt_crossley"
+    margin = model.material_columns(soft.ground.material, 0.15, soft.ground.law)["margin"]
+    assert margin > 1e-3
+    np.testing.assert_allclose(
+        structures(soft)[1].reach.numpy()[0], farthest + np.array([1, 0, 1, 0]) * margin, rtol=1e-6
+    )
     off = scene_of()
     off.ground.stiffness = 0.0
     np.testing.assert_array_equal(structures(off)[0].plan.numpy()["end_point"], 0)

@@ -47,6 +47,24 @@ def test_joints_find_their_muscles_and_muscles_their_joints():
     assert (own["joint"] == joint[own["number"]]).all()
 
 
+def test_a_segment_depends_on_the_conditions_of_its_own_points_alone():
+    via = [ViaPoint(body, ZERO) for body in ("pelvis", "lUpperleg", "lLowerleg")]
+    via[2].condition = KNEE_BENT
+    table = path_table(
+        {"one": [*via, ViaPoint("lFoot", ZERO)], "other": [HERE, THERE]}, topology(character()), character()
+    )
+    found = {segment: table.conditional(k) for k, segment in enumerate(table.segments)}
+    own = {(0, 1): [], (1, 2): [KNEE_BENT], (2, 3): [KNEE_BENT], (1, 3): [KNEE_BENT], (4, 5): []}
+    assert found == own
+
+
+def test_segments_within_a_body_are_fixed_whatever_comes_behind_them():
+    path = points(("pelvis", ZERO), ("pelvis", ZERO), ("lUpperleg", ZERO), ("lUpperleg", ZERO), ("lLowerleg", ZERO))
+    table = path_table({"m": path}, topology(character()), character())
+    assert table.fixed == [[(0, 1), (2, 3)]]
+    assert table.segments == [(1, 2), (3, 4)]
+
+
 def test_fixed_joints_have_no_muscles():
     c = character()
     over_elbow = {"m": points(("lUpperarm", ZERO), ("lLowerarm", ZERO))}

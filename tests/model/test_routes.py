@@ -4,8 +4,9 @@ import numpy as np
 
 from muscle_arm import arm
 from warpmuscle.model.build import build_model
+from warpmuscle.model.routes import fixed_segments
 from warpmuscle.model.structure import structure_of
-from warpmuscle.scene import PointMotion
+from warpmuscle.scene import Condition, Muscle, PointMotion, ViaPoint, Wrap
 
 
 def test_points_that_joints_move_know_their_joint_their_crossing_and_their_pieces():
@@ -33,3 +34,14 @@ def test_points_that_joints_move_know_their_joint_their_crossing_and_their_piece
     # On the base from its centre of mass, in which it is hung up; on the tip from the elbow, 0.2 m above its centre.
     places = sorted(map(tuple, np.round(routes.place.numpy()[0].astype(float), 6).tolist()))
     assert places == sorted((0.0, y, z) for z in (0.04, -0.04) for y in (0.2, 0.12, -0.1))
+
+
+def test_between_points_of_a_body_that_stay_where_they_are_the_length_never_changes():
+    moves = PointMotion((0.0, 0.0, 1.0), slope=0.03, joint="elbow")
+    path = [ViaPoint(body, (0.0, 0.1 * k, 0.0)) for k, body in enumerate(["base"] * 5 + ["tip"] * 3)]
+    path[2].motion = [moves]
+    path[6].condition = Condition("elbow", 0.0, 1.0)
+    muscle = Muscle(path=path, f_max=1.0, l_opt=0.1, l_slack=0.1)
+    assert fixed_segments(muscle) == [(0, 1), (3, 4)]
+    muscle.wraps = [Wrap("ball", 4, 6)]
+    assert fixed_segments(muscle) == [(0, 1)]

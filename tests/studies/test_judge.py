@@ -50,6 +50,16 @@ def short(monkeypatch):
         monkeypatch.setattr(judging, name, value)
 
 
+def test_only_who_is_fast_runs_unless_the_scene_says_so(monkeypatch):
+    scene = load("fwalk")
+    for flight, speed, gait in ((5.0, 1.9, "walk"), (5.0, 2.1, "run"), (0.0, 2.5, "walk")):
+        found = {"flight": flight, "speed": speed}
+        monkeypatch.setattr(judging, "gait_measures", lambda *_, found=found: found)
+        assert judging.gait_of(None, scene) == gait
+    scene.objective.gait = "run"
+    assert judging.gait_of(None, scene) == "run"
+
+
 def commanded_walk():
     """fwalk on muscles' terms of a command: its step follows a speed, its ground a slope, its trunk a load."""
     scene = load("fwalk")
@@ -228,16 +238,6 @@ def test_a_report_that_could_not_be_written_is_known_before_anything_is_judged(t
     done = CliRunner().invoke(app, ["judge", "fwalk", "--report", str(tmp_path / "page.pdf")])
     assert done.exit_code != 0
     assert "a report is written as .html" in str(done.exception)
-
-
-def test_only_who_is_fast_runs_unless_the_scene_says_so(monkeypatch):
-    scene = load("fwalk")
-    for flight, speed, gait in ((5.0, 1.2, "walk"), (5.0, 2.5, "run"), (0.0, 2.5, "walk")):
-        found = {"flight": flight, "speed": speed}
-        monkeypatch.setattr(judging, "gait_measures", lambda *_, found=found: found)
-        assert judging.gait_of(None, scene) == gait
-    scene.objective.gait = "run"
-    assert judging.gait_of(None, scene) == "run"
 
 
 def test_a_policy_is_judged_as_it_acts_in_its_scene(tmp_path):

@@ -2,10 +2,10 @@
 
 import pytest
 
-from warpmuscle.gait.quality import Measures
+from warpmuscle.gait.quality import TIMING, Measures
 from warpmuscle.scene.norms import FORCE, NORMS
 from warpmuscle.studies.people_comparison import of_force, of_norms
-from warpmuscle.studies.verdicts import HUMPS
+from warpmuscle.studies.verdicts import HUMPS, Finding
 
 
 @pytest.mark.parametrize(("speed", "judges"), [(1.10, False), (1.12, True), (1.40, True), (1.42, False)])
@@ -23,3 +23,12 @@ def test_the_humps_of_the_force_are_as_far_off_as_they_are_in_half_widths():
     }
     assert of_force(measures)[HUMPS] == pytest.approx(1.5)
     assert of_force(measures | {names[1]: None})[HUMPS] is None
+
+
+def test_the_timing_of_muscles_names_the_three_that_are_least_like_people_of_those_that_are_known():
+    timings: dict[str, float | None] = {
+        "timing of vasti": 30.0, "timing of soleus": -44.0, "timing of hip flexors": None, "timing of hamstrings": 5.0,
+        "timing of hip abductors": 80.0,
+    }  # fmt: skip
+    measures: Measures = {"stance": -90.0, TIMING: 20.0, **timings}
+    assert of_norms(measures)[TIMING] == Finding(20.0, "least: soleus -44, hamstrings 5, vasti 30")

@@ -87,6 +87,7 @@ def test_what_is_the_same_both_ways_is_left_out():
     assert changed(b"x = wp.clamp(a, low, high)")["swapped"] == {("low, high", "high, low")}  # min(max(low, a), high)
     assert changed(b"x = a.clip(low, high)")["swapped"] == {("low, high", "high, low")}
     assert "statement" not in changed(b"know_model(character)")
+    assert changed(b'wp.set_module_options({"enable_backward": False, "max_unroll": 1})') == {}
     assert changed(b"if n < 3: n += 1")["comparison"] == {("n < 3", "n > 3"), ("n < 3", "n <= 3")}
 
 

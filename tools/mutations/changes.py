@@ -321,7 +321,8 @@ def _called(node: ast.Call) -> str:
 def _tells(node: ast.Call) -> bool:
     """Whether a call only makes or writes text, makes an error, or tells the compiler something."""
     called = _called(node)
-    hint = called in {"not_unrolled", "synchronize", "static_assert"} or called.startswith("know_")  # for the compiler
+    hints = {"not_unrolled", "synchronize", "static_assert", "set_module_options"}  # for the compiler
+    hint = called in hints or called.startswith("know_")
     return hint or called in TELLING or called.endswith("Error")
 
 

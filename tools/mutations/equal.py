@@ -30,6 +30,32 @@ EQUAL: dict[tuple[str, str], str] = {
         "of an unknown whose coordinate is prescribed, which moves nothing: its moments are none",
     ("warpmuscle/kernels/inverse/marker_fit.py", "least = wp.float32(0.0)"):
         "nothing is compared with it before the first step has set it",
+    ("warpmuscle/kernels/inverse/static_optimization_steps.py",
+     "EXACT = 5.0e-4  # of the slope at the start of a step, that may be left"):
+        "a tolerance, at which a search along a step ends",
+    ("warpmuscle/model/bodies.py",
+     '"stiffness": rows([0.0 if joint is None else joint.limit_stiffness for joint in joints]),'):
+        "its number is of the root, which has no limits",
+    ("warpmuscle/model/bodies.py",
+     '"damping": rows([0.0 if joint is None else joint.limit_damping for joint in joints]),'):
+        "its number is of the root, which has no limits",
+    ("warpmuscle/model/forces.py", "other: int = 0"):
+        "of a force on one body alone, of which nothing reads it",
+    ("warpmuscle/kernels/program/lane_program.py", "count = wp.int32(0)"):
+        "after how many steps it gives up, which it does when they lead nowhere",
+    ("warpmuscle/kernels/path/wrap_sphere.py", "normal = wp.cross(a, b)"):
+        "its sign says which of the two tangents of each end is called the first one; all four are tried",
+    ("warpmuscle/kernels/inverse/static_optimization_steps.py", "scale[i] = reserve * reserve"):
+        "a scale of the unknowns of a convex problem, not its solution",
+    ("warpmuscle/model/muscles.py", "stiffness: list[Any] = [0.0]"):
+        "of the root, which no joint drives",
+    ("warpmuscle/kernels/program/lane_program.py", "count += 1"):
+        "of steps, after so many of which it gives up, which it does when they lead nowhere",
+    ("warpmuscle/kernels/program/lane_program.py", "size = wp.abs(work.needed[i])"):
+        "the scale of a tolerance: by how much of it a balance may be missed",
+    ("warpmuscle/model/parts.py",
+     "return rows_of_all, max((one.part.declaration.memory for one in remembering), default=0)"):
+        "the length of no rows",
 }  # fmt: skip
 
 EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after the change
@@ -67,4 +93,19 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "ends are outside: what the line has within the sphere lies between them wholly, or not at all",
     ("warpmuscle/kernels/path/wrap_cylinder.py", "if radius < LEAST_SHARE * full:", "LEAST_SHARE"):
         "a tolerance: how near to its axis an end is, here a tenth of a millimetre, for which nothing is gone round",
+    ("warpmuscle/gait/sides.py", '"maximum vertical force": (FORCE, 1.0, 0, 100),', "101"):
+        "the cycle has no percent above 100",
+    ("warpmuscle/gait/penetration.py", "frame = int(np.argmax(depth)) if len(depth) else 0", "1"):
+        "of no frames, of which none is looked at",
+    ("warpmuscle/kernels/path/wrap_sphere.py",
+     "angle = wp.atan2(wp.length(wp.cross(touch.first, touch.second)), wp.dot(touch.first, touch.second))",
+     "touch.second, touch.first"): "the length of a cross product is the same either way",
+    ("warpmuscle/kernels/control/walking/torques.py",
+     "right = wp.quat_rotate_inv(frame, work.position[leg_of(1, model).shank] - work.position[leg_of(1, model).thigh])",
+     "2"): "every side but the left one is the right one",
+    ("warpmuscle/kernels/algebra/bending.py", "square = np.zeros(DEGREE + 1)", "2"):
+        "one more coefficient that is none, and cut off behind",
+    ("warpmuscle/kernels/control/reflex.py",
+     "trailing = stance and state.muscles.stands[instance, 1 - side] == 1 and state.muscles.landed[instance] != side",
+     "(side - 1)"): "0 of the right leg and -1 of the left one, which Warp counts from the end",
 }  # fmt: skip

@@ -11,7 +11,7 @@ from reflex_oracle import excitations, term
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.formats import load
 from warpmuscle.kernels.control import reflex
-from warpmuscle.kernels.reflex_structs import Reflexes, ReflexPlan, ReflexRow
+from warpmuscle.kernels.reflex_structs import ALWAYS, CONSTANT, OTHER_LOAD, TRAILING, Reflexes, ReflexPlan, ReflexRow
 from warpmuscle.kernels.structs import Model, MuscleState, SimbiconState, Skeleton, State
 from warpmuscle.model.reflexes import DURING, MOVING, PART, TIMES
 from warpmuscle.results.recording import Recording
@@ -101,9 +101,9 @@ def test_a_leg_lands_that_did_not_stand_and_leaves_the_ground_with_the_lean_of_t
 
 
 @wp.kernel(enable_backward=False)
-def excite(model: Model, state: State, result: wp.array[float]):
-    i = wp.tid()
-    result[i] = reflex.reflex_excitation(i, 0, wp.vec2(0.0), model, state)
+def excite(model: Model, state: State, result: wp.array2d[float]):
+    i, m = wp.tid()
+    result[i, m] = reflex.reflex_excitation(i, m, wp.vec2(0.0), model, state)
 
 
 @pytest.mark.parametrize("rows", [1, 3])
@@ -116,9 +116,48 @@ def test_a_muscle_whose_reflexes_say_nothing_has_the_least_excitation_of_its_own
     model = filled(Model, reflexes=reflexes, skeleton=skeleton, gravity=np.array([[10.0]], np.float32))
     muscles = filled(MuscleState, stands=np.zeros((3, 2), np.int32), landed=np.zeros(3, np.int32))
     state = filled(State, foot_force=np.zeros((3, 2, 3), np.float32), muscles=muscles)
-    result = wp.zeros(3, dtype=float, device="cpu")
-    wp.launch(excite, 3, [model, state, result], device="cpu")
-    np.testing.assert_allclose(result.numpy(), least if rows == 3 else least[0], rtol=1e-6)
+    result = wp.zeros((3, 1), dtype=float, device="cpu")
+    wp.launch(excite, (3, 1), [model, state, result], device="cpu")
+    np.testing.assert_allclose(result.numpy()[:, 0], least if rows == 3 else least[0], rtol=1e-6)
+
+
+def test_a_leg_trails_that_stands_with_the_other_one_that_landed_after_it():
+    """Of muscles of both legs; instances next to each other differ, and so does what stands before them in memory."""
+    stands = np.array([(1, 1), (1, 0), (1, 1), (0, 1), (1, 1), (0, 0), (1, 1), (1, 0)], np.int32)
+    landed = np.array([1, 1, 0, 0, 1, 1, 0, 0], np.int32)
+    reflexes = filled(
+        Reflexes, span={"first": [0, 0], "end": [1, 1], "side": [0, 1]}, bounds=np.array([[[0.1, 0.0]]], np.float32),
+        plan={"signal": [CONSTANT], "during": [TRAILING]}, row={"gain": [[0.5]]},
+    )  # fmt: skip
+    skeleton = filled(Skeleton, total_mass=np.array([[50.0]], np.float32))
+    model = filled(Model, reflexes=reflexes, skeleton=skeleton, gravity=np.array([[10.0]], np.float32))
+    muscles = filled(MuscleState, stands=stands, landed=landed)
+    count = len(stands)
+    state = filled(
+        State, foot_force=np.zeros((count, 2, 3), np.float32), muscles=muscles, step=np.ones(count, np.int32)
+    )
+    result = wp.zeros((count, 2), dtype=float, device="cpu")
+    wp.launch(excite, result.shape, [model, state, result], device="cpu")
+    trails = stands.all(axis=1)[:, None] & (landed[:, None] != [0, 1])
+    np.testing.assert_allclose(result.numpy(), 0.5 * trails)
+
+
+def test_a_reflex_feels_the_load_of_the_leg_of_its_muscle_and_that_of_the_other_one():
+    """Muscles of the left and the right leg, of three instances in a row."""
+    loads = np.array([[0.2, 0.7], [0.1, 0.4], [0.6, 0.3]])
+    reflexes = filled(
+        Reflexes, span={"first": [0, 1], "end": [1, 2], "side": [0, 1]}, bounds=np.array([[[0.1, 0.0]]], np.float32),
+        plan={"signal": [OTHER_LOAD] * 2, "during": [ALWAYS] * 2}, row={"gain": [[0.5] * 2]},
+    )  # fmt: skip
+    skeleton = filled(Skeleton, total_mass=np.array([[50.0]], np.float32))
+    model = filled(Model, reflexes=reflexes, skeleton=skeleton, gravity=np.array([[10.0]], np.float32))
+    force = np.zeros((3, 2, 3), np.float32)
+    force[:, :, 1] = 500.0 * loads
+    muscles = filled(MuscleState, stands=np.zeros((3, 2), np.int32), landed=np.zeros(3, np.int32))
+    state = filled(State, foot_force=force, muscles=muscles, step=np.ones(3, np.int32))
+    result = wp.zeros((3, 2), dtype=float, device="cpu")
+    wp.launch(excite, result.shape, [model, state, result], device="cpu")
+    np.testing.assert_allclose(result.numpy(), 0.5 * loads[:, ::-1], rtol=1e-5)
 
 
 def test_lean_is_positive_forward_whatever_the_heading():

@@ -7,9 +7,10 @@ from probes import filled
 
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
 from warpmuscle.core.errors import SceneError
+from warpmuscle.kernels.force import devices as kernels
 from warpmuscle.kernels.force.cycle_torque import KNOTS, CycleTorque, side_of, torque_at
 from warpmuscle.kernels.force.devices import FORCES
-from warpmuscle.kernels.structs import LEFT, RIGHT, BodyPlan, Feet, Model, Skeleton
+from warpmuscle.kernels.structs import LEFT, RIGHT, BodyPlan, Feet, Model, Scratch, Skeleton, State
 from warpmuscle.scene import Actuation, Force, InitialState, JointState, Scene
 from warpmuscle.scene.force import power_name
 from warpmuscle.scene.validation.scene import check_scene
@@ -160,3 +161,19 @@ def test_a_motor_that_follows_a_gait_cycle_is_on_one_leg():
     with pytest.raises(SceneError, match="no foot hangs on 'elbow'") as caught:
         check_scene(scene)
     assert caught.value.key == "forces.cycle_torque.joint"
+
+
+@wp.kernel(enable_backward=False)
+def limited(model: Model, state: State, work: Scratch, limit: kernels.CoordinateLimit, found: wp.array[wp.vec3]):
+    its = work
+    found[0] = kernels.coordinate_limit(0, 1, model, state, its, limit)
+
+
+def test_a_limit_acts_along_the_first_coordinate_of_its_joint_alone():
+    plan = {"coordinate_start": [0, 0], "speed_start": [0, 0]}
+    model = filled(Model, skeleton=filled(Skeleton, plan=plan))
+    state = filled(State, coordinates=np.float32([[0.9, 0.0]]), speeds=np.float32([[0.0, 0.0]]))
+    limit = filled(kernels.CoordinateLimit, low=-0.5, high=0.5, transition=0.1, stiffness_above=20.0)
+    found = wp.zeros(1, dtype=wp.vec3, device="cpu")
+    wp.launch(limited, 1, [model, state, filled(Scratch), limit, found], device="cpu")
+    np.testing.assert_allclose(found.numpy()[0], [-20.0 * 0.4, 0.0, 0.0], rtol=1e-5)

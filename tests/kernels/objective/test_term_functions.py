@@ -3,7 +3,8 @@
 import msgspec
 import numpy as np
 import pytest
-from probes import evaluate
+import warp as wp
+from probes import evaluate, filled
 from scipy.spatial.transform import Rotation
 
 import kernel_tests
@@ -18,7 +19,9 @@ from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.joint_moments import leg_moments
 from warpmuscle.kernels.contact.gait_cycle import width_from_line
 from warpmuscle.kernels.muscle.muscle import LARGEST_PASSIVE
+from warpmuscle.kernels.objective import term_functions
 from warpmuscle.kernels.objective.objective_terms import TERMS
+from warpmuscle.kernels.structs import HINGE, Model, Scratch, Skeleton, State
 from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
@@ -131,6 +134,28 @@ def test_torques_of_limits_count_only_where_a_joint_is_beyond_them():
     stopped = values(scene)
     assert free["joint_limits"][0] == 0.0
     assert stopped["joint_limits"][0] > 1.0
+
+
+@wp.kernel(enable_backward=False)
+def excess(model: Model, state: State, work: Scratch, found: wp.array[wp.vec3]):
+    its = work
+    found[0] = term_functions.torque_of_limits(0, 1, model, state, its)
+
+
+def test_asking_for_the_torque_of_limits_leaves_the_body_as_it_was():
+    plan = {"joint_type": [0, HINGE], "parent": [-1, 0], "has_limits": [0, 1]}
+    limits = {"low": [[[-0.5, 0.0, 0.0]] * 2], "high": [[[0.4, 0.0, 0.0]] * 2], "stiffness": [[400.0] * 2]}
+    row = {"axis_a": [[[1.0, 0.0, 0.0]] * 2]}
+    model = filled(Model, time_step=0.001, skeleton=filled(Skeleton, plan=plan, row=row, limits=limits))
+    one = np.ones((1, 1), np.float32)
+    state = filled(State, coordinates=0.6 * one, speeds=0.0 * one, accelerations=0.0 * one)
+    torque, stiff = np.array([[0.0] * 3, [7.0, 8.0, 9.0]]), np.array([[0.0] * 6, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]])
+    work = filled(Scratch, rotation=np.tile(np.eye(3), (2, 1, 1)), torque=torque, stiffness=stiff)
+    found = wp.zeros(1, dtype=wp.vec3, device="cpu")
+    wp.launch(excess, 1, [model, state, work, found], device="cpu")
+    assert np.linalg.norm(found.numpy()) == pytest.approx(400.0 * 0.2, rel=1e-3)
+    np.testing.assert_array_equal(work.torque.numpy(), torque)
+    np.testing.assert_array_equal(work.stiffness.numpy().reshape(2, 6), stiff)
 
 
 def walked(name: str, duration: float, weights: dict[str, float], gait: str = "") -> Rollout:

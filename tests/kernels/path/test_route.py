@@ -48,7 +48,7 @@ def wrapped_leg(wrapping: str = "opensim") -> Scene:
         "ball": SphereSurface("pelvis", (0.02, -0.1, -0.05), 0.03),
         "head": SphereSurface("thigh", (0.0, 0.15, 0.0), 0.04, side="-z"),
     }
-    character.muscles["both"].wraps = [Wrap("knee"), Wrap("ball", 1, 2)]
+    character.muscles["both"].wraps = [Wrap("knee", 2), Wrap("ball", 1, 2)]
     character.muscles["hip"].wraps = [Wrap("head")]
     character.muscles["knee"].wraps = [Wrap("shin")]
     return scene

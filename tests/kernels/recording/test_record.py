@@ -35,7 +35,8 @@ given_way = kernels.record_given_way_of(False)
 def written(instance: int, frame: int, model: Model, state: State, record: Record, work: Scratch, wanted: Scratch):
     kernels.record_desired(instance, 0, 1, frame, model, state, record, wanted)
     kernels.record_stage(instance, 0, 1, frame, model, state, record, work)
-    given_way(instance, 0, 1, frame, model, record, work)
+    for lane in range(2):
+        given_way(instance, lane, 2, frame, model, record, work)
 
 
 @pytest.mark.parametrize(("instance", "frame"), [(0, 2), (2, 3), (2, -1)])

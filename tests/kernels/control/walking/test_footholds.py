@@ -70,3 +70,8 @@ def test_a_place_costs_more_the_further_the_more_uneven_and_the_later_it_is_chan
     assert cost[3] == pytest.approx(float(footholds.UNEVEN) * (0.05 - float(footholds.TOLERATED)))
     assert 0.0 < cost[4] < cost[5]
     assert cost[6] == cost[5]  # back as much as ahead
+
+
+def test_what_a_foothold_may_cost_is_what_the_shipped_numbers_were_searched_with():
+    tuned = {"UNEASY": 3.0, "BACKWARDS": 3.0, "HIGHEST": 0.22, "STEADY": 0.7, "STEEPEST": 0.35}
+    assert {name: float(getattr(footholds, name)) for name in tuned} == tuned

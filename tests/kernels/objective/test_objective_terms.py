@@ -1,0 +1,17 @@
+"""What terms weigh by default, against typed numbers: those with which the shipped policies were learnt."""
+
+from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS, TERMS
+
+WEIGHTS = {
+    "speed": 10.0, "alive": 5.0, "upright": 0.0, "pose": 10.0, "imitation": 20.0, "force": 0.0, "effort": 3.0,
+    "action": 1.0, "action_rate": 0.0, "overload": 0.0, "heading": 3.0, "side": 3.0, "objective": 0.0, "failure": 0.0,
+}  # fmt: skip
+
+
+def test_rewards_weigh_by_default_what_they_did_when_policies_learnt():
+    assert {name: term.weight for name, term in REWARDS.items()} == WEIGHTS
+    assert set(PER_DECISION) <= set(REWARDS)
+
+
+def test_no_term_of_an_objective_weighs_anything_by_default():
+    assert {term.weight for term in TERMS.values()} == {0.0}
