@@ -9,12 +9,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from warpmuscle.core.arguments import in_words
+from warpmuscle.core.arguments import as_array, as_number
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
@@ -26,13 +25,14 @@ from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, p
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
 from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
-from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
+from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, each_of
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
 MOST = 20.0  # rad, that no angle comes to
+FARTHEST = 1.0e5  # m, that no unit brings a body away from the origin
 FREE = 3  # coordinates of a root at least, with which a body may fall
 
 
@@ -130,16 +130,10 @@ def prepare(
     times: Floats | Sequence[Floats] | None,
 ) -> Prepared:
     """Trials as states and loads of a model in all frames that are wanted; raises ArgumentError, see there."""
-    motions = [coordinates] if isinstance(coordinates, Coordinates | str | PathLike) else list(coordinates)
-    other = next((motion for motion in motions if not isinstance(motion, Coordinates)), None)
-    if other is not None:
-        raise ArgumentError(
-            f"coordinates must be those that wm.inverse_kinematics finds (found.coordinates), not {in_words(other)}; "
-            "warpmuscle.inverse.files.read_coordinates reads a .mot"
-        )
-    given = [loads] if isinstance(loads, Loads) or loads is None else list(loads)
-    if loads is None:
-        given = [None] * len(motions)
+    motions = trials_of(coordinates)
+    given: list[Loads | None] = [None] * len(motions)
+    if loads is not None:
+        given = each_of(Loads, loads, "loads", " that warpmuscle.inverse.loads.read_loads reads, or None", none=True)
     if len(given) != len(motions):
         raise ArgumentError(f"there are loads of {number_of(len(given), 'trial')}, and coordinates of {len(motions)}")
     if not motions:
@@ -162,6 +156,14 @@ def prepare(
             raise ArgumentError(f"trial {k + 1}: {error}" if len(given) > 1 else str(error)) from None
     _warn(body, motions, given, states, starts, parts, [at for at, _ in moving])
     return Prepared([at for at, _ in moving], states, joined(parts), rates[0])
+
+
+def trials_of(coordinates: Any) -> list[Coordinates]:
+    """Coordinates of one trial or several as a list; raises ArgumentError where they are something else."""
+    return each_of(
+        Coordinates, coordinates, "coordinates",
+        " that wm.inverse_kinematics finds (found.coordinates) or warpmuscle.inverse.files.read_coordinates reads",
+    )  # fmt: skip
 
 
 def _warn(
@@ -217,9 +219,10 @@ def wanted_times(motion: Coordinates, times: Floats | None) -> Floats:
     """Times of the frames that are wanted of a motion."""
     if times is None:
         return motion.times
-    at = np.asarray(times, np.float64)
+    at = as_array(times, "times").astype(np.float64)
     late = 1e-6 + 1e-9 * abs(float(motion.times[-1]))
-    if at.ndim != 1 or not len(at) or at.min() < motion.times[0] - late or at.max() > motion.times[-1] + late:
+    inside = at.ndim == 1 and len(at) > 0 and (at >= motion.times[0] - late) & (at <= motion.times[-1] + late)
+    if not np.all(inside):
         raise ArgumentError(f"times must be within the motion, from {motion.times[0]:g} to {motion.times[-1]:g} s")
     return at
 
@@ -243,12 +246,13 @@ def moved(body: BodyModel, motion: Coordinates, cutoff: float | None, at: Floats
         )
     values = motion.values[:, [motion.names.index(name) for name in known]]
     for name, column in zip(known, values.T, strict=True):
-        if body.map.units[names.index(name)] == "rad" and np.abs(column).max() > MOST:
-            raise ArgumentError(
-                f"coordinate {name!r} comes to {np.abs(column).max():.3g} rad; is the motion in degrees?"
-            )
+        unit = body.map.units[names.index(name)]
+        if (far := float(np.abs(column).max())) > (MOST if unit == "rad" else FARTHEST):
+            asked = "in degrees" if unit == "rad" else "in another unit than m"
+            raise ArgumentError(f"coordinate {name!r} comes to {far:.3g} {unit}; is the motion {asked}?")
     through = motion.times
     if cutoff is not None:
+        cutoff = as_number(cutoff, "filter")
         through, values = low_pass(motion.times, values, cutoff)
     found: list[Floats] = [np.zeros((len(at), len(names))) for _ in range(3)]
     found[0][:] = body.map.default

@@ -26,7 +26,7 @@ from warpmuscle.inverse.dynamics import Moments, Prepared, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
-from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.inverse.trial import Coordinates, Loads, each_of
 from warpmuscle.kernels.inverse import static_optimization as kernels
 from warpmuscle.kernels.inverse.left_out_pennation import leave_out_pennation
 from warpmuscle.scene.masses import muscle_mass, specific_tension
@@ -78,8 +78,9 @@ def static_optimization(
     if unknown is not None:
         raise ArgumentError(f"no option {unknown!r}; there are {', '.join(ActivationOptions.__dataclass_fields__)}")
     trials = prepare(body, coordinates, loads, filter, times)
-    signals = [emg] if isinstance(emg, Emg) or emg is None else list(emg)
-    signals = signals * len(trials.times) if emg is None else signals
+    signals: list[Emg | None] = [None] * len(trials.times)
+    if emg is not None:
+        signals = each_of(Emg, emg, "emg", " that warpmuscle.inverse.emg.read_emg reads, or None", none=True)
     if len(signals) != len(trials.times):
         raise ArgumentError(
             f"there is EMG of {number_of(len(signals), 'trial')}, and coordinates of {len(trials.times)}"
