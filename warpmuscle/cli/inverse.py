@@ -71,6 +71,9 @@ def inverse(
     rates: Annotated[bool, typer.Option("--rates", help="Activations change as fast as muscles can.")] = False,
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
     pennation: Annotated[bool, typer.Option("--pennation", help="Millard's angles count; OpenSim omits them.")] = False,
+    exact_rates: Annotated[
+        bool, typer.Option("--exact-rates", help="Knees of OpenSim models speed up as they turn; OpenSim's do not.")
+    ] = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
     window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.015,
@@ -118,6 +121,7 @@ def inverse(
         found = run_steps(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
             options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None, fitted=fitted,
+            exact_rates=exact_rates,
         )  # fmt: skip
     about = _about(model, wanted, options, filter)
     _give(found, output, sto, about, body)

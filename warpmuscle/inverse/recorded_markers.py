@@ -155,8 +155,8 @@ class FittedFrames:
             wp.array(np.repeat(greatest, counts, axis=0), dtype=wp.float64, device=self._device),
         ]
         wp.launch(marker_frames.count_near, shape, inputs, [near], device=self._device)
-        whole = (np.add.reduceat(each, first) for each in (squares, height, seen))
-        return MarkerSums(*whole, greatest, np.add.reduceat(near.numpy(), first))
+        squares, height, seen, close = (np.add.reduceat(each, first) for each in (squares, height, seen, near.numpy()))
+        return MarkerSums(squares, height, seen, greatest, close)
 
 
 def _common_columns(problem: Problem) -> list[int] | None:

@@ -57,13 +57,14 @@ def static_optimization(
     filter: float | None = None,
     times: Floats | Sequence[Floats] | None = None,
     emg: Emg | Sequence[Emg | None] | None = None,
+    exact_rates: bool = False,
     device: str | None = None,
     **options: object,
 ) -> Activations | list[Activations]:
     """Muscle activations and forces by static optimisation, for one trial or many at once.
 
     Args:
-        model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
+        model, coordinates, loads, filter, times, exact_rates, device: see `inverse_dynamics`.
         emg: of the same trials, None of one without.
         options: see `ActivationOptions`: power, weight, physiology, passive, reserve, least, emg_weight, rates,
             elastic, pennation.
@@ -77,7 +78,7 @@ def static_optimization(
     unknown = next((name for name in options if name not in ActivationOptions.__dataclass_fields__), None)
     if unknown is not None:
         raise ArgumentError(f"no option {unknown!r}; there are {', '.join(ActivationOptions.__dataclass_fields__)}")
-    trials = prepare(body, coordinates, loads, filter, times)
+    trials = prepare(body, coordinates, loads, filter, times, exact_rates, of_speeds=True).of_speeds
     signals: list[Emg | None] = [None] * len(trials.times)
     if emg is not None:
         signals = each_of(Emg, emg, "emg", " that warpmuscle.inverse.emg.read_emg reads, or None", none=True)

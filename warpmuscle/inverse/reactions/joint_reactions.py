@@ -67,12 +67,13 @@ def joint_reactions(
     frame: str = "child",
     filter: float | None = None,
     times: Floats | Sequence[Floats] | None = None,
+    exact_rates: bool = False,
     device: str | None = None,
 ) -> JointReactions | list[JointReactions]:
     """Reactions of all joints, of one trial or of many at once.
 
     Args:
-        model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
+        model, coordinates, loads, filter, times, exact_rates, device: see `inverse_dynamics`.
         activations: of `static_optimization` of the same trials and times; without them no muscle pulls.
         on: "child" or "parent", which body a joint acts on. frame: whose axes are meant, or "ground".
 
@@ -82,7 +83,7 @@ def joint_reactions(
     """
     many = not isinstance(coordinates, Coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
-    trials = prepare(body, coordinates, loads, filter, times)
+    trials = prepare(body, coordinates, loads, filter, times, exact_rates, of_speeds=True).of_speeds
     given = None
     if activations is not None:
         given = each_of(Activations, activations, "activations", " that wm.static_optimization finds")
