@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from opensim_table import table
 from small_leg import loads, motion, small_leg
@@ -20,6 +21,22 @@ from warpmuscle.inverse.trial import Coordinates, Loads
 @pytest.fixture(scope="module")
 def body(tmp_path_factory) -> BodyModel:
     return BodyModel(small_leg(tmp_path_factory.mktemp("leg")), "cpu")
+
+
+def test_accelerations_of_speeds_are_slopes_of_a_spline_through_them(body):
+    at = motion()
+    noisy = Coordinates(at.names, at.times, at.values + 0.002 * np.random.default_rng(2).normal(size=at.values.shape))
+    wanted = at.times[3:30:4] + 0.003
+    found = prepare(body, noisy, None, None, wanted, of_speeds=True)
+    knee = at.names.index("knee_angle")
+    natural = ([(3, 0.0), (4, 0.0)],) * 2
+    speeds = make_interp_spline(at.times, noisy.values[:, knee], k=5, bc_type=natural)(at.times, nu=1)
+    own = int(body.map.speed[body.map.names.index("knee_angle")])
+    slopes = make_interp_spline(at.times, speeds, k=5, bc_type=natural)(wanted, nu=1)
+    assert found.of_speeds.states.rates[:, own] == pytest.approx(slopes, rel=1e-9)
+    assert np.abs(found.states.rates[:, own] - slopes).max() > 0.05 * np.abs(slopes).max()
+    assert found.of_speeds.states.speeds is found.states.speeds
+    assert prepare(body, noisy, None, None, wanted).of_speeds.speed_rates is None
 
 
 def test_moments_of_a_filtered_walk_are_those_of_opensim(reference_data):

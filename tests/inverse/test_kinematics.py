@@ -11,7 +11,7 @@ from leg_model import chain_of, leg, markers_of, walk
 from recorded_markers import trc_text
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.formats.external_loads import TO_OPENSIM
-from warpmuscle.inverse import kinematics
+from warpmuscle.inverse import kinematics, recorded_markers
 from warpmuscle.inverse.files import angle_names, read_coordinates
 from warpmuscle.inverse.marker_checks import Doubts, doubts
 from warpmuscle.inverse.trial import Markers, TrialWarning
@@ -110,6 +110,31 @@ def test_a_closer_look_finds_no_more_than_where_sums_leave_doubt(scene, chain, m
     assert [one.notes for one in found] == [one.notes for one in closer]
     noted = [bool(one.notes) for one in closer]
     assert 5 < sum(noted) <= looked[0].sum() < 38
+
+
+def test_sums_over_a_recording_are_the_same_whole_and_in_pieces(scene, chain, monkeypatch):
+    trials = [markers_of(chain, walk(chain, frames, seed=frames), noise=0.01) for frames in (4, 12, 17)]
+    trials[2].positions[3:9, 1] = np.nan
+    trials[1].positions[5, 2] += 0.3
+    looked = []
+
+    def looking(chain, names, fit, starts):
+        looked.append(fit.sums)
+        return doubts(chain, names, fit, starts)
+
+    monkeypatch.setattr(kinematics, "doubts", looking)
+    monkeypatch.setattr(recorded_markers, "PIECE", 5)
+    with warnings.catch_warnings(action="ignore", category=TrialWarning):
+        found = wm.inverse_kinematics(scene, trials, device="cpu")
+    order = [trials[0].names.index(name) for name in found[0].markers]
+    for k, (one, trial) in enumerate(zip(found, trials, strict=True)):
+        squares = np.square(one.errors).sum(axis=2)
+        near = ~((recorded_markers.SUDDEN * (1.0 - recorded_markers.NEAR)) ** 2 * squares >= np.nanmax(squares, axis=0))
+        seen, height = np.isfinite(squares), np.nansum(trial.positions[:, order, 1], axis=0)
+        most, close = np.nanmax(squares, axis=0), (near & seen).sum(axis=0)
+        expected = (np.nansum(squares, axis=0), height, seen.sum(axis=0), most, close)
+        for sums, wanted in zip(looked[0], expected, strict=True):
+            np.testing.assert_allclose(sums[k], wanted, rtol=1e-12)
 
 
 def test_swapped_labels_are_named(scene, chain):

@@ -80,7 +80,7 @@ def test_each_damage_that_a_file_shows_is_one_line_with_its_name(kind, sound, sc
         damage.change(trial, Random(number))
         folder = tmp_path / str(number)
         folder.mkdir()
-        trial.write(folder, c3d=False)
+        trial.write(folder, kind)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
             try:
@@ -96,7 +96,7 @@ def test_each_damage_that_a_file_shows_is_one_line_with_its_name(kind, sound, sc
 
 
 def test_sound_recordings_are_read(sound, scene, tmp_path):
-    sound.write(tmp_path, c3d=False)
+    sound.write(tmp_path, "markers")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for kind in FEWEST:

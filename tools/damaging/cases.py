@@ -14,10 +14,15 @@ from fuzzing.judge import Verdict, judged
 
 from damaging.damage import Damage
 from damaging.markers import C3D, TRC
+from damaging.setups import ELSEWHERE, MODEL, SETUP
 from damaging.tables import COORDINATES, EMG, LOADS
 from damaging.trial import NAMES, Trial
 
-KINDS: dict[str, list[Damage]] = {"markers": TRC, "c3d": C3D, "coordinates": COORDINATES, "loads": LOADS, "emg": EMG}
+KINDS: dict[str, list[Damage]] = {
+    "markers": TRC + ELSEWHERE["markers"], "c3d": C3D, "coordinates": COORDINATES + ELSEWHERE["coordinates"],
+    "loads": LOADS + ELSEWHERE["loads"] + ELSEWHERE["described"], "emg": EMG + ELSEWHERE["emg"], "setup": SETUP,
+    "model": MODEL,
+}  # fmt: skip
 ALIKE = {"rad": 0.1, "N": 0.1}  # rad by which coordinates, and part of its range by which an array may differ
 NAMED = "|".join([*map(re.escape, NAMES.values()), "the motion", "the force '"])  # what an error must name one of
 SHOWN = 600  # characters of what was said
@@ -49,6 +54,8 @@ def command(kind: str) -> list[str]:
     if kind in ("markers", "c3d"):
         on = loads if kind == "markers" else []  # times of C3D begin at 0
         return ["inverse", "model.osim", NAMES[kind], *on, "--steps", "ik,id", *output]
+    if kind == "setup":
+        return ["inverse", "model.osim", NAMES["markers"], "--setup", NAMES["setup"], "--steps", "ik", *output]
     more = ["--emg", NAMES["emg"], "--steps", "id,so", "--reserve", "50"] if kind == "emg" else ["--steps", "id"]
     return ["inverse", "model.osim", NAMES["coordinates"], *loads, *more, *output]
 
@@ -64,7 +71,7 @@ def run(case: Case, sound: Trial, folder: Path, wanted: Path | None) -> Verdict:
     trial = copy.deepcopy(sound)
     if wanted is not None:
         case.damage.change(trial, random.Random(f"{case.seed} {case.kind} {case.number}"))
-    trial.write(inside, case.kind == "c3d")
+    trial.write(inside, case.kind)
     verdict = judged([command(case.kind)], inside, folder)
     if wanted is not None and not verdict.complaints:
         verdict.complaints += _complaints(case, verdict, inside / "out.h5", wanted)

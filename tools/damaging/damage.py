@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Callable
 from random import Random
 from typing import NamedTuple
@@ -77,3 +78,26 @@ def beheaded(what: str) -> Damage:
             trial.edit(what, lambda data: b"\n".join(data.split(b"\n")[3:]))
 
     return Damage(f"head of {what}", change, "")
+
+
+def written_elsewhere(what: str) -> list[Damage]:
+    """The same text as other programs and systems write it."""
+    ways: dict[str, Callable[[bytes], bytes]] = {
+        "of Windows": lambda data: data.replace(b"\n", b"\r\n"),
+        "of an old Macintosh": lambda data: data.replace(b"\n", b"\r"),
+        "with a mark of order": lambda data: b"\xef\xbb\xbf" + data,
+        "in UTF-16": lambda data: data.decode().encode("utf-16"),
+        "with decimal commas": lambda data: data.replace(b".", b","),
+        "without a last line": lambda data: data.rstrip(b"\n")[:-3],
+        "twice": lambda data: data + data,
+        "with blanks at the ends of lines": lambda data: data.replace(b"\n", b" \t\n"),
+        "with empty lines between": lambda data: data.replace(b"\n", b"\n\n"),
+        "packed": gzip.compress,
+        "of zeros": lambda data: bytes(len(data)),
+        "with words for numbers": lambda data: data.replace(b"0.", b"O."),
+    }
+
+    def damage(name: str, way: Callable[[bytes], bytes]) -> Damage:
+        return Damage(f"{what} {name}", lambda trial, rng: trial.edit(what, way), "")
+
+    return [damage(name, way) for name, way in ways.items()]

@@ -12,7 +12,7 @@ import numpy as np
 
 Edit = Callable[[bytes], bytes]
 NAMES = {"markers": "markers.trc", "c3d": "markers.c3d", "coordinates": "walk.mot", "loads": "loads.mot",
-         "described": "loads.xml", "emg": "emg.csv"}  # fmt: skip
+         "described": "loads.xml", "emg": "emg.csv", "setup": "ik.xml", "model": "model.osim"}  # fmt: skip
 
 
 @dataclass
@@ -66,17 +66,19 @@ class Trial:
         """Leave only these frames of the markers, in this order."""
         self.marker_times, self.positions = self.marker_times[frames], self.positions[frames]
 
-    def write(self, folder: Path, c3d: bool) -> None:
-        """Write all files, damaged as was asked for."""
+    def write(self, folder: Path, kind: str) -> None:
+        """Write all files, damaged as was asked for; a C3D and a set-up only for cases of theirs."""
         shutil.copy(self.model, folder / "model.osim")
         (folder / NAMES["markers"]).write_text(self._trc())
-        if c3d:
+        if kind == "c3d":
             self._write_c3d(folder / NAMES["c3d"])
         for what, text in (
             ("coordinates", self.coordinates.storage()), ("loads", self.loads.storage()),
             ("described", self._described()), ("emg", self.emg.rows(",")),
         ):  # fmt: skip
             (folder / NAMES[what]).write_text(text)
+        if kind == "setup":
+            (folder / NAMES["setup"]).write_text(self._setup())
         for what, change in self.edits:
             path = folder / NAMES[what]
             if path.exists():
@@ -123,6 +125,9 @@ class Trial:
         for body, *starts in self.plates:
             tags = zip(("force_identifier", "point_identifier", "torque_identifier"), starts, strict=True)
             inner = "".join(f"<{tag}>{word}</{tag}>" for tag, word in tags)
+            inner += "".join(
+                f"<{what}_expressed_in_body>ground</{what}_expressed_in_body>" for what in ("force", "point")
+            )
             forces.append(
                 f'<ExternalForce name="on_{body}"><applied_to_body>{body}</applied_to_body>{inner}</ExternalForce>'
             )
@@ -130,6 +135,23 @@ class Trial:
             '<OpenSimDocument Version="40000"><ExternalLoads name="ground">\n<objects>\n'
             + "\n".join(forces)
             + f"\n</objects>\n<datafile>{NAMES['loads']}</datafile></ExternalLoads></OpenSimDocument>\n"
+        )
+
+    def _setup(self) -> str:
+        """A set-up of inverse kinematics: all markers, and a coordinate that takes its values from a file."""
+        tasks = [f'<IKMarkerTask name="{name}"><apply>true</apply><weight>{1 + k % 3}</weight></IKMarkerTask>'
+                 for k, name in enumerate(self.marker_names)]  # fmt: skip
+        name = next(name for name in self.coordinates.names if "hip_flexion" in name)
+        tasks.append(f'<IKCoordinateTask name="{name}"><apply>true</apply><weight>0.001</weight>'
+                     "<value_type>from_file</value_type></IKCoordinateTask>")  # fmt: skip
+        first, last = self.marker_times[[0, -1]]
+        return (
+            '<OpenSimDocument Version="40000"><InverseKinematicsTool name="walk">\n'
+            f"<model_file>{NAMES['model']}</model_file><marker_file>{NAMES['markers']}</marker_file>"
+            f"<coordinate_file>{NAMES['coordinates']}</coordinate_file>\n"
+            f"<time_range>{first:.4f} {last:.4f}</time_range>\n"
+            "<IKTaskSet><objects>\n" + "\n".join(tasks) + "\n</objects></IKTaskSet>\n"
+            "</InverseKinematicsTool></OpenSimDocument>\n"
         )
 
 

@@ -71,6 +71,7 @@ def inverse(
     rates: Annotated[bool, typer.Option("--rates", help="Activations change as fast as muscles can.")] = False,
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
     pennation: Annotated[bool, typer.Option("--pennation", help="Millard's angles count; OpenSim omits them.")] = False,
+    exact_rates: Annotated[bool, typer.Option("--exact-rates", help="Of knees, where OpenSim's are not.")] = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
     window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.015,
@@ -103,11 +104,9 @@ def inverse(
 
     wanted = steps_of(steps)
     options = ActivationOptions(
-        power=power, weight=_weight(weight), physiology=not isometric, passive=passive,
+        power=power, weight=_weight(weight), physiology=not isometric, passive=passive, pennation=pennation,
         reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
-        pennation=pennation,
     )  # fmt: skip
-    tracking = _tracking(options, window, not no_reserves, not no_residuals, ground)
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         fitted, trials = _motions(motions, body, setup, device)
@@ -117,7 +116,8 @@ def inverse(
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
             body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
-            options=options, on=on, frame=frame, tracking=tracking, recorded=output is not None, fitted=fitted,
+            options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted, exact_rates=exact_rates,
+            tracking=_tracking(options, window, not no_reserves, not no_residuals, ground),
         )  # fmt: skip
     about = _about(model, wanted, options, filter)
     _give(found, output, sto, about, body)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpmuscle.core.arguments import as_number, as_truth
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
@@ -50,21 +51,21 @@ class ActivationOptions:
 
     def check(self, body: BodyModel) -> None:
         """Raise ArgumentError where an option is none, or options do not go together."""
-        if self.power not in POWERS:
+        if not isinstance(self.power, int | np.integer) or isinstance(self.power, bool) or self.power not in POWERS:
             raise ArgumentError(f"power is 1, 2, 3 or 4, not {self.power!r}")
-        if self.weight not in ("", "volume"):
+        for name in ("physiology", "passive", "rates", "elastic", "pennation"):
+            as_truth(getattr(self, name), name)
+        if not isinstance(self.weight, str) or self.weight not in ("", "volume"):
             raise ArgumentError(f'weight is "" or "volume", not {self.weight!r}')
         named = self.reserve if isinstance(self.reserve, Mapping) else {}
         unknown = next((name for name in named if name and name not in body.map.names), None)
         if unknown is not None:
             raise ArgumentError(f"reserve: no coordinate {unknown!r}; there are {', '.join(body.map.names)}")
         for strength in named.values() if isinstance(self.reserve, Mapping) else [self.reserve]:
-            if not (np.isfinite(strength) and 1e-4 <= strength <= 1e6):
-                raise ArgumentError(f"reserve: a strength is a number from 1e-4 to 1e6 N m or N, not {strength!r}")
-        if self.least is not None and not 0.0 <= self.least < 1.0:
-            raise ArgumentError(f"least is an activation from 0 to below 1, not {self.least!r}")
-        if not (np.isfinite(self.emg_weight) and self.emg_weight >= 0.0):
-            raise ArgumentError(f"emg_weight is 0 or more, not {self.emg_weight!r}")
+            as_number(strength, "reserve: a strength, N m or N,", least=1e-4, most=1e6)
+        if self.least is not None and as_number(self.least, "least, an activation,", least=0.0, most=1.0) == 1.0:
+            raise ArgumentError("least, an activation, must be below 1")
+        as_number(self.emg_weight, "emg_weight", least=0.0, most=1e6)
         if self.emg_weight > 0.0 and self.power != 2:
             raise ArgumentError("EMG counts beside squares of activations; use power = 2")
 

@@ -8,31 +8,32 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
-from os import PathLike
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from warpmuscle.core.arguments import in_words
+from warpmuscle.core.arguments import as_array, as_number, as_truth
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
+from warpmuscle.inverse.as_opensim.turned_axes import seeming_loads
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, places_of
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
 from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
-from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
+from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, each_of
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
 MOST = 20.0  # rad, that no angle comes to
+FARTHEST = 1.0e5  # m, that no unit brings a body away from the origin
 FREE = 3  # coordinates of a root at least, with which a body may fall
 
 
@@ -68,6 +69,18 @@ class Prepared(NamedTuple):
     states: States  # of all frames
     loads: BodyLoads
     values: Floats  # (n, K) rad and m
+    speed_rates: Floats | None = None  # (n, S) of the speeds, as `of_speeds` has them
+
+    @property
+    def of_speeds(self) -> Prepared:
+        """The same with accelerations that are slopes of a spline through the speeds of all recorded frames.
+
+        OpenSim's StaticOptimization and what follows it take those, its InverseDynamicsTool those of a spline through
+        coordinates. Both differ where a motion is noisy.
+        """
+        if self.speed_rates is None:
+            return self
+        return self._replace(states=replace(self.states, rates=self.speed_rates))
 
     @property
     def starts(self) -> list[int]:
@@ -86,6 +99,7 @@ def inverse_dynamics(
     *,
     filter: float | None = None,
     times: Floats | Sequence[Floats] | None = None,
+    exact_rates: bool = False,
     device: str | None = None,
 ) -> Moments | list[Moments]:
     """Generalised forces of inverse dynamics, for one trial or many at once.
@@ -95,6 +109,8 @@ def inverse_dynamics(
         coordinates: of one trial or a list of trials. loads: of the same trials, None of one without.
         filter: Hz, the cut-off of a low-pass filter of the coordinates; None for none.
         times: s, of the frames that are wanted, or a list of them by trial; by default all of the motion's.
+        exact_rates: whether bodies beyond a joint of an OpenSim model whose coordinate turns it about three axes, such
+            as a knee, speed up as their velocities change; OpenSim's do not (see `as_opensim.turned_axes`).
         device: "cpu", "cuda:0", ...; by default the first GPU, or the CPU without one.
 
     Warns:
@@ -106,7 +122,7 @@ def inverse_dynamics(
     """
     many = not isinstance(coordinates, Coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
-    trials = prepare(body, coordinates, loads, filter, times)
+    trials = prepare(body, coordinates, loads, filter, times, exact_rates)
     found = moments_of(body, trials)
     return found if many else found[0]
 
@@ -128,18 +144,19 @@ def prepare(
     loads: Loads | Sequence[Loads | None] | None,
     cutoff: float | None,
     times: Floats | Sequence[Floats] | None,
+    exact_rates: bool = True,
+    of_speeds: bool = False,
 ) -> Prepared:
-    """Trials as states and loads of a model in all frames that are wanted; raises ArgumentError, see there."""
-    motions = [coordinates] if isinstance(coordinates, Coordinates | str | PathLike) else list(coordinates)
-    other = next((motion for motion in motions if not isinstance(motion, Coordinates)), None)
-    if other is not None:
-        raise ArgumentError(
-            f"coordinates must be those that wm.inverse_kinematics finds (found.coordinates), not {in_words(other)}; "
-            "warpmuscle.inverse.files.read_coordinates reads a .mot"
-        )
-    given = [loads] if isinstance(loads, Loads) or loads is None else list(loads)
-    if loads is None:
-        given = [None] * len(motions)
+    """Trials as states and loads of a model in all frames that are wanted; raises ArgumentError, see there.
+
+    Args:
+        of_speeds: whether `Prepared.of_speeds` is wanted, too.
+    """
+    as_truth(exact_rates, "exact_rates")
+    motions = trials_of(coordinates)
+    given: list[Loads | None] = [None] * len(motions)
+    if loads is not None:
+        given = each_of(Loads, loads, "loads", " that warpmuscle.inverse.loads.read_loads reads, or None", none=True)
     if len(given) != len(motions):
         raise ArgumentError(f"there are loads of {number_of(len(given), 'trial')}, and coordinates of {len(motions)}")
     if not motions:
@@ -150,9 +167,10 @@ def prepare(
         raise ArgumentError(f"there are times of {number_of(len(wanted), 'trial')}, and coordinates of {len(motions)}")
     for motion, one in zip(motions, wanted, strict=True):
         at = wanted_times(motion, one)
-        moving.append((at, moved(body, motion, cutoff, at)))
-    rates = [np.concatenate([motion[order] for _, motion in moving]) for order in range(3)]
-    states = body.map.states(*rates)
+        moving.append((at, moved(body, motion, cutoff, at, of_speeds)))
+    rates = [np.concatenate(arrays) for arrays in zip(*(motion for _, motion in moving), strict=True)]
+    states = body.map.states(rates[0], rates[1], rates[2])
+    speed_rates = body.map.states(rates[0], rates[1], rates[3]).rates if of_speeds else None
     starts = [0, *np.cumsum([len(at) for at, _ in moving]).tolist()]
     for k, load in enumerate(given):
         part = slice(starts[k], starts[k + 1])
@@ -161,7 +179,20 @@ def prepare(
         except ArgumentError as error:
             raise ArgumentError(f"trial {k + 1}: {error}" if len(given) > 1 else str(error)) from None
     _warn(body, motions, given, states, starts, parts, [at for at, _ in moving])
-    return Prepared([at for at, _ in moving], states, joined(parts), rates[0])
+    found = joined(parts)
+    if not exact_rates and (seeming := seeming_loads(body, states, rates[0], rates[1])) is not None:
+        found = BodyLoads([*found.body, *seeming.body], *(
+            np.concatenate([one, other], axis=1) for one, other in zip(found[1:], seeming[1:], strict=True)
+        ))  # fmt: skip
+    return Prepared([at for at, _ in moving], states, found, rates[0], speed_rates)
+
+
+def trials_of(coordinates: Any) -> list[Coordinates]:
+    """Coordinates of one trial or several as a list; raises ArgumentError where they are something else."""
+    return each_of(
+        Coordinates, coordinates, "coordinates",
+        " that wm.inverse_kinematics finds (found.coordinates) or warpmuscle.inverse.files.read_coordinates reads",
+    )  # fmt: skip
 
 
 def _warn(
@@ -217,15 +248,22 @@ def wanted_times(motion: Coordinates, times: Floats | None) -> Floats:
     """Times of the frames that are wanted of a motion."""
     if times is None:
         return motion.times
-    at = np.asarray(times, np.float64)
+    at = as_array(times, "times").astype(np.float64)
     late = 1e-6 + 1e-9 * abs(float(motion.times[-1]))
-    if at.ndim != 1 or not len(at) or at.min() < motion.times[0] - late or at.max() > motion.times[-1] + late:
+    inside = at.ndim == 1 and len(at) > 0 and (at >= motion.times[0] - late) & (at <= motion.times[-1] + late)
+    if not np.all(inside):
         raise ArgumentError(f"times must be within the motion, from {motion.times[0]:g} to {motion.times[-1]:g} s")
     return at
 
 
-def moved(body: BodyModel, motion: Coordinates, cutoff: float | None, at: Floats) -> list[Floats]:
-    """Values (n, K) of a model's coordinates in their order, and their first and second derivatives."""
+def moved(
+    body: BodyModel, motion: Coordinates, cutoff: float | None, at: Floats, of_speeds: bool = False
+) -> list[Floats]:
+    """Values (n, K) of a model's coordinates in their order, and their first and second derivatives.
+
+    Args:
+        of_speeds: whether the second derivative comes again, as the slope of a spline through speeds.
+    """
     names = body.map.names
     known = [name for name in names if name in motion.names]
     missing = [name for name in names if name not in motion.names]
@@ -243,17 +281,21 @@ def moved(body: BodyModel, motion: Coordinates, cutoff: float | None, at: Floats
         )
     values = motion.values[:, [motion.names.index(name) for name in known]]
     for name, column in zip(known, values.T, strict=True):
-        if body.map.units[names.index(name)] == "rad" and np.abs(column).max() > MOST:
-            raise ArgumentError(
-                f"coordinate {name!r} comes to {np.abs(column).max():.3g} rad; is the motion in degrees?"
-            )
+        unit = body.map.units[names.index(name)]
+        if (far := float(np.abs(column).max())) > (MOST if unit == "rad" else FARTHEST):
+            asked = "in degrees" if unit == "rad" else "in another unit than m"
+            raise ArgumentError(f"coordinate {name!r} comes to {far:.3g} {unit}; is the motion {asked}?")
     through = motion.times
     if cutoff is not None:
+        cutoff = as_number(cutoff, "filter")
         through, values = low_pass(motion.times, values, cutoff)
-    found: list[Floats] = [np.zeros((len(at), len(names))) for _ in range(3)]
+    curves = spline(through, values, at, orders=3)
+    if of_speeds:
+        curves.append(spline(through, spline(through, values, through, orders=2)[1], at, orders=2)[1])
+    found: list[Floats] = [np.zeros((len(at), len(names))) for _ in curves]
     found[0][:] = body.map.default
     places = [names.index(name) for name in known]
-    for array, rates in zip(found, spline(through, values, at, orders=3), strict=True):
+    for array, rates in zip(found, curves, strict=True):
         array[:, places] = rates
     return found
 

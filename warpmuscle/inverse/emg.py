@@ -12,7 +12,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.inverse.plausibility.motions import time_notes
-from warpmuscle.inverse.trial import TrialWarning
+from warpmuscle.inverse.trial import TrialWarning, checked_names, checked_numbers, checked_times, of_file, put_fields
 from warpmuscle.synergy.tables import read_table
 
 LISTED = 4
@@ -31,12 +31,8 @@ class Emg:
     values: Floats  # (F, K)
 
     def __post_init__(self) -> None:
-        if np.shape(self.values) != (len(self.times), len(self.muscles)):
-            raise ArgumentError(
-                f"EMG: values are (times, muscles), {(len(self.times), len(self.muscles))}, not {np.shape(self.values)}"
-            )
-        if len(self.times) < 1 or not (np.diff(self.times) > 0.0).all():
-            raise ArgumentError("EMG: times must increase")
+        put_fields(self, muscles=checked_names("EMG", self.muscles), times=checked_times("EMG", self.times))
+        put_fields(self, values=checked_numbers("EMG", self.values, (len(self.times), len(self.muscles))))
         if not ((self.values >= 0.0) & (self.values <= 1.0)).all():
             raise ArgumentError("EMG: envelopes must be from 0 to 1; divide them by those of greatest efforts")
 
@@ -91,10 +87,8 @@ def read_emg(path: str | Path, muscles: Sequence[str]) -> Emg:
     left = [name for name in names if name not in (*known, "time")]
     for note in _notes(left, known, values):
         warnings.warn(f"{path}: {note}", TrialWarning, stacklevel=2)
-    try:
+    with of_file(path):
         return Emg(tuple(known), values[:, 0], values[:, 1:])
-    except ArgumentError as error:
-        raise SignalError(str(error), file=path) from None
 
 
 def _notes(left: Sequence[str], known: Sequence[str], values: Floats) -> list[str]:

@@ -13,7 +13,7 @@ from warpmuscle.core.files import replace_file
 from warpmuscle.formats.npz import LARGEST_ANGLE
 from warpmuscle.formats.sto import rows_text, storage_text
 from warpmuscle.inverse.plausibility.motions import unit_notes
-from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
+from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning, of_file
 from warpmuscle.markers.arm import AXES
 from warpmuscle.markers.files import read_markers as read_file
 from warpmuscle.scene import Scene
@@ -46,7 +46,8 @@ def read_markers(path: str | Path, unit: str | None = None, up: str = "y", forwa
     twice = next((name for k, name in enumerate(found.names) if name in found.names[:k]), None)
     if twice is not None:
         raise SignalError(f"two markers are called {twice!r}; rename one", file=path)
-    return Markers(found.names, found.time + found.begin, found.position @ turn.T)
+    with of_file(path):
+        return Markers(found.names, found.time + found.begin, found.position @ turn.T)
 
 
 def angle_names(scene: Scene) -> frozenset[str]:
@@ -121,7 +122,8 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
             raise SignalError(f"column {name!r} goes beyond eight turns in {unit}", file=path)
     for note in [] if unit_given else unit_notes(values[:, 1:][:, turned]):
         warnings.warn(f"{path}: {note}", TrialWarning, stacklevel=2)
-    return Coordinates(tuple(columns), times, found)
+    with of_file(path):
+        return Coordinates(tuple(columns), times, found)
 
 
 def _coordinate_names(scene: Scene) -> list[str]:

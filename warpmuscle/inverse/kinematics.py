@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, overload
 
 import numpy as np
 
+from warpmuscle.core.arguments import as_path
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.formats import SceneLike, scene_of
@@ -139,16 +140,14 @@ def inverse_kinematics(
         SceneError: the model cannot be used. SignalError, ArgumentError: the markers cannot.
     """
     scene = scene_of(model, "model")
-    given = markers if isinstance(markers, list | tuple) else [markers]
-    if not given:
-        raise ArgumentError("markers: there must be one recording at least")
-    tasks = read_tasks(setup) if setup is not None else None
+    given = recordings_of(markers)
+    tasks = read_tasks(as_path(setup, "setup")) if setup is not None else None
     if weights is None and tasks is not None:
         weights = tasks.markers
     chain = chain_of(scene)
     if not chain.markers:
         raise ArgumentError(f"model: {scene.name!r} has no markers, of which a fit needs three")
-    chooser = _Chooser(list(chain.markers), None if weights is None else dict(weights))
+    chooser = _Chooser(list(chain.markers), weights)
     trials = [_Trial(scene, chain, item, chooser, tasks) for item in given]
     place = find_device(device)
     found: list[Kinematics | None] = [None] * len(trials)
@@ -165,6 +164,14 @@ def inverse_kinematics(
     return done if isinstance(markers, list | tuple) else done[0]
 
 
+def recordings_of(markers: Any) -> list[MarkersLike]:
+    """Recordings of markers or their files, one or several, as a list; raises ArgumentError where they are none."""
+    found = list(markers) if isinstance(markers, list | tuple) else [markers]
+    if not found:
+        raise ArgumentError("markers: there must be one recording at least")
+    return [one if isinstance(one, Markers) else as_path(one, "markers, unless it is Markers,") for one in found]
+
+
 class _Chosen(NamedTuple):
     """Markers of a recording that count."""
 
@@ -176,7 +183,7 @@ class _Chosen(NamedTuple):
 class _Chooser:
     """Which markers of recordings count, found once for those of the same names that are all seen at first."""
 
-    def __init__(self, model: list[str], weights: dict[str, float] | None) -> None:
+    def __init__(self, model: list[str], weights: Mapping[str, float] | None) -> None:
         self._model, self._weights = model, weights
         self._known: dict[tuple[str, ...], _Chosen] = {}
 
@@ -203,7 +210,7 @@ class _Trial:
             self.markers = _within(markers, tasks.times if tasks is not None else None)
             self.weights, self.key, columns = chooser.of(self.markers)
         except SignalError as error:
-            raise self.placed(error) from None
+            raise SignalError(error.message, file=self.file or (tasks.file if tasks is not None else None)) from None
         self.recorded = Recorded(self.markers.positions, columns)
         self.task_weights, self.targets = _targets(scene, chain, tasks, self.markers.times)
 
@@ -244,11 +251,13 @@ def _targets(scene: Scene, chain: Chain, tasks: Tasks | None, times: Floats) -> 
             continue
         if name not in chain.coordinates:
             listed = ", ".join(chain.coordinates)
-            raise SignalError(f"a task is of the coordinate {name!r}, which the model does not have: {listed}")
+            raise SignalError(
+                f"a task is of the coordinate {name!r}, which the model does not have: {listed}", file=tasks.file
+            )
         number = chain.coordinates.index(name)
         weights[number] = task.weight
         if task.kind == "from_file":
-            recorded = recorded or _recorded(scene, tasks)
+            recorded = recorded or _recorded(scene, tasks, times)
             column = np.interp(times, recorded.times, recorded.of(name))
             targets = np.repeat(targets, len(times), axis=0) if len(targets) == 1 else targets
             targets[:, number] = column
@@ -271,11 +280,21 @@ def fit_pose(scene: Scene, still: Markers, tasks: Tasks, device: str | None) -> 
     return chain, fit.values, _turned(fit.errors.astype(np.float64), TO_OPENSIM)
 
 
-def _recorded(scene: Scene, tasks: Tasks) -> Coordinates:
-    """The coordinates that tasks of a set-up take from a file beside it."""
+def _recorded(scene: Scene, tasks: Tasks, times: Floats) -> Coordinates:
+    """The coordinates that tasks of a set-up take from a file beside it, which must reach over these times."""
     if not tasks.coordinate_file:
         raise SignalError("a task takes its value from a file, but there is no <coordinate_file>", file=tasks.file)
-    return read_coordinates(tasks.file.parent / tasks.coordinate_file, scene)
+    path = tasks.file.parent / tasks.coordinate_file
+    if not path.is_file():
+        raise SignalError(f"<coordinate_file>: there is no such file as {tasks.coordinate_file!r}", file=tasks.file)
+    found = read_coordinates(path, scene)
+    late = 1.5 * float(np.median(np.diff(found.times))) if len(found.times) > 1 else 0.0
+    if times[0] < found.times[0] - late or times[-1] > found.times[-1] + late:
+        raise SignalError(
+            f"reaches from {found.times[0]:g} to {found.times[-1]:g} s, the markers from {times[0]:g} to "
+            f"{times[-1]:g} s; a task takes its values from it", file=path,
+        )  # fmt: skip
+    return found
 
 
 def _fitted(scene: Scene, chain: Chain, trials: list[_Trial], device: object) -> list[Kinematics]:

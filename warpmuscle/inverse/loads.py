@@ -22,7 +22,7 @@ from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.plausibility.ground_forces import Applied
 from warpmuscle.inverse.reactions.joint_frames import body_frames
-from warpmuscle.inverse.trial import Loads, Plate
+from warpmuscle.inverse.trial import Loads, Plate, of_file
 from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.synergy.tables import Table, read_table
 
@@ -178,7 +178,8 @@ def _loads(table: Table, described: Sequence[_Described]) -> Loads:
         Plate(one.name, one.body, vectors(force), vectors(point), vectors(moment), one.axes_of, one.point_on)
         for one, (force, point, moment) in zip(described, wanted, strict=True)
     ]
-    return Loads(times, tuple(plates))
+    with of_file(table.path):
+        return Loads(times, tuple(plates))
 
 
 def in_world(body: BodyModel, plates: Sequence[Plate], values: Floats, states: States, part: slice) -> Floats:

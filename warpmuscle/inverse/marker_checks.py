@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.core.arguments import in_words
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import SignalError
+from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.inverse.chain import Chain
 from warpmuscle.inverse.fit_plan import Recorded, seen_in, squared_lengths
@@ -18,6 +20,7 @@ from warpmuscle.inverse.recorded_markers import BEYOND, NEAR, SUDDEN
 from warpmuscle.inverse.trial import Markers
 from warpmuscle.markers.files import UNITS
 
+HEAVIEST = 1.0e12  # weight, as of the greatest number in a set-up
 FEWEST = 3  # markers, from which a pose follows
 ALIKE = 2.5  # times that a recorded body may be larger or smaller than the model
 FAR = 0.1  # m, that a marker misses: more than skin moves
@@ -27,15 +30,18 @@ LISTED = 6
 UPRIGHT = -0.3  # correlation of heights in the model with recorded ones, below which a body is upside down
 
 
-def chosen_markers(model: Sequence[str], markers: Markers, weights: dict[str, float] | None) -> dict[str, float]:
+def chosen_markers(model: Sequence[str], markers: Markers, weights: Mapping[str, float] | None) -> dict[str, float]:
     """Weights of the markers that the model and the recording have in common, and that are seen at all.
 
     Raises:
         SignalError: a weight is of a marker that neither has, is negative, or fewer than three markers are left.
     """
+    if weights is not None and not isinstance(weights, Mapping):
+        raise ArgumentError(f"weights must be numbers by the names of markers, not {in_words(weights)}")
     for name, weight in (weights or {}).items():
-        if not (np.isfinite(weight) and weight >= 0.0):
-            raise SignalError(f"marker {name!r}: a weight must be 0 or more, not {weight:g}")
+        if not isinstance(weight, Real) or not 0.0 <= weight <= HEAVIEST:
+            shown = f"{weight:g}" if isinstance(weight, Real) else in_words(weight)
+            raise SignalError(f"marker {name!r}: a weight must be 0 or more, not {shown}; {HEAVIEST:g} is the greatest")
         if name not in model and name not in markers.names:
             raise SignalError(f"a weight is of the marker {name!r}, which neither the model nor the recording has")
     at_first = seen_in(markers.positions[0]).tolist()

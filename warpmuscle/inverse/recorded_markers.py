@@ -14,6 +14,7 @@ from warpmuscle.inverse.fit_plan import Problem
 from warpmuscle.kernels.inverse import marker_frames
 
 BUFFER = 8_000_000  # bytes
+PIECE = 500  # frames of a recording that are summed up one after the other
 ROOM = 1.5  # times the columns that count, which rows may have to be taken whole
 SUDDEN = 3.0  # times what a marker misses by in the median frame: it jumps
 NEAR = 1e-6  # part by which sums in another order may be off
@@ -135,14 +136,27 @@ class FittedFrames:
         return values, errors, iterations, loose.view(bool)
 
     def sums(self, starts: Integers) -> MarkerSums:
-        """Sums by recording, which start at these frames."""
-        ends = to_device([*starts, self._markers.count], int, self._device)
-        shape = (len(starts), self._markers.markers)
-        kinds = (wp.float64, wp.float64, int, wp.float64, int)
+        """Sums by recording, which start at these frames; of a long one they are put together from pieces."""
+        ends = np.append(starts[1:], self._markers.count)
+        counts = np.maximum((ends - starts + PIECE - 1) // PIECE, 1)  # of pieces of each recording
+        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        pieces = np.repeat(starts - PIECE * first, counts) + PIECE * np.arange(counts.sum())
+        edges = to_device([*pieces, self._markers.count], int, self._device)
+        shape = (len(pieces), self._markers.markers)
+        kinds = (wp.float64, wp.float64, int, wp.float64)
         found = [wp.empty(shape, dtype=kind, device=self._device) for kind in kinds]
-        inputs = [self._markers.positions, self._markers.columns, self._errors, ends, SUDDEN * (1.0 - NEAR)]
+        inputs = [self._markers.positions, self._markers.columns, self._errors, edges]
         wp.launch(marker_frames.sum_markers, shape, inputs, found, device=self._device)
-        return MarkerSums(*(array.numpy() for array in found))
+        squares, height, seen, most = (array.numpy() for array in found)
+        greatest = np.maximum.reduceat(most, first)
+        near = wp.empty(shape, dtype=int, device=self._device)
+        inputs += [
+            SUDDEN * (1.0 - NEAR),
+            wp.array(np.repeat(greatest, counts, axis=0), dtype=wp.float64, device=self._device),
+        ]
+        wp.launch(marker_frames.count_near, shape, inputs, [near], device=self._device)
+        squares, height, seen, close = (np.add.reduceat(each, first) for each in (squares, height, seen, near.numpy()))
+        return MarkerSums(squares, height, seen, greatest, close)
 
 
 def _common_columns(problem: Problem) -> list[int] | None:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.arguments import as_number, as_path, as_truth
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SceneError, SignalError
 from warpmuscle.core.plain_text import number_of
@@ -28,7 +29,7 @@ from warpmuscle.formats.osim.read import read
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.inverse.chain import chain_of
 from warpmuscle.inverse.files import read_markers
-from warpmuscle.inverse.kinematics import MarkersLike, fit_pose
+from warpmuscle.inverse.kinematics import MarkersLike, fit_pose, recordings_of
 from warpmuscle.inverse.marker_checks import check_size, chosen_markers
 from warpmuscle.inverse.size_fit import fit_sizes
 from warpmuscle.inverse.sized_chain import SizedChain
@@ -39,6 +40,7 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.devices import find_device
 
 SAME = 1.0e-6  # s, between times that are one
+HEAVIEST = 1.0e4  # kg
 LARGEST_MOVE = 0.05  # m, of a marker on its body, beyond which it is told
 UNUSUAL = 0.6, 1.6  # factors outside of which a subject is of another kind than the model
 
@@ -84,20 +86,29 @@ def scale(
     Raises:
         SceneError: the model or the set-up cannot be used. SignalError, ArgumentError: the markers or numbers cannot.
     """
-    path = Path(model)
+    path = as_path(model, "model")
     if path.suffix.lower() != ".osim":
         raise ArgumentError(f"model: an OpenSim model, .osim, can be scaled, not {path.name!r}")
-    if mass is not None and not 0.0 < mass < np.inf:
+    if mass is not None and not as_number(mass, "mass", most=HEAVIEST) > 0.0:
         raise ArgumentError(f"mass: must be greater than 0 kg, not {mass:g}")
-    given = markers if isinstance(markers, list | tuple) else [markers]
-    trials = [item if isinstance(item, Markers) else read_markers(Path(item)) for item in given]
-    if not trials:
-        raise ArgumentError("markers: there must be one recording at least")
+    for name, truth in (("symmetric", symmetric), ("move_markers", move_markers)):
+        as_truth(truth, name)
+    if keep_mass_distribution is not None:
+        as_truth(keep_mass_distribution, "keep_mass_distribution")
+    trials = [item if isinstance(item, Markers) else read_markers(Path(item)) for item in recordings_of(markers)]
     record = read(path, Notes())
     if not record.markers:
         raise ArgumentError(f"model: {path.name!r} has no markers, by which it could be scaled")
     if setup is not None:
-        found = _by_setup(record, trials, read_scale_setup(setup), mass, move_markers, keep_mass_distribution, device)
+        found = _by_setup(
+            record,
+            trials,
+            read_scale_setup(as_path(setup, "setup")),
+            mass,
+            move_markers,
+            keep_mass_distribution,
+            device,
+        )
     else:
         keep = mass is not None if keep_mass_distribution is None else keep_mass_distribution
         found = _by_frames(record, trials, mass, weights, symmetric, move_markers, keep, device)
@@ -112,7 +123,7 @@ def _by_frames(
 ) -> Scaled:  # fmt: skip
     """By all frames of all recordings."""
     names = [one.name for one in record.markers]
-    chosen = [chosen_markers(names, trial, None if weights is None else dict(weights)) for trial in trials]
+    chosen = [chosen_markers(names, trial, weights) for trial in trials]
     common = [name for name in chosen[0] if all(name in other for other in chosen)]
     if len(common) < 3:
         raise SignalError(

@@ -26,7 +26,7 @@ from warpmuscle.inverse.dynamics import Moments, Prepared, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
-from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.inverse.trial import Coordinates, Loads, each_of
 from warpmuscle.kernels.inverse import static_optimization as kernels
 from warpmuscle.kernels.inverse.left_out_pennation import leave_out_pennation
 from warpmuscle.scene.masses import muscle_mass, specific_tension
@@ -57,13 +57,14 @@ def static_optimization(
     filter: float | None = None,
     times: Floats | Sequence[Floats] | None = None,
     emg: Emg | Sequence[Emg | None] | None = None,
+    exact_rates: bool = False,
     device: str | None = None,
     **options: object,
 ) -> Activations | list[Activations]:
     """Muscle activations and forces by static optimisation, for one trial or many at once.
 
     Args:
-        model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
+        model, coordinates, loads, filter, times, exact_rates, device: see `inverse_dynamics`.
         emg: of the same trials, None of one without.
         options: see `ActivationOptions`: power, weight, physiology, passive, reserve, least, emg_weight, rates,
             elastic, pennation.
@@ -77,9 +78,10 @@ def static_optimization(
     unknown = next((name for name in options if name not in ActivationOptions.__dataclass_fields__), None)
     if unknown is not None:
         raise ArgumentError(f"no option {unknown!r}; there are {', '.join(ActivationOptions.__dataclass_fields__)}")
-    trials = prepare(body, coordinates, loads, filter, times)
-    signals = [emg] if isinstance(emg, Emg) or emg is None else list(emg)
-    signals = signals * len(trials.times) if emg is None else signals
+    trials = prepare(body, coordinates, loads, filter, times, exact_rates, of_speeds=True).of_speeds
+    signals: list[Emg | None] = [None] * len(trials.times)
+    if emg is not None:
+        signals = each_of(Emg, emg, "emg", " that warpmuscle.inverse.emg.read_emg reads, or None", none=True)
     if len(signals) != len(trials.times):
         raise ArgumentError(
             f"there is EMG of {number_of(len(signals), 'trial')}, and coordinates of {len(trials.times)}"

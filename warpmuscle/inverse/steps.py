@@ -51,12 +51,13 @@ def run_steps(
     tracking: TrackingOptions | None = None,
     recorded: bool = False,
     fitted: Sequence[Kinematics | None] | None = None,
+    exact_rates: bool = False,
 ) -> list[Trial]:
     """What the steps find of all trials.
 
     Args:
         steps: of `STEPS`; joint reactions count muscles if there is static optimisation. names: of the trials.
-        motions, loads, filter, times: see `inverse_dynamics`. emg, options: see `static_optimization`.
+        motions, loads, filter, times, exact_rates: see `inverse_dynamics`. emg, options: see `static_optimization`.
         on, frame: see `joint_reactions`. tracking: see `track`; each trial is followed from its first time on.
         recorded: whether trials get their motion as a `Recording`, too, and what was measured.
         fitted: what the motions were found from, if that is markers.
@@ -64,7 +65,8 @@ def run_steps(
     Raises:
         ArgumentError: see these.
     """
-    trials = prepare(body, list(motions), list(loads), filter, times)
+    acting = "so" in steps or "jr" in steps
+    trials = prepare(body, list(motions), list(loads), filter, times, exact_rates, of_speeds=acting)
     dynamics = body.dynamics(trials.states, trials.loads)
     units = tuple("N m" if unit == "rad" else "N" for unit in body.map.units)
     forces = trials.split(body.map.forces(dynamics.effort, trials.states))
@@ -74,11 +76,13 @@ def run_steps(
     ]
     nothing: list[None] = [None] * len(names)
     activations = None
+    pulled = trials.of_speeds
+    needed = body.dynamics(pulled.states, pulled.loads) if acting else dynamics
     if "so" in steps:
-        effort = dynamics.effort + dynamics.followed
+        effort = needed.effort + needed.followed
         signals = nothing if emg is None else list(emg)
-        activations = activations_of(body, trials, options or ActivationOptions(), signals, effort)
-    reactions = reactions_of(body, trials, activations, on, frame, dynamics) if "jr" in steps else nothing
+        activations = activations_of(body, pulled, options or ActivationOptions(), signals, effort)
+    reactions = reactions_of(body, pulled, activations, on, frame, needed) if "jr" in steps else nothing
     tracked: Sequence[Tracked | None] = nothing
     if "track" in steps:
         begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))

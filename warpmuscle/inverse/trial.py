@@ -5,13 +5,22 @@ Ground axes are those of OpenSim's models: x forward, y up, z to the right. Unit
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from os import PathLike
+from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.arguments import as_array, as_kind, as_texts, in_words
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.errors import ArgumentError, SignalError
+
+LATEST = 1.0e12  # s; far beyond the years 1970 to now
+SHORTEST = 1.0e-8  # s between frames, which no laboratory records
+FARTHEST = 1.0e9  # m, that no point of a plate without a force is away, however it was divided by nothing
+STRONGEST = 1.0e9  # N or N m
 
 
 class TrialWarning(UserWarning):
@@ -31,9 +40,8 @@ class Markers:
     positions: Floats  # (F, K, 3) m
 
     def __post_init__(self) -> None:
-        _check_names("markers", self.names)
-        _check_times("markers", self.times)
-        _check_shape("markers", self.positions, (len(self.times), len(self.names), 3))
+        put_fields(self, names=checked_names("markers", self.names), times=checked_times("markers", self.times))
+        put_fields(self, positions=checked_numbers("markers", self.positions, (len(self.times), len(self.names), 3)))
         if np.isinf(self.positions).any():
             frame, marker, _ = np.argwhere(np.isinf(self.positions))[0]
             raise ArgumentError(f"markers: {self.names[marker]!r} is infinitely far away in frame {frame + 1}")
@@ -53,9 +61,8 @@ class Coordinates:
     values: Floats  # (F, C) rad or m
 
     def __post_init__(self) -> None:
-        _check_names("coordinates", self.names)
-        _check_times("coordinates", self.times)
-        _check_shape("coordinates", self.values, (len(self.times), len(self.names)))
+        put_fields(self, names=checked_names("coordinates", self.names), times=checked_times("coordinates", self.times))
+        put_fields(self, values=checked_numbers("coordinates", self.values, (len(self.times), len(self.names))))
         if not np.isfinite(self.values).all():
             frame, column = np.argwhere(~np.isfinite(self.values))[0]
             raise ArgumentError(f"coordinates: {self.names[column]!r} is not a finite number in frame {frame + 1}")
@@ -97,30 +104,95 @@ class Loads:
     plates: tuple[Plate, ...]  # (P,)
 
     def __post_init__(self) -> None:
-        _check_names("loads", [plate.name for plate in self.plates])
-        _check_times("loads", self.times)
+        if not isinstance(self.plates, list | tuple):
+            raise ArgumentError(f"loads: plates must be a list of plates, not {in_words(self.plates)}")
         for plate in self.plates:
-            for what in ("force", "point", "moment"):
-                values = getattr(plate, what)
-                _check_shape(f"loads: {what} of {plate.name}", values, (len(self.times), 3))
-                if not np.isfinite(values).all():
-                    frame = int(np.argwhere(~np.isfinite(values))[0][0])
-                    raise ArgumentError(f"loads: {what} of {plate.name!r} is not a finite number in frame {frame + 1}")
+            as_kind(Plate, plate, "loads: each plate")
+        checked_names("loads", [plate.name for plate in self.plates])
+        put_fields(self, plates=tuple(self.plates), times=checked_times("loads", self.times))
+        for plate in self.plates:
+            for what, unit, most in (("force", "N", STRONGEST), ("point", "m", FARTHEST), ("moment", "N m", STRONGEST)):
+                values = checked_numbers(f"loads: {what} of {plate.name!r}", getattr(plate, what), (len(self.times), 3))
+                put_fields(plate, **{what: values})
+                if not (np.abs(values) <= most).all():
+                    frame, axis = np.argwhere(~(np.abs(values) <= most))[0].tolist()
+                    found = values[frame, axis]
+                    wrong = f"{found:.3g} {unit}" if np.isfinite(found) else "not a finite number"
+                    raise ArgumentError(f"loads: {what} of {plate.name!r} is {wrong} in frame {frame + 1}")
 
 
-def _check_names(what: str, names: Sequence[str]) -> None:
-    if len(set(names)) < len(names):
-        twice = next(name for k, name in enumerate(names) if name in names[:k])
-        raise ArgumentError(f"{what}: the name {twice!r} stands twice")
+def each_of(kind: type, given: Any, what: str, hint: str = "", none: bool = False) -> list[Any]:
+    """One of a kind, or several, as a list; raises ArgumentError where one is of another kind.
+
+    Args:
+        what: the argument's name, in the plural. hint: where such a thing comes from. none: whether None is one.
+    """
+    several = isinstance(given, Iterable) and not isinstance(given, str | bytes | PathLike | Mapping | np.ndarray)
+    found = list(given) if several and not isinstance(given, kind) else [given]
+    for one in found:
+        if not isinstance(one, kind) and not (none and one is None):
+            raise ArgumentError(f"{what} must be {kind.__name__} of each trial{hint}, not {in_words(one)}")
+    return found
 
 
-def _check_times(what: str, times: Floats) -> None:
-    if np.ndim(times) != 1 or not len(times):
-        raise ArgumentError(f"{what}: times must be one number a frame, at least one, not of shape {np.shape(times)}")
-    if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+@contextmanager
+def of_file(path: str | PathLike[str]) -> Iterator[None]:
+    """What is wrong with a trial, told with the file that it was read from, as SignalError."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise SignalError(str(error), file=str(path)) from None
+
+
+def checked_times(what: str, times: Any) -> Floats:
+    """Times (F,), s, that can be those of a recording; raises ArgumentError."""
+    found = _plain(what, times, "times")
+    if found.ndim != 1 or not len(found):
+        raise ArgumentError(f"{what}: times must be one number a frame, at least one, not of shape {found.shape}")
+    known = bool(np.isfinite(found).all())
+    steps = np.diff(found) if known else found
+    if not known or (steps <= 0.0).any():
         raise ArgumentError(f"{what}: times must be numbers that increase from frame to frame")
+    if max(-found[0], found[-1]) > LATEST:
+        raise ArgumentError(f"{what}: times reach to {found[np.abs(found).argmax()]:.3g} s; are they in seconds?")
+    if len(steps) and steps.min() < SHORTEST:
+        frame = int(steps.argmin())
+        raise ArgumentError(
+            f"{what}: frames {frame + 1} and {frame + 2} are {steps[frame]:.2g} s apart, at {found[frame]:g} s: are "
+            "times in seconds?"
+        )
+    return found
 
 
-def _check_shape(what: str, values: Floats, shape: tuple[int, ...]) -> None:
-    if np.shape(values) != shape:
-        raise ArgumentError(f"{what}: an array of shape {shape} is needed, not of {np.shape(values)}")
+def put_fields(trial: object, **values: object) -> None:
+    """Give fields of a frozen part of a trial their values."""
+    for name, value in values.items():
+        object.__setattr__(trial, name, value)
+
+
+def checked_names(what: str, names: Any) -> tuple[str, ...]:
+    """Names of which none stands twice; raises ArgumentError."""
+    if isinstance(names, str):
+        raise ArgumentError(f"{what}: names must be a list of texts, not {in_words(names)}")
+    found = as_texts(names, f"{what}: names")
+    if len(set(found)) < len(found):
+        twice = next(name for k, name in enumerate(found) if name in found[:k])
+        raise ArgumentError(f"{what}: the name {twice!r} stands twice")
+    return found
+
+
+def _plain(what: str, values: Any, of: str) -> Floats:
+    """An array of double precision: the same one if it is; what is masked is no number."""
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "iuf":
+        values = np.where(np.ma.getmaskarray(values), np.nan, np.ma.getdata(values))
+    return as_array(values, f"{what}: {of}").astype(np.float64)
+
+
+def checked_numbers(what: str, values: Any, shape: tuple[int, ...]) -> Floats:
+    """Numbers of this shape in double precision; raises ArgumentError."""
+    found = _plain(what, values, "values")
+    if found.shape != shape:
+        raise ArgumentError(f"{what}: an array of shape {shape} is needed, not of {found.shape}")
+    return found

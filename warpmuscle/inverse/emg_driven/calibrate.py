@@ -16,6 +16,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from warpmuscle.core.arguments import as_integer, as_kind, as_number
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.plain_text import number_of
@@ -27,7 +28,7 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.emg_driven.moments import EmgMoments
 from warpmuscle.inverse.emg_driven.parameters import Bounds, ParameterCube
 from warpmuscle.inverse.static_optimization import activations_of
-from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.inverse.trial import Coordinates, Loads, each_of
 from warpmuscle.scene import Scene
 from warpmuscle.search.cma import CmaSearch
 
@@ -98,7 +99,7 @@ class Calibration:
             ArgumentError: see `calibrate`.
         """
         trials = prepare(self.body, coordinates, loads, filter, None)
-        on_device = _with_emg(self.body, trials, [emg] if isinstance(emg, Emg) else list(emg), self.coordinates)
+        on_device = _with_emg(self.body, trials, each_of(Emg, emg, "emg"), self.coordinates)
         moments = on_device.moments(self.parameters)[1].numpy().astype(np.float64)
         cuts = trials.starts[1:-1]
         return list(zip(np.split(moments, cuts, axis=1), np.split(on_device.wanted, cuts), strict=True))
@@ -131,13 +132,14 @@ def calibrate(
             EMG acts on; numbers or bounds that are none.
     """
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
-    bounds = Bounds() if bounds is None else bounds
+    bounds = Bounds() if bounds is None else as_kind(Bounds, bounds, "bounds")
     bounds.check()
     for name, count, most in (("members", members, 1000), ("generations", generations, 100000)):
-        if not 1 <= count <= most:
+        if not 1 <= as_number(count, name) <= most or count % 1:
             raise ArgumentError(f"{name} are 1 to {most}, not {count!r}")
+    members, generations, seed = int(members), int(generations), as_integer(seed, "seed", least=0)
     trials = prepare(body, coordinates, loads, filter, times)
-    on_device = _with_emg(body, trials, [emg] if isinstance(emg, Emg) else list(emg), of)
+    on_device = _with_emg(body, trials, each_of(Emg, emg, "emg"), of)
     cube = ParameterCube(bounds, on_device.measured)
     points, cost = _searched(on_device, cube, members, generations, seed)
     parameters = cube.values(points)
@@ -164,7 +166,7 @@ def _with_emg(body: BodyModel, trials: Prepared, emg: list[Emg], of: Sequence[st
 
 def _speeds(body: BodyModel, of: Sequence[str], emg: Emg) -> Integers:
     """Numbers of the speeds of coordinates."""
-    if isinstance(of, str) or not len(of):
+    if isinstance(of, str) or not isinstance(of, Sequence) or not len(of):
         raise ArgumentError("of: name the coordinates whose moments count, as in of=['knee_angle_r']")
     found = []
     for name in of:

@@ -9,6 +9,8 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 
 SLOW = 0.1  # s between frames, from which on nobody knows the speeds
+FAST = 5.0e-5  # s between frames, below which the times may well be in another unit
+NEAR = 0.05  # of the usual distance: frames of which one may be of another time
 HOLE = 2.5  # times the usual distance of frames
 LEAP = {"rad": 0.5, "m": 0.15}  # from one frame to the next
 UNUSUAL = 8.0  # times what nine of ten steps stay below
@@ -26,9 +28,18 @@ def time_notes(what: str, times: Floats) -> list[str]:
         return []
     steps = np.diff(times)
     usual = float(np.median(steps))
+    if usual < FAST:
+        return [
+            f"{what}: frames are {usual:.2g} s apart; are its times in seconds? Speeds and moments are wrong if not"
+        ]
     if usual > 0.99 * SLOW:
         return [f"{what}: frames are {usual:.3g} s apart; what is between them, and all speeds, are guessed"]
     notes = []
+    least = int(steps.argmin())
+    if steps[least] < NEAR * usual:
+        notes.append(
+            f"{what}: two frames at {times[least]:.4g} s are only {steps[least]:.2g} s apart; speeds there are wrong"
+        )
     holes = np.flatnonzero(steps > max(HOLE * usual, 0.02))
     for k in holes[:LISTED].tolist():
         between = f"{times[k]:.4g} and {times[k + 1]:.4g} s"

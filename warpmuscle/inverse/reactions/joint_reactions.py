@@ -18,6 +18,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.activations import Activations
@@ -25,7 +26,7 @@ from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import Prepared, prepare
 from warpmuscle.inverse.reactions.joint_frames import FrameOnBody, JointFrames, joint_frames
-from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.inverse.trial import Coordinates, Loads, each_of
 from warpmuscle.kernels.inverse import joint_reactions as kernels
 from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of
 from warpmuscle.model.routes import path_kind
@@ -66,12 +67,13 @@ def joint_reactions(
     frame: str = "child",
     filter: float | None = None,
     times: Floats | Sequence[Floats] | None = None,
+    exact_rates: bool = False,
     device: str | None = None,
 ) -> JointReactions | list[JointReactions]:
     """Reactions of all joints, of one trial or of many at once.
 
     Args:
-        model, coordinates, loads, filter, times, device: see `inverse_dynamics`.
+        model, coordinates, loads, filter, times, exact_rates, device: see `inverse_dynamics`.
         activations: of `static_optimization` of the same trials and times; without them no muscle pulls.
         on: "child" or "parent", which body a joint acts on. frame: whose axes are meant, or "ground".
 
@@ -81,8 +83,10 @@ def joint_reactions(
     """
     many = not isinstance(coordinates, Coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
-    trials = prepare(body, coordinates, loads, filter, times)
-    given = [activations] if isinstance(activations, Activations) else activations
+    trials = prepare(body, coordinates, loads, filter, times, exact_rates, of_speeds=True).of_speeds
+    given = None
+    if activations is not None:
+        given = each_of(Activations, activations, "activations", " that wm.static_optimization finds")
     found = reactions_of(body, trials, given, on, frame)
     return found if many else found[0]
 
@@ -103,6 +107,13 @@ def reactions_of(
     check_ends(on, frame)
     tension = None
     if activations is not None:
+        other = next((one for one in activations if one.muscles != tuple(body.muscles)), None)
+        if other is not None:
+            raise ArgumentError(
+                f"activations are of {number_of(len(other.muscles), 'muscle')}, and not those of the model in its order"
+            )
+        if not all(np.isfinite(one.force).all() for one in activations):
+            raise ArgumentError("activations have forces that are not finite numbers")
         lengths = [len(one.times) for one in activations]
         if lengths != [len(one) for one in trials.times]:
             raise ArgumentError(

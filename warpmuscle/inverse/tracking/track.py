@@ -16,12 +16,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from warpmuscle.core.arguments import as_number
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.dynamics import prepare, wanted_times
+from warpmuscle.inverse.dynamics import prepare, trials_of, wanted_times
 from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
@@ -55,7 +56,7 @@ def track(
     unknown = next((name for name in options if name not in TrackingOptions.__dataclass_fields__), None)
     if unknown is not None:
         raise ArgumentError(f"no option {unknown!r}; there are {', '.join(TrackingOptions.__dataclass_fields__)}")
-    motions = [coordinates] if isinstance(coordinates, Coordinates) else list(coordinates)
+    motions = trials_of(coordinates)
     chosen = TrackingOptions(**options)  # type: ignore[arg-type]
     found = track_trials(body, motions, loads, chosen, filter, begin, end)
     return found if many else found[0]
@@ -105,8 +106,9 @@ def window_times(
         raise ArgumentError(f"begin and end are one number, or one for each of {number_of(len(motions), 'motion')}")
     found = []
     for motion, first, last in zip(motions, firsts, lasts, strict=True):
-        start = float(motion.times[0]) if first is None else max(float(first), float(motion.times[0]))
-        stop = float(motion.times[-1]) if last is None else min(float(last), float(motion.times[-1]))
+        start, stop = float(motion.times[0]), float(motion.times[-1])
+        start = start if first is None else max(as_number(first, "begin", infinite=True), start)
+        stop = stop if last is None else min(as_number(last, "end", infinite=True), stop)
         if not stop - start >= 0.999 * window:
             raise ArgumentError(
                 f"no window of {window:g} s lies between {start:g} and {stop:g} s; the motion is of "

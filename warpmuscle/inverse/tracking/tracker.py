@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class TrackingOptions:
             as_truth(getattr(self, name), name)
         for name, least, most in (("window", 1e-3, 0.1), ("kp", 0.0, 1e4), ("kv", 0.0, 1e3), ("reserve", 1e-4, 1e6)):
             value = getattr(self, name)
-            if not (np.isfinite(value) and least <= value <= most):
+            if not isinstance(value, Real) or not least <= float(value) <= most:
                 raise ArgumentError(f"{name} is a number from {least:g} to {most:g}, not {value!r}")
 
 

@@ -237,24 +237,22 @@ def squared(v: wp.vec3d) -> wp.float64:
 @wp.kernel
 def sum_markers(
     positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
-    times: wp.float64, squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
-    most: wp.array2d[wp.float64], near: wp.array2d[int],
+    squares: wp.array2d[wp.float64], height: wp.array2d[wp.float64], seen: wp.array2d[int],
+    most: wp.array2d[wp.float64],
 ):  # fmt: skip
-    """Sums over the frames of each recording, (recordings, markers), in which a marker is seen.
+    """Sums over the frames of each piece of a recording, (pieces, markers), in which a marker is seen.
 
     Args:
-        column: (markers,) of `positions`. starts: (recordings + 1,) first frames, and the number of all. times: how
-            far a frame misses beside one that is near.
+        column: (markers,) of `positions`. starts: (pieces + 1,) first frames, and the number of all.
 
     Returns:
         squares: of the errors, m^2. height: along the recorded y axis, m. seen: how many frames. most: the greatest
-            square. near: how many frames miss by less than the worst one does, even if they missed by so many times
-            as much.
+            square.
     """
-    recording, k = wp.tid()
+    piece, k = wp.tid()
     total, up, count = wp.float64(0.0), wp.float64(0.0), wp.int32(0)
     greatest = wp.float64(0.0)
-    for frame in range(starts[recording], starts[recording + 1]):
+    for frame in range(starts[piece], starts[piece + 1]):
         place = positions[frame, column[k]]
         if is_seen(place):
             off = wp.vec3d(errors[frame, k])
@@ -263,14 +261,28 @@ def sum_markers(
             greatest = wp.max(greatest, missed)
             up += place[1]
             count += 1
-    squares[recording, k] = total
-    height[recording, k] = up
+    squares[piece, k] = total
+    height[piece, k] = up
+    seen[piece, k] = count
+    most[piece, k] = greatest
+
+
+@wp.kernel
+def count_near(
+    positions: wp.array2d[wp.vec3d], column: wp.array[int], errors: wp.array2d[wp.vec3], starts: wp.array[int],
+    times: wp.float64, most: wp.array2d[wp.float64], near: wp.array2d[int],
+):  # fmt: skip
+    """How many frames of each piece, (pieces, markers), miss by less than the worst one of the recording does.
+
+    Args:
+        column, starts: see `sum_markers`. times: by which they may miss more and still do. most: (pieces, markers)
+            m^2, the greatest square in the recording that a piece is of.
+    """
+    piece, k = wp.tid()
     close = wp.int32(0)
-    for frame in range(starts[recording], starts[recording + 1]):
+    for frame in range(starts[piece], starts[piece + 1]):
         if is_seen(positions[frame, column[k]]):
             off = wp.vec3d(errors[frame, k])
-            if not times * times * squared(off) >= greatest:
+            if not times * times * squared(off) >= most[piece, k]:
                 close += 1
-    seen[recording, k] = count
-    most[recording, k] = greatest
-    near[recording, k] = close
+    near[piece, k] = close
