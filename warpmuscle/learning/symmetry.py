@@ -72,15 +72,15 @@ def observed_image(numbers: Sequence[Number], about: About, body: BodySymmetry, 
         SceneError: the image of one of them is not observed.
     """
     rules = _rules(about, body, action)
-    where = {(number.kind, number.place): k for k, number in enumerate(numbers)}
+    where = {(number.kind, number.place, number.ago): k for k, number in enumerate(numbers)}
     found = []
     for number in numbers:
         if number.kind not in rules:
             raise SceneError(f"nobody knows the mirror image of {number.name!r}", key="learning.symmetric")
         place, sign, shift = rules[number.kind](number.place)
-        if (number.kind, place) not in where:
+        if (number.kind, place, number.ago) not in where:
             raise SceneError(f"the mirror image of {number.name!r} is not observed", key="learning.symmetric")
-        found.append((where[number.kind, place], sign, shift * number.scale))
+        found.append((where[number.kind, place, number.ago], sign, shift * number.scale))
     return image_of(found)
 
 

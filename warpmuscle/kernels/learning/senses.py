@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, random_of
+from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, NOISINESS, random_of
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
 from warpmuscle.kernels.contact.terrain import tile_rise
@@ -44,6 +44,7 @@ class Feature:
     delay: int  # whole decisions
     late: int  # whole decisions up to which it comes later still in an episode
     noise: float  # standard deviation
+    noisier: float  # up to which standard deviation there is noise besides in an episode
 
 
 @wp.struct
@@ -281,6 +282,16 @@ def delay_of(feature: Feature, instance: int, episodes: Episodes) -> int:
     return feature.delay + wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
 
 
+@wp.func
+def noise_of(feature: Feature, instance: int, episodes: Episodes) -> float:
+    """Standard deviation of the noise of a feature: one number in an episode for all that are noisier alike."""
+    if feature.noisier == 0.0:
+        return feature.noise
+    generator = random_of(episodes.seed[0], instance, episodes.number[instance], NOISINESS)
+    more = wp.randf(generator) * feature.noisier
+    return wp.sqrt(feature.noise * feature.noise + more * more)
+
+
 @wp.kernel
 def observe(
     # in
@@ -294,9 +305,10 @@ def observe(
     decision = episodes.decision[i]
     slots = ring.shape[1]
     value = ring[i, (decision + slots - delay_of(feature, i, episodes)) % slots, number]
-    if feature.noise > 0.0:
+    noise = noise_of(feature, i, episodes)
+    if noise > 0.0:
         generator = random_of(episodes.seed[0], i, decision, NOISE + 16 * (1 + number))
-        value += feature.noise * wp.randn(generator)
+        value += noise * wp.randn(generator)
     observation[i, number] = value
 
 

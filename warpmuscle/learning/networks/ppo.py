@@ -124,6 +124,10 @@ class PPO:
                 narrow = [column.repeat(2) for column in narrow]
                 own = torch.cat([own, torch.zeros_like(own)])
             wide[:2] = self.networks.observed(wide[0]), self.networks.privileged(wide[1])
+            if self._mirrors is not None and options.image_likelihood == "policy":
+                images = slice(len(own) // 2, None)
+                before = self.networks.policy(wide[0][images])
+                narrow[0][images] = self.networks.log_likelihood(before, wide[2][images])
         for epoch in self.order:
             for chosen in epoch:
                 if critic_alone:
@@ -146,6 +150,8 @@ class PPO:
         ratio = torch.exp(networks.log_likelihood(mean, action) - old_likelihood)
         clipped = ratio.clamp(1.0 - options.clip, 1.0 + options.clip)
         policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
+        if options.mirror_weight and self._mirrors is not None:
+            policy_loss = policy_loss + options.mirror_weight * self._asymmetry(observation, mean)
         near = old_value + (value - old_value).clamp(-options.clip, options.clip)
         value_loss = torch.maximum((value - returns) ** 2, (near - returns) ** 2).mean()
         entropy = networks.log_deviation.sum()
@@ -161,6 +167,20 @@ class PPO:
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
             statistics = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
             self.statistics.add_(statistics / self.order[:, :, 0].numel())
+
+    def _asymmetry(self, observation: Tensor, mean: Tensor) -> Tensor:
+        """() nat, how far the policy is from what it does in the mirror; Yu and others 2018 (arXiv:1801.08093), eq. 4.
+
+        Args:
+            observation: (n, O), normal. mean: (n, actions) of the policy there.
+        """
+        mirrors, networks = self._mirrors, self.networks
+        assert mirrors is not None
+        with torch.no_grad():
+            image = networks.observed(mirrors.observation.of(networks.observed.usual(observation)))
+            wanted = mirrors.action.of(networks.policy(image))
+        distance = (mean - wanted) * torch.exp(-networks.log_deviation.detach())
+        return 0.5 * (distance * distance).sum(-1).mean()
 
     def _improve_critic(self, privileged: Tensor, returns: Tensor) -> None:
         """One step of the critic alone on a minibatch of normal observations; it may change as far as it must."""
