@@ -171,7 +171,7 @@ def test_the_height_is_that_above_the_ground_on_any_slope():
     batch.rollout.state.coordinates.assign(q)
     batch.senses.sample_first(batch.rollout.state, batch.episodes)
     batch.observe_again()
-    _, _, slopes = drawn(batch.task.variation, batch.rollout, 4)
+    _, _, slopes, _ = drawn(batch.task.variation, batch.rollout, 4)
     slope = slopes[batch.episodes.variant.numpy()]
     assert np.ptp(slope) > 0.01
     height = batch.senses.observation.numpy()[:, batch.senses.names.index("trunk.height")]
