@@ -154,6 +154,38 @@ def test_noise_is_as_great_as_asked_and_the_same_for_the_same_seed_whatever_the_
     assert not np.array_equal(large.senses.observation.numpy()[:3], rows[1])
 
 
+def test_nerves_of_an_episode_may_be_noisier_but_wanted_speeds_are_known_as_they_are():
+    groups = {"activation": Sense(noise=0.3), "command": Sense()}
+    noisier = Variation(velocity_noise=0.0, noise=0.4)
+    batch = batch_of(groups, 400, variation=noisier)
+    rows = histories(batch, 4, 1, seed=7)
+    rows -= histories(batch_of({"activation": Sense(), "command": Sense()}, 1), 4, 1)
+    of_episode = rows[:, :, :MUSCLES].std(axis=(0, 2))
+    assert np.quantile(of_episode, 0.02) == pytest.approx(0.3, rel=0.15)
+    assert np.quantile(of_episode, 0.98) == pytest.approx(0.5, rel=0.15)  # the two are independent
+    assert of_episode.mean() == pytest.approx(np.hypot(0.3, np.linspace(0.0, 0.4, 101)).mean(), rel=0.03)
+    assert (rows[:, :, MUSCLES:] == 0.0).all()
+
+
+def test_a_history_is_what_was_observed_before_as_late_as_the_rest_of_its_group():
+    batch = batch_of({"fibre_length": Sense(delay=0.013, history=3), "action": Sense(history=1)})
+    seen, ends = history(batch, 8, 1), [MUSCLES * k for k in range(7)]
+    assert batch.senses.names[MUSCLES] == f"{batch.senses.names[0]}.1_before"
+    columns = [seen[:, first : first + MUSCLES] for first in ends[:6]]
+    for ago in (1, 2, 3):
+        np.testing.assert_array_equal(columns[ago][ago:], columns[0][:-ago])
+        np.testing.assert_array_equal(columns[ago][:ago], columns[0][:1].repeat(ago, axis=0))
+    np.testing.assert_array_equal(columns[5][1:], columns[4][:-1])
+    assert (columns[4][1:] != columns[4][:-1]).any(axis=1).all()
+
+
+@pytest.mark.parametrize("count", [-1, 101])
+def test_a_history_has_an_end(count: int):
+    with pytest.raises(SceneError, match=f"must be 0 to 100 decisions, is {count}") as caught:
+        batch_of({"speeds": Sense(history=count)})
+    assert caught.value.key == "learning.observations.speeds.history"
+
+
 def test_groups_that_are_not_there_are_named_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(Stepper, "load", lambda stepper: pytest.fail("is compiled"))
     with pytest.raises(SceneError, match="there is no group 'fibre_lengt'; did you mean 'fibre_length'"):

@@ -95,14 +95,14 @@ def begin_with(
         names, critic_names: what policy and critic are to observe, in order. What is new there says nothing at first.
     """
     seen = float(sum(ancestor.decisions for ancestor in source.ancestors))
-    _take(networks.policy, networks.observed, _hearing(source.policy, names), seen)
+    _take(networks.policy, networks.observed, hearing(source.policy, names), seen)
     critic = source.critic
     bare = tuple(name.partition(".")[2] for name in critic_names)  # as older files have them
     if critic is not None and critic.observation == bare:
         critic = replace(critic, observation=critic_names)
     known = not Counter(critic.observation if critic else ()) - Counter(critic_names)
     if critic is not None and known and _shapes(critic)[1:] == _shapes_of(networks.value)[1:]:
-        _take(networks.value, networks.privileged, _hearing(critic, critic_names), seen)
+        _take(networks.value, networks.privileged, hearing(critic, critic_names), seen)
     noise = noise_of(source)
     with torch.no_grad():
         networks.log_deviation.copy_(torch.as_tensor(np.log(noise * (options.deviation / noise.max()))))
@@ -117,7 +117,7 @@ def hear(normalizer: Normalizer, values: Tensor) -> None:
         normalizer.mean.copy_(torch.where(unheard, mean, normalizer.mean))
 
 
-def _hearing(table: PolicyTable, names: tuple[str, ...]) -> PolicyTable:
+def hearing(table: PolicyTable, names: tuple[str, ...]) -> PolicyTable:
     """The same network for observations of these names, in their order: those that it does not know are unheard."""
     if table.observation == names:
         return table
