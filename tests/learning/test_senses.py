@@ -72,6 +72,8 @@ def test_nerves_of_an_episode_may_be_later_still_but_wanted_speeds_are_known_at_
         fits = (seen[:, :, :MUSCLES] == expected[:, :, None]).all(axis=(1, 3))  # (delays, instances)
         assert (fits.sum(axis=0) == 1).all()
         found.append(fits.argmax(axis=0))
+        known = late.senses.critic.numpy()[:, late.senses.critic_names.index("disturbance.delay")]
+        np.testing.assert_allclose(3.0 * known, found[-1], atol=1e-6)  # of a critic, over the longest
         told = late.senses.names.index("command.speed")
         np.testing.assert_array_equal(seen[-1, :, told], late.episodes.command.numpy()[:, 0])
         assert (seen[-1, :, told] != seen[0, :, told]).all()
@@ -163,6 +165,10 @@ def test_nerves_of_an_episode_may_be_noisier_but_wanted_speeds_are_known_as_they
     of_episode = rows[:, :, :MUSCLES].std(axis=(0, 2))
     assert np.quantile(of_episode, 0.02) == pytest.approx(0.3, rel=0.15)
     assert np.quantile(of_episode, 0.98) == pytest.approx(0.5, rel=0.15)  # the two are independent
+    known = batch.senses.critic.numpy()[:, batch.senses.critic_names.index("disturbance.noise")]
+    expected = np.hypot(0.3, 0.4 * known)  # of a critic, over the greatest
+    np.testing.assert_allclose(of_episode / expected, 1.0, atol=0.4)
+    assert np.corrcoef(of_episode, expected)[0, 1] > 0.7
     assert of_episode.mean() == pytest.approx(np.hypot(0.3, np.linspace(0.0, 0.4, 101)).mean(), rel=0.03)
     assert (rows[:, :, MUSCLES:] == 0.0).all()
 

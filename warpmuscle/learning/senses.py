@@ -45,6 +45,7 @@ class About(NamedTuple):
     clock: bool = False  # whether a gait is imitated
     goals: tuple[tuple[str, int, int], ...] = ()  # name, first number and how many numbers of each
     custom: Mapping[str, int] = {}  # how many numbers each observation of one's own has, by `module:name`
+    nerves: tuple[tuple[str, int, float], ...] = ()  # name, kind and greatest value of what hinders them in an episode
 
 
 def _root(about: About) -> bool:
@@ -193,7 +194,8 @@ def with_history(numbers: Sequence[Number], history: int) -> list[Number]:
 
 def _disturbance(about: About) -> list[Number]:
     pushed = [Number(f"push.{a}", kernels.PUSH_FORCE, k) for k, a in enumerate(XYZ)] if _root(about) else []
-    return pushed + [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
+    varied = [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
+    return pushed + varied + [Number(name, kind, 0, 1.0 / most) for name, kind, most in about.nerves]
 
 
 GROUPS: dict[str, Callable[[About], list[Number]]] = {
@@ -278,12 +280,15 @@ class Senses:
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
         known |= {entry: _custom(about, entry) for entry in about.custom}
+        nerves = (("delay", kernels.LATER, longest), ("noise", kernels.NOISIER, task.variation.noise))
+        about = about._replace(nerves=tuple(one for one in nerves if one[2]))
         known["disturbance"] = _disturbance(about)
         critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic
         self.critic_names = tuple(f"{group}.{number.name}" for group, numbers in known.items() for number in numbers)
         none = [0] * len(critic)
-        self._critic_features = _table(critic, none, none, none, none, self._device)
+        hindered = [longest] * len(critic), none, [task.variation.noise] * len(critic)
+        self._critic_features = _table(critic, none, *hindered, self._device)
         self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)
         self.critic = wp.zeros((n, len(critic)), dtype=float, device=self._device)
 

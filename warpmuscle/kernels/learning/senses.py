@@ -28,8 +28,8 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND,
-) = range(25)  # fmt: skip
+    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND, LATER, NOISIER,
+) = range(27)  # fmt: skip
 GROUND_COLUMNS, GROUND_BEHIND, GROUND_AHEAD = 3, 3, 6  # places of the ground, from right to left and forwards
 GROUND_STEP = 0.2  # m, between them
 
@@ -191,6 +191,24 @@ def of_root(kind: int, k: int, instance: int, state: State, episodes: Episodes, 
 
 
 @wp.func
+def later_by(feature: Feature, instance: int, episodes: Episodes) -> int:
+    """How many decisions later than usual a feature comes: one number in an episode for all that are late alike."""
+    if feature.late == 0:
+        return 0
+    generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
+    return wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
+
+
+@wp.func
+def noisier_by(feature: Feature, instance: int, episodes: Episodes) -> float:
+    """Deviation of noise that comes to that of a feature: one number in an episode for all that are noisier alike."""
+    if feature.noisier == 0.0:
+        return 0.0
+    generator = random_of(episodes.seed[0], instance, episodes.number[instance], NOISINESS)
+    return wp.randf(generator) * feature.noisier
+
+
+@wp.func
 def feature_value(feature: Feature, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
     """A feature now."""
     kind = feature.kind
@@ -233,6 +251,10 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
         value = seen_goal(k // 3, k % 3, instance, state, around)
     elif kind == GROUND:
         value = ground_about(k, instance, state, around)
+    elif kind == LATER:
+        value = float(later_by(feature, instance, episodes))
+    elif kind == NOISIER:
+        value = noisier_by(feature, instance, episodes)
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
     else:
@@ -273,25 +295,6 @@ def sample_first(
         ring[i, slot, number] = value
 
 
-@wp.func
-def delay_of(feature: Feature, instance: int, episodes: Episodes) -> int:
-    """How many decisions ago a feature was as it is observed: one number in an episode for all that are late alike."""
-    if feature.late == 0:
-        return feature.delay
-    generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
-    return feature.delay + wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
-
-
-@wp.func
-def noise_of(feature: Feature, instance: int, episodes: Episodes) -> float:
-    """Standard deviation of the noise of a feature: one number in an episode for all that are noisier alike."""
-    if feature.noisier == 0.0:
-        return feature.noise
-    generator = random_of(episodes.seed[0], instance, episodes.number[instance], NOISINESS)
-    more = wp.randf(generator) * feature.noisier
-    return wp.sqrt(feature.noise * feature.noise + more * more)
-
-
 @wp.kernel
 def observe(
     # in
@@ -304,8 +307,12 @@ def observe(
     feature = features[number]
     decision = episodes.decision[i]
     slots = ring.shape[1]
-    value = ring[i, (decision + slots - delay_of(feature, i, episodes)) % slots, number]
-    noise = noise_of(feature, i, episodes)
+    delay = feature.delay + later_by(feature, i, episodes)
+    value = ring[i, (decision + slots - delay) % slots, number]
+    noise = feature.noise
+    if feature.noisier > 0.0:
+        more = noisier_by(feature, i, episodes)
+        noise = wp.sqrt(noise * noise + more * more)
     if noise > 0.0:
         generator = random_of(episodes.seed[0], i, decision, NOISE + 16 * (1 + number))
         value += noise * wp.randn(generator)
