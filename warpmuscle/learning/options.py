@@ -46,8 +46,8 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     divergence: Weight = 0.02  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
     max_gradient: Positive = 1.0  # length of the gradient of either network
     critic_iterations: Annotated[int, Meta(ge=0, le=1_000_000)] = 0  # at first, in which the policy stays as it is
-    image_likelihood: Literal["sample", "policy"] = "sample"  # that ratios of mirror images begin from: of the action
-    # that was taken, or of its image where the policy that acted stands before the image
+    mirrored: Literal["action", "noise"] = "action"  # what a mirror image has of a sample: its action, which the policy
+    # may hardly ever choose there, or the noise of its action beside what the policy does there
     mirror_weight: Weight = 0.0  # of how far the policy is from its own mirror image, nat
     reward_time: Positive = 0.1  # s; rewards a second times this are of the size of values that networks learn well
 

@@ -112,22 +112,22 @@ def asymmetry_of(learner):
         return float((learner.networks.act(seen) + learner.networks.act(-seen)).abs().mean())
 
 
-@pytest.mark.parametrize(("begins", "least", "most"), [("sample", 0.2, 0.5), ("policy", 0.0, 1e-6)])
-def test_images_lie_outside_the_clipped_ratio_unless_they_begin_from_the_policy_that_acted(begins, least, most):
+@pytest.mark.parametrize(("mirrored", "least", "most"), [("action", 0.2, 0.5), ("noise", 0.0, 1e-6)])
+def test_images_lie_outside_the_clipped_ratio_unless_noise_alone_is_mirrored(mirrored, least, most):
     still = {"learning_rate": 1e-12, "min_learning_rate": 1e-12, "divergence": 0.0}
-    row = a_mirrored_learner(image_likelihood=begins, **still).iterate()
+    row = a_mirrored_learner(mirrored=mirrored, **still).iterate()
     assert least <= row["clipped"] <= most  # of all samples, half of which are images
 
 
-def test_images_that_begin_from_the_policy_teach_what_samples_do():
-    learner = a_mirrored_learner(image_likelihood="policy")
+def test_noise_that_is_mirrored_teaches_as_samples_do():
+    learner = a_mirrored_learner(mirrored="noise")
     for _ in range(30):
         row = learner.iterate()
     assert row["reward"] > 0.75  # of at most 1
 
 
 def test_a_policy_becomes_its_own_mirror_image_as_far_as_that_weighs():
-    free, even = a_mirrored_learner(image_likelihood="policy"), a_mirrored_learner(mirror_weight=1.0)
+    free, even = a_mirrored_learner(mirrored="noise"), a_mirrored_learner(mirror_weight=1.0)
     assert asymmetry_of(free) == asymmetry_of(even) > 0.7
     for _ in range(8):
         free.iterate()

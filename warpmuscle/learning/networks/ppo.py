@@ -124,10 +124,13 @@ class PPO:
                 narrow = [column.repeat(2) for column in narrow]
                 own = torch.cat([own, torch.zeros_like(own)])
             wide[:2] = self.networks.observed(wide[0]), self.networks.privileged(wide[1])
-            if self._mirrors is not None and options.image_likelihood == "policy":
+            if self._mirrors is not None and options.mirrored == "noise":
                 images = slice(len(own) // 2, None)
-                before = self.networks.policy(wide[0][images])
-                narrow[0][images] = self.networks.log_likelihood(before, wide[2][images])
+                noise = wide[2][images] - wide[3][images]
+                wide[3][images] = self.networks.policy(wide[0][images])
+                wide[2][images] = wide[3][images] + noise
+                narrow[0][images] = self.networks.log_likelihood(wide[3][images], wide[2][images])
+                own.fill_(1.0)
         for epoch in self.order:
             for chosen in epoch:
                 if critic_alone:
@@ -142,8 +145,8 @@ class PPO:
         """One step on a minibatch of normal observations.
 
         Args:
-            old: logarithm of the deviation that acted. own: 1 of what was met with, 0 of mirror images, whose mean
-                actions need not be the images of means, so that they say nothing of the divergence.
+            old: logarithm of the deviation that acted. own: 1 where `old_mean` is what the policy did, 0 of mirror
+                images whose mean actions need not be images of means, so that they say nothing of the divergence.
         """
         options, networks = self.options, self.networks
         mean, value = networks.policy(observation), networks.value(privileged)[:, 0]
