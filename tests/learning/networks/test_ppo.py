@@ -55,6 +55,18 @@ def test_adam_on_one_vector_steps_as_that_of_pytorch_with_clipped_gradients():
         torch.testing.assert_close(one, other, rtol=1e-4, atol=1e-6)
 
 
+def test_a_gradient_that_is_not_finite_changes_nothing_of_its_group():
+    bad, good = torch.nn.Linear(3, 2), torch.nn.Linear(3, 2)
+    before = [layer.weight.detach().clone() for layer in (bad, good)]
+    adam = FlatAdam([list(bad.parameters()), list(good.parameters())], 0.01, 1.0)
+    adam.forget()
+    bad.weight.grad[1, 2] = float("nan")
+    good.weight.grad.fill_(0.1)
+    adam.step()
+    torch.testing.assert_close(bad.weight.detach(), before[0])
+    torch.testing.assert_close(good.weight.detach(), before[1] - 0.01)
+
+
 def test_a_normalizer_knows_mean_and_variance_of_all_that_it_saw():
     data = torch.randn(1000, 4, dtype=torch.float64) * torch.tensor([1.0, 5.0, 0.1, 2.0]) + 3.0
     normalizer = Normalizer(4).double()

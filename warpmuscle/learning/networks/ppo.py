@@ -169,7 +169,7 @@ class PPO:
                 networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
             statistics = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
-            self.statistics.add_(statistics / self.order[:, :, 0].numel())
+            self.statistics.add_(torch.nan_to_num(statistics) / self.order[:, :, 0].numel())
 
     def _asymmetry(self, observation: Tensor, mean: Tensor) -> Tensor:
         """() nat, how far the policy is from what it does in the mirror; Yu and others 2018 (arXiv:1801.08093), eq. 4.
