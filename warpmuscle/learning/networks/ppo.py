@@ -172,7 +172,7 @@ class PPO:
             self.statistics.add_(torch.nan_to_num(statistics) / self.order[:, :, 0].numel())
 
     def _asymmetry(self, observation: Tensor, mean: Tensor) -> Tensor:
-        """() nat, how far the policy is from what it does in the mirror; Yu and others 2018 (arXiv:1801.08093), mirror loss.
+        """() nat, how far the policy is from its image in a mirror; Yu and others 2018 (arXiv:1801.08093), mirror loss.
 
         Args:
             observation: (n, O), normal. mean: (n, actions) of the policy there.
