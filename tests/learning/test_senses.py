@@ -185,6 +185,15 @@ def test_a_history_is_what_was_observed_before_as_late_as_the_rest_of_its_group(
     assert (columns[4][1:] != columns[4][:-1]).any(axis=1).all()
 
 
+def test_actions_are_observed_as_far_as_they_count():
+    """A policy that acts without noise clips what it does, so that it would see what it never saw in learning."""
+    batch = batch_of({"action": Sense()})
+    told = np.linspace(-3.0, 4.0, MUSCLES, dtype=np.float32)[None]
+    batch.actions.requested.assign(told)
+    batch.step()
+    np.testing.assert_allclose(batch.senses.observation.numpy(), np.clip(told, -0.25, 2.25), rtol=1e-6)
+
+
 @pytest.mark.parametrize("count", [-1, 101])
 def test_a_history_has_an_end(count: int):
     with pytest.raises(SceneError, match=f"must be 0 to 100 decisions, is {count}") as caught:

@@ -59,6 +59,8 @@ class Surroundings:
     terrain: Terrain  # over it; nothing where the ground is flat
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
+    least_action: float  # beyond which actions do what this one does
+    greatest_action: float
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
     custom: wp.array2d[float]  # (instances, numbers) of observations of the scene's own, as they are now
     goal: wp.array2d[float]  # (instances, numbers) see `decision.Decision`
@@ -227,7 +229,7 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     elif kind == FIBRE_FORCE:
         value = state.muscles.sensed[instance, k][2]
     elif kind == ACTION:
-        value = around.action[instance, k]
+        value = wp.clamp(around.action[instance, k], around.least_action, around.greatest_action)
     elif kind == COMMAND:
         value = episodes.command[instance, k]
     elif kind == PHASE:
