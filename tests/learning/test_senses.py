@@ -72,6 +72,8 @@ def test_nerves_of_an_episode_may_be_later_still_but_wanted_speeds_are_known_at_
         fits = (seen[:, :, :MUSCLES] == expected[:, :, None]).all(axis=(1, 3))  # (delays, instances)
         assert (fits.sum(axis=0) == 1).all()
         found.append(fits.argmax(axis=0))
+        known = late.senses.critic.numpy()[:, late.senses.critic_names.index("disturbance.delay")]
+        np.testing.assert_allclose(3.0 * known, found[-1], atol=1e-6)  # of a critic, over the longest
         told = late.senses.names.index("command.speed")
         np.testing.assert_array_equal(seen[-1, :, told], late.episodes.command.numpy()[:, 0])
         assert (seen[-1, :, told] != seen[0, :, told]).all()
@@ -154,6 +156,51 @@ def test_noise_is_as_great_as_asked_and_the_same_for_the_same_seed_whatever_the_
     assert not np.array_equal(large.senses.observation.numpy()[:3], rows[1])
 
 
+def test_nerves_of_an_episode_may_be_noisier_but_wanted_speeds_are_known_as_they_are():
+    groups = {"activation": Sense(noise=0.3), "command": Sense()}
+    noisier = Variation(velocity_noise=0.0, noise=0.4)
+    batch = batch_of(groups, 400, variation=noisier)
+    rows = histories(batch, 4, 1, seed=7)
+    rows -= histories(batch_of({"activation": Sense(), "command": Sense()}, 1), 4, 1)
+    of_episode = rows[:, :, :MUSCLES].std(axis=(0, 2))
+    assert np.quantile(of_episode, 0.02) == pytest.approx(0.3, rel=0.15)
+    assert np.quantile(of_episode, 0.98) == pytest.approx(0.5, rel=0.15)  # the two are independent
+    known = batch.senses.critic.numpy()[:, batch.senses.critic_names.index("disturbance.noise")]
+    expected = np.hypot(0.3, 0.4 * known)  # of a critic, over the greatest
+    np.testing.assert_allclose(of_episode / expected, 1.0, atol=0.4)
+    assert np.corrcoef(of_episode, expected)[0, 1] > 0.7
+    assert of_episode.mean() == pytest.approx(np.hypot(0.3, np.linspace(0.0, 0.4, 101)).mean(), rel=0.03)
+    assert (rows[:, :, MUSCLES:] == 0.0).all()
+
+
+def test_a_history_is_what_was_observed_before_as_late_as_the_rest_of_its_group():
+    batch = batch_of({"fibre_length": Sense(delay=0.013, history=3), "action": Sense(history=1)})
+    seen, ends = history(batch, 8, 1), [MUSCLES * k for k in range(7)]
+    assert batch.senses.names[MUSCLES] == f"{batch.senses.names[0]}.1_before"
+    columns = [seen[:, first : first + MUSCLES] for first in ends[:6]]
+    for ago in (1, 2, 3):
+        np.testing.assert_array_equal(columns[ago][ago:], columns[0][:-ago])
+        np.testing.assert_array_equal(columns[ago][:ago], columns[0][:1].repeat(ago, axis=0))
+    np.testing.assert_array_equal(columns[5][1:], columns[4][:-1])
+    assert (columns[4][1:] != columns[4][:-1]).any(axis=1).all()
+
+
+def test_actions_are_observed_as_far_as_they_count():
+    """A policy that acts without noise clips what it does, so that it would see what it never saw in learning."""
+    batch = batch_of({"action": Sense()})
+    told = np.linspace(-3.0, 4.0, MUSCLES, dtype=np.float32)[None]
+    batch.actions.requested.assign(told)
+    batch.step()
+    np.testing.assert_allclose(batch.senses.observation.numpy(), np.clip(told, -0.25, 2.25), rtol=1e-6)
+
+
+@pytest.mark.parametrize("count", [-1, 101])
+def test_a_history_has_an_end(count: int):
+    with pytest.raises(SceneError, match=f"must be 0 to 100 decisions, is {count}") as caught:
+        batch_of({"speeds": Sense(history=count)})
+    assert caught.value.key == "learning.observations.speeds.history"
+
+
 def test_groups_that_are_not_there_are_named_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(Stepper, "load", lambda stepper: pytest.fail("is compiled"))
     with pytest.raises(SceneError, match="there is no group 'fibre_lengt'; did you mean 'fibre_length'"):
@@ -171,7 +218,7 @@ def test_the_height_is_that_above_the_ground_on_any_slope():
     batch.rollout.state.coordinates.assign(q)
     batch.senses.sample_first(batch.rollout.state, batch.episodes)
     batch.observe_again()
-    _, _, slopes = drawn(batch.task.variation, batch.rollout, 4)
+    _, _, slopes, _ = drawn(batch.task.variation, batch.rollout, 4)
     slope = slopes[batch.episodes.variant.numpy()]
     assert np.ptp(slope) > 0.01
     height = batch.senses.observation.numpy()[:, batch.senses.names.index("trunk.height")]

@@ -41,7 +41,7 @@ def test_an_instance_moves_as_its_variant_does_in_a_scene_of_its_own(batch: Epis
     assert len(set(variant)) > 2
     scene = load("reflex_planar")
     numeric = substitute(scene, start_values(scene))
-    mass, strength, slope = drawn(VARIED, batch.rollout, 5)
+    mass, strength, slope, _ = drawn(VARIED, batch.rollout, 5)
     for instance in (0, int(np.flatnonzero(variant != variant[0])[0])):
         which = variant[instance]
         own = with_strengths(with_masses(numeric, mass[which : which + 1]), strength[which : which + 1])
@@ -64,7 +64,7 @@ def test_another_episode_has_another_variant_and_its_numbers(batch: EpisodeBatch
     assert (before != after).any()
     changed = batch._stepper.model.skeleton.total_mass.numpy()[:, 0]
     for values, variant in ((rows, before), (changed, after)):
-        mass, _, _ = drawn(VARIED, batch.rollout, 5)
+        mass, *_ = drawn(VARIED, batch.rollout, 5)
         bodies = [body.mass for body in batch.rollout.numeric.character.bodies.values()]
         np.testing.assert_allclose(values[:6], (mass * bodies).sum(axis=1)[variant], rtol=1e-6)
 
@@ -73,7 +73,7 @@ def test_all_muscles_of_a_side_are_stronger_or_weaker_together():
     scene = load("walk56")
     sided = Variation(velocity_noise=0.0, side_strength=0.2, variants=400)
     rollout = Rollout(scene, 1, "cpu", threads=1)
-    mass, strength, slope = drawn(sided, rollout, 400)
+    mass, strength, slope, _ = drawn(sided, rollout, 400)
     names = list(scene.character.muscles)
     left, right = ([k for k, name in enumerate(names) if side_of(name, names) == side] for side in ("left", "right"))
     assert len(left) == len(right) > 20

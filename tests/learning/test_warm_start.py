@@ -17,14 +17,15 @@ from point_mass import PointMasses  # noqa: E402
 from small_policy import learning_curve  # noqa: E402
 from warpmuscle.core.errors import Error, ResultError, RolloutError  # noqa: E402
 from warpmuscle.formats import load  # noqa: E402
+from warpmuscle.learning import training_loop  # noqa: E402
 from warpmuscle.learning.learner import Learner  # noqa: E402
 from warpmuscle.learning.options import PPOOptions  # noqa: E402
 from warpmuscle.learning.policy import actions_of  # noqa: E402
 from warpmuscle.learning.senses import USUAL  # noqa: E402
 from warpmuscle.learning.training import learn, resume  # noqa: E402
-from warpmuscle.learning.warm_start import UNHEARD, check_fit, options_from  # noqa: E402
+from warpmuscle.learning.warm_start import UNHEARD, check_fit, hearing, options_from  # noqa: E402
 from warpmuscle.report.summary import learning  # noqa: E402
-from warpmuscle.results.learned import Ancestor, Learned  # noqa: E402
+from warpmuscle.results.learned import Ancestor, Layer, Learned, PolicyTable  # noqa: E402
 from warpmuscle.results.result import read, write  # noqa: E402
 from warpmuscle.results.training_file import training_path  # noqa: E402
 from warpmuscle.scene.learning import Sense, Task, Variation  # noqa: E402
@@ -124,7 +125,10 @@ def test_a_file_says_what_its_policy_was_learnt_from(first, tmp_path):
 
 
 @pytest.mark.parametrize("moment", [7, 15, 22])
-def test_after_a_kill_it_comes_to_the_same_policy_though_the_first_one_is_gone(moment, first, whole, tmp_path):
+def test_after_a_kill_it_comes_to_the_same_policy_though_the_first_one_is_gone(
+    moment, first, whole, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(training_loop, "SHARE", 1e9)  # so that a slow disk leaves out no checkpoint
     source, path = tmp_path / "source.h5", tmp_path / "p.h5"
     source.write_bytes(first.read_bytes())
     with killed_at(moment) as killed:
@@ -261,6 +265,24 @@ def test_a_critic_that_saw_something_else_begins_anew(first, tmp_path):
     known, found = read(first).learned, begin(old, critic_iterations=1).learned
     np.testing.assert_array_equal(weights(found.policy), weights(known.policy))
     assert np.abs(weights(found.critic) - weights(known.critic)).max() > 0.1
+
+
+def test_a_critic_that_is_to_see_more_goes_on_from_what_it_knows(first):
+    more = msgspec.structs.replace(TASK, variation=Variation(velocity_noise=0.05, mass=0.1, variants=4))
+    known, found = read(first).learned.critic, begin(first, task=more, critic_iterations=1).learned.critic
+    assert len(found.observation) > len(known.observation)
+    assert known.observation == found.observation[: len(known.observation)]
+    apart = np.abs(found.layers[1].weight - known.layers[1].weight).max()
+    assert 0.0 < apart < 0.05  # of weights of about 0.3: a few steps on
+
+
+def test_names_that_come_twice_stay_apart():
+    table = PolicyTable(("a.x", "b.x", "a.x"), ("y",), np.arange(3.0, dtype=np.float32), np.ones(3, np.float32), 8.0,
+                        (Layer(np.array([[1.0, 2.0, 3.0]], np.float32), np.zeros(1, np.float32)),), None)  # fmt: skip
+    found = hearing(table, ("a.x", "c.x", "a.x", "b.x"))
+    np.testing.assert_array_equal(found.layers[0].weight, [[1.0, 0.0, 3.0, 2.0]])
+    np.testing.assert_array_equal(found.mean, [0.0, 0.0, 2.0, 1.0])
+    assert found.deviation[1] == UNHEARD
 
 
 def test_what_was_learnt_is_kept_and_goes_on_from_there():

@@ -20,6 +20,7 @@ from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.learning import episodes as kernels
 from warpmuscle.kernels.learning import senses as sense_kernels
+from warpmuscle.kernels.learning.senses import GREATEST
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.custom_parts import CustomParts
 from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, seen_time
@@ -344,6 +345,7 @@ class EpisodeBatch:
         around.head = head_of(numeric, self.rollout.names)
         around.body_weight = float(mass * first_number(numeric.gravity)) or 1.0
         around.action = self.actions.action
+        around.least_action, around.greatest_action = self.actions.range or (-GREATEST, GREATEST)
         around.varied = self._variants.described
         around.custom, around.goal = self.custom_parts.observed, self.custom_parts.decision.goal
         return around

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -46,6 +46,9 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     divergence: Weight = 0.02  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
     max_gradient: Positive = 1.0  # length of the gradient of either network
     critic_iterations: Annotated[int, Meta(ge=0, le=1_000_000)] = 0  # at first, in which the policy stays as it is
+    mirrored: Literal["action", "noise"] = "action"  # what a mirror image has of a sample: its action, which the policy
+    # may hardly ever choose there, or the noise of its action beside what the policy does there
+    mirror_weight: Weight = 0.0  # of how far the policy is from its own mirror image, nat
     reward_time: Positive = 0.1  # s; rewards a second times this are of the size of values that networks learn well
 
     @property

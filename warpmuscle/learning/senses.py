@@ -32,6 +32,7 @@ class Number(NamedTuple):
     kind: int
     place: int = 0
     scale: float = 1.0
+    ago: int = 0  # whole decisions, beside the delay of its group
 
 
 class About(NamedTuple):
@@ -44,6 +45,7 @@ class About(NamedTuple):
     clock: bool = False  # whether a gait is imitated
     goals: tuple[tuple[str, int, int], ...] = ()  # name, first number and how many numbers of each
     custom: Mapping[str, int] = {}  # how many numbers each observation of one's own has, by `module:name`
+    nerves: tuple[tuple[str, int, float], ...] = ()  # name, kind and greatest value of what hinders them in an episode
 
 
 def _root(about: About) -> bool:
@@ -180,9 +182,20 @@ def numbers_of(group: str, about: About) -> list[Number]:
     return GROUPS[group](about) if group in GROUPS else _custom(about, group)
 
 
+def with_history(numbers: Sequence[Number], history: int) -> list[Number]:
+    """Numbers as they are observed, and as they were at each of so many decisions before."""
+    before = [
+        number._replace(name=f"{number.name}.{ago}_before", ago=ago)
+        for ago in range(1, history + 1)
+        for number in numbers
+    ]
+    return [*numbers, *before]
+
+
 def _disturbance(about: About) -> list[Number]:
     pushed = [Number(f"push.{a}", kernels.PUSH_FORCE, k) for k, a in enumerate(XYZ)] if _root(about) else []
-    return pushed + [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
+    varied = [Number(name, kernels.VARIED, k) for k, name in enumerate(about.varied)]
+    return pushed + varied + [Number(name, kind, 0, 1.0 / most) for name, kind, most in about.nerves]
 
 
 GROUPS: dict[str, Callable[[About], list[Number]]] = {
@@ -246,31 +259,36 @@ class Senses:
         rollout = about.rollout
         n, self._device, self._around = rollout.instances, rollout.device, around
         rows: list[Number] = []
-        delays, late, noises, self.names = [], [], [], []
+        delays, late, noises, noisier, self.names = [], [], [], [], []
         longest = round(task.variation.delay / (decision_steps * rollout.scene.time_step))
         for group, sense in groups_of(task).items():
-            numbers = numbers_of(group, about)
+            numbers = with_history(numbers_of(group, about), sense.history)
             if not numbers and group in task.observations:
                 raise SceneError("there is nothing of it in this scene", key=f"learning.observations.{group}")
             rows += numbers
             self.names += [f"{group}.{number.name}" for number in numbers]
-            delays += [round(sense.delay / rollout.scene.time_step)] * len(numbers)
+            delay = round(sense.delay / rollout.scene.time_step)
+            delays += [delay + number.ago * decision_steps for number in numbers]
             late += [0 if group in KNOWN else longest] * len(numbers)
             noises += [sense.noise] * len(numbers)
+            noisier += [0.0 if group in KNOWN else task.variation.noise] * len(numbers)
         if not rows:
             raise SceneError("a policy observes nothing of this scene", key="learning.observations")
         whole, rest = np.divmod(np.array(delays), decision_steps)
-        self._features = _table(rows, whole, late, noises, self._device)
+        self._features = _table(rows, whole, late, noises, noisier, self._device)
         self._ring = wp.zeros((n, int((whole + late).max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
         known |= {entry: _custom(about, entry) for entry in about.custom}
+        nerves = (("delay", kernels.LATER, longest), ("noise", kernels.NOISIER, task.variation.noise))
+        about = about._replace(nerves=tuple(one for one in nerves if one[2]))
         known["disturbance"] = _disturbance(about)
         critic = [number for numbers in known.values() for number in numbers]
         self.numbers, self.critic_numbers = rows, critic
         self.critic_names = tuple(f"{group}.{number.name}" for group, numbers in known.items() for number in numbers)
         none = [0] * len(critic)
-        self._critic_features = _table(critic, none, none, none, self._device)
+        hindered = [longest] * len(critic), none, [task.variation.noise] * len(critic)
+        self._critic_features = _table(critic, none, *hindered, self._device)
         self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)
         self.critic = wp.zeros((n, len(critic)), dtype=float, device=self._device)
 
@@ -311,8 +329,9 @@ class Senses:
 
 
 def _table(
-    numbers: Sequence[Number], delays: Any, late: Sequence[int], noises: Sequence[float], device: Any
-) -> wp.array:
+    numbers: Sequence[Number], delays: Any, late: Sequence[int], noises: Sequence[float], noisier: Sequence[float],
+    device: Any,
+) -> wp.array:  # fmt: skip
     columns = {
         "kind": [number.kind for number in numbers],
         "index": [number.place for number in numbers],
@@ -320,6 +339,7 @@ def _table(
         "delay": delays,
         "late": late,
         "noise": noises,
+        "noisier": noisier,
     }
     return structs_to_device(kernels.Feature, {name: np.array(values) for name, values in columns.items()}, device)
 

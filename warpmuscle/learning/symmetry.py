@@ -11,6 +11,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.learning import senses as kernels
 from warpmuscle.learning.senses import About, Number
+from warpmuscle.learning.variants import OF_SIDES
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import TURN, VECTOR, check_muscles, counterpart, joint_image
 from warpmuscle.simulation.rollout import Rollout
@@ -72,15 +73,15 @@ def observed_image(numbers: Sequence[Number], about: About, body: BodySymmetry, 
         SceneError: the image of one of them is not observed.
     """
     rules = _rules(about, body, action)
-    where = {(number.kind, number.place): k for k, number in enumerate(numbers)}
+    where = {(number.kind, number.place, number.ago): k for k, number in enumerate(numbers)}
     found = []
     for number in numbers:
         if number.kind not in rules:
             raise SceneError(f"nobody knows the mirror image of {number.name!r}", key="learning.symmetric")
         place, sign, shift = rules[number.kind](number.place)
-        if (number.kind, place) not in where:
+        if (number.kind, place, number.ago) not in where:
             raise SceneError(f"the mirror image of {number.name!r} is not observed", key="learning.symmetric")
-        found.append((where[number.kind, place], sign, shift * number.scale))
+        found.append((where[number.kind, place, number.ago], sign, shift * number.scale))
     return image_of(found)
 
 
@@ -137,6 +138,11 @@ def _rules(about: About, body: BodySymmetry, action: Image) -> Mapping[int, Rule
     def acted(place: int) -> Found:
         return int(action.place[place]), float(action.sign[place]), float(action.shift[place])
 
+    def varied(place: int) -> Found:
+        if about.varied[place] in OF_SIDES:
+            return place + 1 - 2 * OF_SIDES.index(about.varied[place]), 1.0, 0.0
+        return place, 1.0, 0.0
+
     signs = {"speed": ("speed", 1.0), "turning_rate": ("turning_rate", -1.0)} | body.coordinates
     fibre = named(muscles, body.muscles)
     return {
@@ -148,6 +154,7 @@ def _rules(about: About, body: BodySymmetry, action: Image) -> Mapping[int, Rule
         kernels.FIBRE_FORCE: fibre, kernels.COMMAND: named(about.commands, signs),
         kernels.COURSE: along(np.array([-1.0, 1.0, -1.0])), kernels.ACTION: acted,
         kernels.PHASE: same, kernels.STANCE: lambda place: (place, -1.0, 1.0), kernels.PUSH_FORCE: along(VECTOR),
-        kernels.GROUND: lambda place: (place + 2 - 2 * (place % 3), 1.0, 0.0), kernels.VARIED: same,
+        kernels.GROUND: lambda place: (place + 2 - 2 * (place % 3), 1.0, 0.0), kernels.VARIED: varied,
+        kernels.LATER: same, kernels.NOISIER: same,
         kernels.CLOCK: along(-np.ones(2)),  # half a cycle later
     }  # fmt: skip

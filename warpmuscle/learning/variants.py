@@ -21,6 +21,7 @@ from warpmuscle.simulation.rollout import Rollout
 
 NAMES = ("slope", "mass", "strength")  # what a critic sees of a variant
 SIDES = ("left", "right", "")  # of muscles, the last of those that are of none
+OF_SIDES = ("left_strength", "right_strength")  # what a critic sees besides where sides differ
 SEED = 0  # of what is drawn: the same variants for every batch and training
 SLOPE_SCALE = 10.0  # 1/rad, of what a critic sees
 
@@ -38,17 +39,19 @@ class Variants:
         differ = bool(
             variation.mass or variation.strength or variation.side_strength or variation.slope or variation.commands
         )
-        self.count, self.names = 1, (*NAMES, *variation.commands) if differ else ()
+        of_sides = OF_SIDES if variation.side_strength else ()
+        self.count, self.names = 1, (*NAMES, *variation.commands, *of_sides) if differ else ()
         self.model = rollout.model
         self.described = wp.zeros((1, 1), dtype=float, device=rollout.device)
         self._table: RowTable | None = None
         if not differ:
             return
         self.count = max(variation.variants, 2)  # so that they have rows
-        mass, strength, slope = drawn(variation, rollout, self.count)
+        mass, strength, slope, sides = drawn(variation, rollout, self.count)
         commands = drawn_commands(variation, rollout.scene, self.count)
         described = [SLOPE_SCALE * slope, mass.mean(axis=1) - 1.0, strength.mean(axis=1) - 1.0]
         described += [_relative(values, rollout.scene.commands[name]) for name, values in commands.items()]
+        described += [sides[:, k] - 1.0 for k in range(len(of_sides))]
         self.described = to_device(np.stack(described, axis=1), float, rollout.device)
         numeric = substitute(rollout.scene, start_values(rollout.scene), commands) if commands else rollout.numeric
         numeric = with_masses(numeric, mass)
@@ -72,18 +75,22 @@ class Variants:
             self._table.restore(mask, variant)
 
 
-def drawn(variation: Variation, rollout: Rollout, count: int) -> tuple[Floats, Floats, Floats]:
-    """Factors on masses (count, bodies) and strengths (count, muscles), and slopes (count,), rad."""
+def drawn(variation: Variation, rollout: Rollout, count: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Factors on masses (count, bodies) and strengths (count, muscles), slopes (count,), rad, and factors of `SIDES`.
+
+    Those of sides, (count, 3), are in the strengths already.
+    """
     generator = np.random.default_rng(SEED)
     names = rollout.numeric.character.muscles
     bodies, muscles = len(rollout.numeric.character.bodies), max(len(names), 1)
     mass = 1.0 + variation.mass * generator.uniform(-1.0, 1.0, (count, bodies))
     strength = 1.0 + variation.strength * generator.uniform(-1.0, 1.0, (count, muscles))
     slope = variation.slope * generator.uniform(-1.0, 1.0, count)
+    sides = np.ones((count, len(SIDES)))
     if variation.side_strength:
-        sides = 1.0 + variation.side_strength * generator.uniform(-1.0, 1.0, (count, len(SIDES)))
+        sides += variation.side_strength * generator.uniform(-1.0, 1.0, (count, len(SIDES)))
         strength *= sides[:, [SIDES.index(side_of(name, names)) for name in names] or [0]]
-    return mass, strength, slope
+    return mass, strength, slope, sides
 
 
 def drawn_commands(variation: Variation, scene: Scene, count: int) -> dict[str, Floats]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -88,18 +89,20 @@ def begin_with(
     critic_names: tuple[str, ...],
     options: PPOOptions,
 ) -> None:
-    """Take over a policy that fits, with its noise, and its critic if there is one that observes the same.
+    """Take over a policy that fits, with its noise, and its critic if all that this one observes is there.
 
     Args:
         names, critic_names: what policy and critic are to observe, in order. What is new there says nothing at first.
     """
     seen = float(sum(ancestor.decisions for ancestor in source.ancestors))
-    _take(networks.policy, networks.observed, _hearing(source.policy, names), seen)
+    _take(networks.policy, networks.observed, hearing(source.policy, names), seen)
     critic = source.critic
     bare = tuple(name.partition(".")[2] for name in critic_names)  # as older files have them
-    fits = critic is not None and critic.observation in (critic_names, bare)
-    if critic is not None and fits and _shapes(critic) == _shapes_of(networks.value):
-        _take(networks.value, networks.privileged, critic, seen)
+    if critic is not None and critic.observation == bare:
+        critic = replace(critic, observation=critic_names)
+    known = not Counter(critic.observation if critic else ()) - Counter(critic_names)
+    if critic is not None and known and _shapes(critic)[1:] == _shapes_of(networks.value)[1:]:
+        _take(networks.value, networks.privileged, hearing(critic, critic_names), seen)
     noise = noise_of(source)
     with torch.no_grad():
         networks.log_deviation.copy_(torch.as_tensor(np.log(noise * (options.deviation / noise.max()))))
@@ -114,17 +117,27 @@ def hear(normalizer: Normalizer, values: Tensor) -> None:
         normalizer.mean.copy_(torch.where(unheard, mean, normalizer.mean))
 
 
-def _hearing(table: PolicyTable, names: tuple[str, ...]) -> PolicyTable:
+def hearing(table: PolicyTable, names: tuple[str, ...]) -> PolicyTable:
     """The same network for observations of these names, in their order: those that it does not know are unheard."""
     if table.observation == names:
         return table
-    place = {name: k for k, name in enumerate(table.observation)}
-    new = [k for k, name in enumerate(names) if name not in place]
-    column = np.array([place.get(name, 0) for name in names])
+    place = {name: k for k, name in enumerate(_numbered(table.observation))}
+    new = [k for k, name in enumerate(_numbered(names)) if name not in place]
+    column = np.array([place.get(name, 0) for name in _numbered(names)])
     mean, deviation, weight = table.mean[column], table.deviation[column], table.layers[0].weight[:, column]
     mean[new], deviation[new], weight[:, new] = 0.0, UNHEARD, 0.0
     first = replace(table.layers[0], weight=weight)
     return replace(table, observation=names, mean=mean, deviation=deviation, layers=(first, *table.layers[1:]))
+
+
+def _numbered(names: Sequence[str]) -> list[tuple[str, int]]:
+    """Names with how often each has come before: a slope may be drawn and be a command of the scene besides."""
+    seen: Counter[str] = Counter()
+    found = []
+    for name in names:
+        found.append((name, seen[name]))
+        seen[name] += 1
+    return found
 
 
 def _take(layers: nn.Sequential, normalizer: Normalizer, table: PolicyTable, seen: float) -> None:

@@ -20,7 +20,6 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.initial_pose import plain_number
-from warpmuscle.scene.learning import Sense
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.multi_device import make_rollout
@@ -204,7 +203,9 @@ class PolicyWalker(Walker):
 
         other, observed = copy(self), self._learned.policy.observation
         groups = {
-            name: Sense(delay=sense.delay + nerves.delay, noise=float(np.hypot(sense.noise, nerves.noise)))
+            name: msgspec.structs.replace(
+                sense, delay=sense.delay + nerves.delay, noise=float(np.hypot(sense.noise, nerves.noise))
+            )
             if name not in KNOWN
             else sense
             for name, sense in groups_of(self._task).items()

@@ -73,19 +73,20 @@ def panels_of(recording: Recording, scene: Scene, everything: bool = False) -> l
     power of a device, W, is positive where it gives energy to the body; the torque of one at a joint is that over the
     joint's speed, with the signs of the joint's own.
     """
-    groups = [*_joints(recording, scene, everything), *_muscles(recording, scene), *_devices(recording, scene)]
-    groups += _body(recording)
-    titles = {key: title for key, (title, _) in leg_curves(scene).items()}
+    legs = leg_curves(scene)
+    groups = [*_joints(recording, scene, legs, everything), *_muscles(recording, scene)]
+    groups += [*_devices(recording, scene, legs), *_body(recording)]
+    titles = {key: title for key, (title, _) in legs.items()}
     panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints, titles)]
     return panels + _ground_forces(recording, everything)
 
 
+LegCurves = Mapping[str, tuple[str, float]]  # as `leg_curves` has them
 Group = tuple[str, str, Curves, Mapping[str, str]]  # name, unit, curves, and joints of first components by curve
 
 
-def _joints(recording: Recording, scene: Scene, everything: bool) -> Iterator[Group]:
+def _joints(recording: Recording, scene: Scene, legs: LegCurves, everything: bool) -> Iterator[Group]:
     """Angles or positions, and torques or forces, that act and that were wanted."""
-    legs = leg_curves(scene)
     shown: dict[str, tuple[Curves, Curves, Curves]] = {"rad": ({}, {}, {}), "m": ({}, {}, {})}
     first: dict[str, str] = {}
     orientations = dict(zip(recording.body_names, np.moveaxis(recording.body_orientation, 1, 0), strict=True))
@@ -221,9 +222,9 @@ def _muscles(recording: Recording, scene: Scene) -> Iterator[Group]:
     yield "fibre lengths", "l_opt", curves("fibre", recording.muscle_fibre_length / optimal), {}
 
 
-def _devices(recording: Recording, scene: Scene) -> Iterator[Group]:
+def _devices(recording: Recording, scene: Scene, legs: LegCurves) -> Iterator[Group]:
     """Torques of devices at joints, and powers of all."""
-    legs, torques, powers = leg_curves(scene), Curves(), Curves()
+    torques, powers = Curves(), Curves()
     for name, force in scene.forces.items():
         if power_name(name) not in recording.recorded_names:
             continue

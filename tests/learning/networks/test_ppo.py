@@ -13,6 +13,7 @@ from warpmuscle.learning.networks.optimizer import FlatAdam  # noqa: E402
 from warpmuscle.learning.networks.ppo import _divergence, advantages  # noqa: E402
 from warpmuscle.learning.options import PPOOptions, options_of, parsed  # noqa: E402
 from warpmuscle.learning.policy import actions_of  # noqa: E402
+from warpmuscle.learning.symmetry import Image, Images  # noqa: E402
 
 
 def test_advantages_are_the_discounted_sum_of_surprises_within_an_episode():
@@ -54,6 +55,18 @@ def test_adam_on_one_vector_steps_as_that_of_pytorch_with_clipped_gradients():
         torch.testing.assert_close(one, other, rtol=1e-4, atol=1e-6)
 
 
+def test_a_gradient_that_is_not_finite_changes_nothing_of_its_group():
+    bad, good = torch.nn.Linear(3, 2), torch.nn.Linear(3, 2)
+    before = [layer.weight.detach().clone() for layer in (bad, good)]
+    adam = FlatAdam([list(bad.parameters()), list(good.parameters())], 0.01, 1.0)
+    adam.forget()
+    bad.weight.grad[1, 2] = float("nan")
+    good.weight.grad.fill_(0.1)
+    adam.step()
+    torch.testing.assert_close(bad.weight.detach(), before[0])
+    torch.testing.assert_close(good.weight.detach(), before[1] - 0.01)
+
+
 def test_a_normalizer_knows_mean_and_variance_of_all_that_it_saw():
     data = torch.randn(1000, 4, dtype=torch.float64) * torch.tensor([1.0, 5.0, 0.1, 2.0]) + 3.0
     normalizer = Normalizer(4).double()
@@ -92,6 +105,52 @@ def test_points_learn_to_come_to_the_middle():
         row = learner.iterate()
     assert before < 0.35
     assert row["reward"] > 0.75  # of at most 1
+
+
+def a_mirrored_learner(**options):
+    """Its points are their own images to the other side; its policy pushes to one side."""
+    points, turned = PointMasses(64), Image(np.arange(2), -np.ones(2), np.zeros(2))
+    points.images = Images(turned, turned, Image(np.zeros(1, int), -np.ones(1), np.zeros(1)))
+    learner = Learner(points, PPOOptions(hidden=(32, 32), **options), seed=1)
+    with torch.no_grad():
+        learner.networks.policy[-1].bias.fill_(0.4)
+    return learner
+
+
+def asymmetry_of(learner):
+    """Mean distance of actions from those in the mirror, over points to both sides."""
+    seen = torch.randn(200, 2, generator=torch.Generator().manual_seed(4))
+    with torch.no_grad():
+        return float((learner.networks.act(seen) + learner.networks.act(-seen)).abs().mean())
+
+
+@pytest.mark.parametrize(("mirrored", "least", "most"), [("action", 0.2, 0.5), ("noise", 0.0, 1e-6)])
+def test_images_lie_outside_the_clipped_ratio_unless_noise_alone_is_mirrored(mirrored, least, most):
+    still = {"learning_rate": 1e-12, "min_learning_rate": 1e-12, "divergence": 0.0}
+    row = a_mirrored_learner(mirrored=mirrored, **still).iterate()
+    assert least <= row["clipped"] <= most  # of all samples, half of which are images
+
+
+def test_noise_that_is_mirrored_teaches_as_samples_do():
+    learner = a_mirrored_learner(mirrored="noise")
+    for _ in range(30):
+        row = learner.iterate()
+    assert row["reward"] > 0.75  # of at most 1
+
+
+def test_a_policy_becomes_its_own_mirror_image_as_far_as_that_weighs():
+    free, even = a_mirrored_learner(mirrored="noise"), a_mirrored_learner(mirror_weight=1.0)
+    assert asymmetry_of(free) == asymmetry_of(even) > 0.7
+    for _ in range(8):
+        free.iterate()
+        even.iterate()
+    assert asymmetry_of(even) < 0.5 * asymmetry_of(free)
+
+
+def test_what_a_normalizer_made_normal_is_what_it_was_again():
+    normalizer, values = Normalizer(3), torch.randn(50, 3) * torch.tensor([0.1, 1.0, 30.0]) + 2.0
+    normalizer.see(values)
+    torch.testing.assert_close(normalizer.usual(normalizer(values)), values)
 
 
 def test_a_restored_learner_goes_on_as_the_one_that_was_kept():

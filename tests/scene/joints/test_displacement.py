@@ -82,3 +82,15 @@ def test_a_spline_through_many_knots_is_scipys():
     spline = CubicSpline(x, y, bc_type="natural")
     for order in range(3):
         np.testing.assert_allclose(found[order], spline(at, order), rtol=1e-8, atol=1e-8)
+
+
+def test_pieces_that_a_caller_changes_are_as_they_were_for_the_next_one():
+    spline = Displacement(X, x=[0.0, 1.0, 2.0, 4.0], y=[0.5, 0.1, 0.7, 0.2])
+    start, c = pieces(spline)
+    expected = start.copy(), c.copy()
+    start += 1.0
+    c *= 0.0
+    for found, wanted in zip(pieces(spline), expected, strict=True):
+        np.testing.assert_array_equal(found, wanted)
+    other = Displacement(X, x=[0.0, 1.0, 2.0, 4.0], y=[0.5, 0.1, 0.7, 0.2], ends="linear")
+    assert not np.array_equal(pieces(other)[1], expected[1])

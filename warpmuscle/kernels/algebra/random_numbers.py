@@ -8,7 +8,7 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 
 # What they are for.
-START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX, CUSTOM_START, EXCITATION, DELAY = range(1, 12)
+START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX, CUSTOM_START, EXCITATION, DELAY, NOISINESS = range(1, 13)
 
 
 @func

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, random_of
+from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, NOISINESS, random_of
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
 from warpmuscle.kernels.contact.terrain import tile_rise
@@ -28,8 +28,8 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND,
-) = range(25)  # fmt: skip
+    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND, LATER, NOISIER,
+) = range(27)  # fmt: skip
 GROUND_COLUMNS, GROUND_BEHIND, GROUND_AHEAD = 3, 3, 6  # places of the ground, from right to left and forwards
 GROUND_STEP = 0.2  # m, between them
 
@@ -44,6 +44,7 @@ class Feature:
     delay: int  # whole decisions
     late: int  # whole decisions up to which it comes later still in an episode
     noise: float  # standard deviation
+    noisier: float  # up to which standard deviation there is noise besides in an episode
 
 
 @wp.struct
@@ -58,6 +59,8 @@ class Surroundings:
     terrain: Terrain  # over it; nothing where the ground is flat
     body_weight: float  # N
     action: wp.array2d[float]  # (instances, actions) of the last decision
+    least_action: float  # beyond which actions do what this one does
+    greatest_action: float
     varied: wp.array2d[float]  # (variants, numbers) how an instance differs from others
     custom: wp.array2d[float]  # (instances, numbers) of observations of the scene's own, as they are now
     goal: wp.array2d[float]  # (instances, numbers) see `decision.Decision`
@@ -190,6 +193,24 @@ def of_root(kind: int, k: int, instance: int, state: State, episodes: Episodes, 
 
 
 @wp.func
+def later_by(feature: Feature, instance: int, episodes: Episodes) -> int:
+    """How many decisions later than usual a feature comes: one number in an episode for all that are late alike."""
+    if feature.late == 0:
+        return 0
+    generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
+    return wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
+
+
+@wp.func
+def noisier_by(feature: Feature, instance: int, episodes: Episodes) -> float:
+    """Deviation of noise that comes to that of a feature: one number in an episode for all that are noisier alike."""
+    if feature.noisier == 0.0:
+        return 0.0
+    generator = random_of(episodes.seed[0], instance, episodes.number[instance], NOISINESS)
+    return wp.randf(generator) * feature.noisier
+
+
+@wp.func
 def feature_value(feature: Feature, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
     """A feature now."""
     kind = feature.kind
@@ -208,7 +229,7 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     elif kind == FIBRE_FORCE:
         value = state.muscles.sensed[instance, k][2]
     elif kind == ACTION:
-        value = around.action[instance, k]
+        value = wp.clamp(around.action[instance, k], around.least_action, around.greatest_action)
     elif kind == COMMAND:
         value = episodes.command[instance, k]
     elif kind == PHASE:
@@ -232,6 +253,10 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
         value = seen_goal(k // 3, k % 3, instance, state, around)
     elif kind == GROUND:
         value = ground_about(k, instance, state, around)
+    elif kind == LATER:
+        value = float(later_by(feature, instance, episodes))
+    elif kind == NOISIER:
+        value = noisier_by(feature, instance, episodes)
     elif kind >= HEAD_UP:
         value = of_head(kind, instance, state, around)[k]
     else:
@@ -272,15 +297,6 @@ def sample_first(
         ring[i, slot, number] = value
 
 
-@wp.func
-def delay_of(feature: Feature, instance: int, episodes: Episodes) -> int:
-    """How many decisions ago a feature was as it is observed: one number in an episode for all that are late alike."""
-    if feature.late == 0:
-        return feature.delay
-    generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
-    return feature.delay + wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
-
-
 @wp.kernel
 def observe(
     # in
@@ -293,10 +309,15 @@ def observe(
     feature = features[number]
     decision = episodes.decision[i]
     slots = ring.shape[1]
-    value = ring[i, (decision + slots - delay_of(feature, i, episodes)) % slots, number]
-    if feature.noise > 0.0:
+    delay = feature.delay + later_by(feature, i, episodes)
+    value = ring[i, (decision + slots - delay) % slots, number]
+    noise = feature.noise
+    if feature.noisier > 0.0:
+        more = noisier_by(feature, i, episodes)
+        noise = wp.sqrt(noise * noise + more * more)
+    if noise > 0.0:
         generator = random_of(episodes.seed[0], i, decision, NOISE + 16 * (1 + number))
-        value += feature.noise * wp.randn(generator)
+        value += noise * wp.randn(generator)
     observation[i, number] = value
 
 

@@ -34,6 +34,11 @@ class Normalizer(nn.Module):  # type: ignore[misc]  # PyTorch need not be there
         normal: Tensor = (values - self.mean) * torch.rsqrt(self.variance + SMALL_VARIANCE)
         return normal.clamp(-WIDEST, WIDEST)
 
+    def usual(self, normal: Tensor) -> Tensor:
+        """(..., size) values in their own units, of those that `forward` has made normal."""
+        values: Tensor = normal / torch.rsqrt(self.variance + SMALL_VARIANCE) + self.mean
+        return values
+
     def see(self, values: Tensor) -> None:
         """Count in (n, size) further values; Chan, Golub and LeVeque 1983, eq. 1.5."""
         n = float(len(values))

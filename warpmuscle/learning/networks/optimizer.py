@@ -57,9 +57,14 @@ class FlatAdam:
         self._gradient.zero_()
 
     def step(self) -> None:
-        """Change the parameters by their gradients; to be called where none are followed."""
+        """Change the parameters by their gradients; to be called where none are followed.
+
+        The gradient of a group that is not finite counts as zero.
+        """
         for group in self._groups:
-            group.mul_((self._longest / (torch.linalg.vector_norm(group) + 1e-6)).clamp(max=1.0))
+            length = torch.linalg.vector_norm(group)
+            shorter = group * (self._longest / (length + 1e-6)).clamp(max=1.0)
+            group.copy_(torch.where(torch.isfinite(length), shorter, 0.0))
         self.steps.add_(1.0)
         g, (b1, b2) = self._gradient, DECAYS
         self.first.lerp_(g, 1.0 - b1)

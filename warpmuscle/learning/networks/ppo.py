@@ -124,6 +124,13 @@ class PPO:
                 narrow = [column.repeat(2) for column in narrow]
                 own = torch.cat([own, torch.zeros_like(own)])
             wide[:2] = self.networks.observed(wide[0]), self.networks.privileged(wide[1])
+            if self._mirrors is not None and options.mirrored == "noise":
+                images = slice(len(own) // 2, None)
+                noise = wide[2][images] - wide[3][images]
+                wide[3][images] = self.networks.policy(wide[0][images])
+                wide[2][images] = wide[3][images] + noise
+                narrow[0][images] = self.networks.log_likelihood(wide[3][images], wide[2][images])
+                own.fill_(1.0)
         for epoch in self.order:
             for chosen in epoch:
                 if critic_alone:
@@ -138,14 +145,16 @@ class PPO:
         """One step on a minibatch of normal observations.
 
         Args:
-            old: logarithm of the deviation that acted. own: 1 of what was met with, 0 of mirror images, whose mean
-                actions need not be the images of means, so that they say nothing of the divergence.
+            old: logarithm of the deviation that acted. own: 1 where `old_mean` is what the policy did, 0 of mirror
+                images whose mean actions need not be images of means, so that they say nothing of the divergence.
         """
         options, networks = self.options, self.networks
         mean, value = networks.policy(observation), networks.value(privileged)[:, 0]
         ratio = torch.exp(networks.log_likelihood(mean, action) - old_likelihood)
         clipped = ratio.clamp(1.0 - options.clip, 1.0 + options.clip)
         policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
+        if options.mirror_weight and self._mirrors is not None:
+            policy_loss = policy_loss + options.mirror_weight * self._asymmetry(observation, mean)
         near = old_value + (value - old_value).clamp(-options.clip, options.clip)
         value_loss = torch.maximum((value - returns) ** 2, (near - returns) ** 2).mean()
         entropy = networks.log_deviation.sum()
@@ -160,7 +169,21 @@ class PPO:
                 networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
             statistics = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
-            self.statistics.add_(statistics / self.order[:, :, 0].numel())
+            self.statistics.add_(torch.nan_to_num(statistics) / self.order[:, :, 0].numel())
+
+    def _asymmetry(self, observation: Tensor, mean: Tensor) -> Tensor:
+        """() nat, how far the policy is from its image in a mirror; Yu and others 2018 (arXiv:1801.08093), mirror loss.
+
+        Args:
+            observation: (n, O), normal. mean: (n, actions) of the policy there.
+        """
+        mirrors, networks = self._mirrors, self.networks
+        assert mirrors is not None
+        with torch.no_grad():
+            image = networks.observed(mirrors.observation.of(networks.observed.usual(observation)))
+            wanted = mirrors.action.of(networks.policy(image))
+        distance = (mean - wanted) * torch.exp(-networks.log_deviation.detach())
+        return 0.5 * (distance * distance).sum(-1).mean()
 
     def _improve_critic(self, privileged: Tensor, returns: Tensor) -> None:
         """One step of the critic alone on a minibatch of normal observations; it may change as far as it must."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -36,10 +37,23 @@ def pieces(displacement: Displacement, span: Span = TURN) -> tuple[Floats, Float
     if not displacement.x:
         line = rows([displacement.value, displacement.slope])
         return np.zeros(1), np.concatenate([line, np.zeros_like(line)], axis=1)[:, None]
-    x, y = np.array(displacement.x), rows(displacement.y)
+    if all(isinstance(value, float) for value in displacement.y):
+        start, c = _through_numbers(tuple(displacement.x), tuple(displacement.y), displacement.ends)
+        return start.copy(), c.copy()
+    return _through(np.array(displacement.x), rows(displacement.y), displacement.ends)
+
+
+@lru_cache(maxsize=1024)
+def _through_numbers(x: tuple[float, ...], y: tuple[float, ...], ends: str) -> tuple[Floats, Floats]:
+    """Those of one row, kept, since a viewer asks for them at every picture."""
+    return _through(np.array(x), rows(list(y)), ends)
+
+
+def _through(x: Floats, y: Floats, ends: str) -> tuple[Floats, Floats]:
+    """The pieces through knots at x (K,) with values y (rows, K)."""
     width = np.diff(x)
     slope = np.diff(y, axis=1) / width
-    bend = np.zeros_like(y) if displacement.ends == "linear" else _second_derivatives(x, y, displacement.ends)
+    bend = np.zeros_like(y) if ends == "linear" else _second_derivatives(x, y, ends)
     c = np.zeros((len(y), len(x) + 1, 4))
     inner = c[:, 1:-1]
     inner[..., 0] = y[:, :-1]

@@ -18,6 +18,7 @@ class Sense(Part):
 
     delay: Annotated[float, "s"] = 0.0
     noise: Annotated[float, "1"] = 0.0  # standard deviation of what is added, in the units of the group
+    history: int = 0  # of so many decisions before, what was observed then comes besides
 
 
 if TYPE_CHECKING:
@@ -107,6 +108,10 @@ class Variation(Part):
     side_strength: Annotated[float, "1"] = 0.0  # the same for all muscles of the left, of the right, and of neither
     delay: Annotated[float, "s"] = 0.0  # up to which all that is observed of the body comes later still in an episode,
     # in whole decisions; wanted commands, goals, the clock and the last action are known at once
+    noise: Annotated[float, "1"] = (
+        0.0  # up to which standard deviation, drawn for each episode, all that is observed of
+    )
+    # the body has noise besides that of its group, in the units of each group
     slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
     commands: list[str] = []  # of the scene, such as a load, each drawn evenly over its range in half of the variants,
     # and as the scene has it in the others

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
@@ -14,6 +15,7 @@ from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.objective import check_needs
 
+LONGEST_HISTORY = 100  # decisions
 LONGEST_DELAY = 1.0  # s, longer than of any nerve; what was felt meanwhile is kept
 HIGHER_IS_WIDER = ("heading", "leg_crossing", "self_collision")  # limits of failure; of the others lower ones are
 LARGEST_COUNT = 65536  # of starts and variants, which lie in the memory of the device
@@ -43,6 +45,9 @@ def check_task(check: Checks) -> None:
         if sense.delay > LONGEST_DELAY:
             key = f"learning.observations.{name}.delay"
             raise SceneError(f"must be {LONGEST_DELAY:g} s at most, is {sense.delay:g}", key=key)
+        if not 0 <= sense.history <= LONGEST_HISTORY:
+            key = f"learning.observations.{name}.history"
+            raise SceneError(f"must be 0 to {number_of(LONGEST_HISTORY, 'decision')}, is {sense.history}", key=key)
     for name, parts in task.synergies.items():
         for muscle in parts:
             known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
