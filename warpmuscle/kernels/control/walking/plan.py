@@ -260,7 +260,7 @@ def may_start(instance: int, parameters: Walking, model: ModelRef, work: Scratch
 def falls_to_the_right(
     instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
 ) -> bool:
-    """Whether no weight shift can bring a body back that stands: its extrapolated centre of mass is past its right foot."""
+    """Whether the extrapolated centre of mass of a body that stands is past its right foot: it cannot come back."""
     return extrapolated(instance, parameters, model, work, memory)[0] < -PAST * 0.5 * feet_apart(model, work, memory)
 
 
