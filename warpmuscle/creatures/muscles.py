@@ -170,7 +170,8 @@ def _muscle(creature: Creature, muscle: CreatureMuscle, name: str, length: float
         path=[_point(creature, point, side) for point in muscle.path],
         wraps=[Wrap(surface=_surface_name(name, number)) for number in range(len(muscle.over))],
         f_max=_within(muscle.f_max, math.sqrt(muscle.f_max[0] * muscle.f_max[1]), log=True),
-        l_opt=l_opt, l_slack=_within((max(least, least_slack), min(most, rounded(1.1 * length))), slack), delay=muscle.delay,
+        l_opt=l_opt, delay=muscle.delay,
+        l_slack=_within((max(least, least_slack), min(most, rounded(1.1 * length))), slack),
     )  # fmt: skip
 
 
