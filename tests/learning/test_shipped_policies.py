@@ -40,6 +40,18 @@ def test_the_policy_for_stairs_walks_over_bumps_of_five_centimetres(tmp_path):
     assert (tmp_path / "walk56_stairs.h5").stat().st_size < 600_000
 
 
+def test_the_policy_for_the_course_climbs_three_stairs_of_seventeen_centimetres(tmp_path):
+    write("course", tmp_path)
+    scene = msgspec.structs.replace(load(str(tmp_path / "walk56_course.toml"), trust=True), duration=2.8)
+    scene.commands["height"].value, scene.commands["kind"].value, scene.commands["place"].value = 1.0, 0.0, 0.5
+    learned = learned_in(tmp_path / "walk56_course.h5")
+    task = lasting(commanded(task_of(learned), ["speed=0.8", "turning_rate=0"]))
+    recording, status = replay(learned.policy, scene, "cpu", task)
+    assert status == Status.COMPLETED
+    assert recording.com[-1, 1] - recording.com[0, 1] == pytest.approx(3 * 0.17, abs=0.06)
+    assert (tmp_path / "walk56_course.h5").stat().st_size < 600_000
+
+
 def test_a_policy_moves_a_scene_as_long_as_the_scene_lasts(tmp_path):
     write("policies", tmp_path)
     scene = msgspec.structs.replace(load(str(tmp_path / "walk56_tasks.toml")), duration=2.0)

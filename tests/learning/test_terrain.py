@@ -87,6 +87,29 @@ def test_an_episode_has_one_of_the_share_of_variants_that_it_is_difficult():
         assert set(drawn) == set(range(count))
 
 
+def test_hard_episodes_may_do_without_the_easiest_variants():
+    n, variants = 3000, 50
+    rules, episodes = kernels.EpisodeRules(), kernels.Episodes()
+    rules.variants, rules.left_out = variants, 0.7  # as of graded_share 0.3
+    difficulty = np.repeat([0.0, 0.2, 0.5, 1.0], n // 4).astype(np.float32)
+    episodes.seed = wp.array([3], dtype=int, device="cpu")
+    episodes.number = wp.full(n, 7, dtype=int, device="cpu")
+    episodes.variant = wp.full(n, -1, dtype=int, device="cpu")
+    episodes.mask = wp.full(n, True, dtype=bool, device="cpu")
+    wp.launch(kernels.grade_variants, n, [rules, wp.array(difficulty, device="cpu"), episodes], device="cpu")
+    variant = episodes.variant.numpy()
+    for share, first, count in ((0.0, 0, 1), (0.2, 0, 10), (0.5, 10, 25), (1.0, 35, 50)):
+        assert set(variant[difficulty == np.float32(share)]) == set(range(first, count))
+
+
+@pytest.mark.parametrize("share", [0.0, 1.1, -0.3, float("nan")])
+def test_a_share_of_graded_variants_is_some_and_not_more_than_all(share: float):
+    scene = msgspec.structs.replace(on(None), learning=Task(variation=Variation(graded_share=share)))
+    with pytest.raises(SceneError) as error:
+        check_scene(scene)
+    assert error.value.key == "learning.variation.graded_share"
+
+
 @pytest.mark.parametrize(
     ("task", "words"),
     [
@@ -158,3 +181,50 @@ def test_a_share_that_is_none_is_refused(share: float):
 def test_a_turn_that_is_told_is_made_whatever_share_was_drawn():
     told = commanded(Task(turning_rate=(-0.5, 0.5), turning_share=0.2), ["turning_rate=0.3"])
     assert (told.turning_rate, told.turning_share) == ((0.3, 0.3), 1.0)
+
+
+STAIRS = Terrain([Profile([(0.5, 0.0), (0.52, 0.17), (0.83, 0.17), (0.85, 0.34)])], z=-0.2)
+
+
+def test_a_policy_sees_how_high_strips_of_the_feet_s_ways_are():
+    """Means over 10 cm tell where within a strip an edge is."""
+    scene = msgspec.structs.replace(load("fwalk"), ground=Ground(normal=(0.0, 1.0, 0.0), terrain=STAIRS))
+    task = Task(observations={"footing": Sense()}, actions="torques", variation=Variation(velocity_noise=0.0))
+    batch = EpisodeBatch(scene, 1, "cpu", task, threads=1)
+    q = batch.rollout.state.coordinates.numpy().copy()
+    q[0, :7] = [0.7, 1.0, 0.013, *Rotation.from_euler("Y", 0.4).as_quat()]
+    batch.rollout.state.coordinates.assign(q)
+    batch.senses.sample_first(batch.rollout.state, batch.episodes)
+    batch.observe_again()
+    seen = dict(zip(batch.senses.names, batch.senses.observation.numpy()[0], strict=True))
+    ground = surface(scene.ground)
+    assert len(seen) == 24
+    for row in range(-3, 9):
+        for side, across in (("right", -0.1), ("left", 0.1)):
+            ways = [[across, 0.0, 0.1 * row + part] for part in (-0.0375, -0.0125, 0.0125, 0.0375)]
+            places = Rotation.from_euler("Y", 0.4).apply(ways) + np.array([0.7, 0.0, 0.013])
+            expected = np.mean([ground.height_at(x, z) for x, _, z in places]) - ground.height_at(0.7, 0.013)
+            assert seen[f"footing.{side}.{row}"] == pytest.approx(10.0 * expected, abs=2e-4)
+    assert len({round(float(value), 3) for value in seen.values()}) > 4
+
+
+def test_the_image_of_the_ground_is_what_the_image_of_a_body_sees():
+    """Stairs across z are their own image."""
+    scene = msgspec.structs.replace(load("fwalk"), ground=Ground(normal=(0.0, 1.0, 0.0), terrain=STAIRS))
+    task = Task(
+        observations={"ground": Sense(), "ground_behind": Sense(), "footing": Sense()},
+        actions="torques",
+        variation=Variation(velocity_noise=0.0),
+        symmetric=True,
+    )
+    batch = EpisodeBatch(scene, 2, "cpu", task, threads=1)
+    q = batch.rollout.state.coordinates.numpy().copy()
+    for row, side in enumerate((1.0, -1.0)):
+        q[row, :7] = [0.7 * side, 1.0, 0.013, *Rotation.from_euler("Y", 0.8 * side).as_quat()]
+    batch.rollout.state.coordinates.assign(q)
+    batch.senses.sample_first(batch.rollout.state, batch.episodes)
+    batch.observe_again()
+    seen = batch.senses.observation.numpy()
+    assert batch.images is not None
+    np.testing.assert_allclose(batch.images.observation.of(seen[0]), seen[1], atol=1e-4)
+    assert np.abs(seen[0] - seen[1]).max() > 0.5

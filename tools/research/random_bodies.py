@@ -1,8 +1,8 @@
-"""How many of 1000 random bodies walk with the gait of one: unchanged, and with gains, times and speeds by size.
+"""How many of 1000 random bodies walk with the gait of one: unchanged, with gains by size, and after a search.
 
 For docs/how-to/bodies.md.
 
-Example: python tools/research/random_bodies.py fwalk --bodies 1000 --json bodies.json
+Example: python tools/research/random_bodies.py fwalk --bodies 1000 --search 500 --json bodies.json
 """
 
 import argparse
@@ -15,7 +15,9 @@ import numpy as np
 
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
+from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Scene
+from warpmuscle.scene.parameters import with_values
 from warpmuscle.scene.sizes.batch_scene import batch_scene
 from warpmuscle.scene.sizes.sized import height_of, sized
 from warpmuscle.simulation.rollout import Rollout
@@ -42,15 +44,19 @@ def drawn(count: int, seed: int) -> list[dict[str, float]]:
 def walked(scene: Scene, bodies: list[dict[str, float]], gait: bool, seconds: float, device: str | None) -> dict:
     """Which of the bodies last, and how fast they walk."""
     scene = msgspec.structs.replace(scene, duration=seconds)
-    made = [
-        sized(
-            scene, one["height"], one["mass"], lengths={PATTERNS["arms"]: one["arms"]},
-            masses={PATTERNS["trunk"]: one["trunk"]}, gait=gait,
-        )
-        for one in bodies
-    ]  # fmt: skip
-    rollout = Rollout(scene, len(made), device)
-    rollout.change(batch_scene(made))
+    return tried(scene, [made(scene, one, gait) for one in bodies], device)
+
+
+def made(scene: Scene, one: dict[str, float], gait: bool = True) -> Scene:
+    """The scene with a body of this size."""
+    arms, trunk = {PATTERNS["arms"]: one["arms"]}, {PATTERNS["trunk"]: one["trunk"]}
+    return sized(scene, one["height"], one["mass"], lengths=arms, masses=trunk, gait=gait)
+
+
+def tried(scene: Scene, sized_scenes: list[Scene], device: str | None) -> dict:
+    """Which of these scenes last, all in one batch."""
+    rollout = Rollout(scene, len(sized_scenes), device)
+    rollout.change(batch_scene(sized_scenes))
     rollout.reset()
     begun, start = time.perf_counter(), rollout.state.coordinates.numpy()[:, [0, 2]].astype(float)
     rollout.run()
@@ -61,6 +67,27 @@ def walked(scene: Scene, bodies: list[dict[str, float]], gait: bool, seconds: fl
         "speed": (np.linalg.norm(way, axis=1) / np.maximum(end, 1e-9)).tolist(),
         "seconds": time.perf_counter() - begun,
     }
+
+
+def searched(
+    scene: Scene, bodies: list[dict[str, float]], before: dict, candidates: int, seconds: float, device: str | None
+) -> dict:
+    """The same after a search of so many candidates for each body that falls with gains by size; the others stay."""
+    scene, begun = msgspec.structs.replace(scene, duration=seconds), time.perf_counter()
+    falling = np.flatnonzero(~np.array(before["upright"]))
+    found = {name: list(before[name]) for name in ("upright", "speed")}
+    scenes = []
+    for number in falling:
+        body = made(scene, bodies[number])
+        best = optimize(body, candidates, seed=1 + int(number), device=device).best
+        assert best is not None
+        scenes.append(with_values(body, np.asarray(best.params, dtype=float)))
+    if scenes:
+        again = tried(scene, scenes, device)
+        for name in found:
+            for number, value in zip(falling, again[name], strict=True):
+                found[name][number] = value
+    return {**found, "seconds": time.perf_counter() - begun}
 
 
 def figure(bodies: list[dict[str, float]], found: dict[str, dict], file: Path) -> None:
@@ -86,19 +113,28 @@ def main() -> None:
     parser.add_argument("--bodies", type=int, default=1000)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--search", type=int, default=0, help="candidates for each body that falls; 0: no search")
     parser.add_argument("--device")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--figure", type=Path)
     given = parser.parse_args()
     scene, bodies = load(given.scene), drawn(given.bodies, given.seed)
     print(f"{given.scene}: its own body is {height_of(scene):.2f} m high")
-    found = {}
-    for name, gait in (("unchanged", False), ("gains by size", True)):
-        found[name] = walked(scene, bodies, gait, given.seconds, given.device)
+    found: dict[str, dict] = {}
+    steps = {
+        "unchanged": lambda: walked(scene, bodies, False, given.seconds, given.device),
+        "gains by size": lambda: walked(scene, bodies, True, given.seconds, given.device),
+        f"{given.search} candidates": lambda: searched(
+            scene, bodies, found["gains by size"], given.search, given.seconds, given.device
+        ),
+    }
+    for name, step in list(steps.items())[: 3 if given.search else 2]:
+        found[name] = step()
         share, speed = np.mean(found[name]["upright"]), np.array(found[name]["speed"])[found[name]["upright"]]
         shown = f"{speed.min():.2f} to {speed.max():.2f} m/s" if len(speed) else "none"
         print(
-            f"{name}: {100.0 * share:.1f} % walk {given.seconds:g} s, {shown}; {found[name]['seconds']:.1f} s of wall"
+            f"{name}: {100.0 * share:.1f} % walk {given.seconds:g} s, {shown}; {found[name]['seconds']:.1f} s of wall",
+            flush=True,
         )
     if given.json is not None:
         given.json.write_text(json.dumps({"bodies": bodies, "found": found}, indent=1) + "\n")

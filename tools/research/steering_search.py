@@ -3,6 +3,7 @@
 For docs/how-to/steer-a-walk.md.
 
 python tools/research/steering_search.py found.json --seconds 300 --seed 1 --threads 8
+python tools/research/steering_search.py found.json --seconds 300 --seed 1 --device cuda:0 --population 32
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ CASES = [
     Case(FLAT, 0.3), Case(FLAT, 0.7, -1.5708), Case(FLAT, 1.0), Case(FLAT, 1.1, 1.5708), Case(FLAT, 1.1, -1.5708),
     Case(FLAT, 1.3), Case(FLAT, 1.1, 1.5708), Case(FLAT, 1.6), Case(STAIRS, 0.5), Case(STAIRS, 0.55, 0.0, 0.06),
     Case(STAIRS, 0.6, 0.0, 0.12), Case(STAIRS, 0.6, 0.0, 0.3), Case(STAIRS, 0.7, 0.0, 0.2), Case(GAPS, 0.6),
-    Case(GAPS, 0.9, 0.0, 0.17), *(Case(BUMPS, speed, 0.0, None) for speed in (0.6, 0.8, 1.0, 1.0, 1.0, 1.0)),
+    Case(GAPS, 0.9, 0.0, 0.17), *(Case(BUMPS, speed, 0.0, None) for speed in (0.6, 0.6, 0.8, 0.8, *6 * [1.0])),
 ]  # fmt: skip
 
 
@@ -101,11 +102,11 @@ def people(speed: float) -> float:
 class Trial:
     """Candidates, all of whose cases are one batch."""
 
-    def __init__(self, population: int, threads: int) -> None:
+    def __init__(self, population: int, threads: int, device: str) -> None:
         """Compile it."""
         self.population = population
         count = population * len(CASES)
-        self.rollout = wm.Rollout(searched(), count, "cpu", record=range(count), record_rate=50.0, threads=threads)
+        self.rollout = wm.Rollout(searched(), count, device, record=range(count), record_rate=50.0, threads=threads)
         names = [one.name.rsplit("parameters.")[-1].rsplit("by_joint.l")[-1] for one in self.rollout.parameters]
         self.order = [NAMES.index(name) for name in names]
         start = [one.value for one in self.rollout.parameters]
@@ -159,13 +160,14 @@ def main(
     seconds: Annotated[float, typer.Option(help="wall time")] = 300.0,
     seed: Annotated[int, typer.Option(help="of the search")] = 1,
     threads: Annotated[int, typer.Option(help="of the CPU")] = 1,
+    device: Annotated[str, typer.Option(help="cpu or cuda:0")] = "cpu",
     population: Annotated[int, typer.Option(help="candidates of a generation")] = 16,
     noise: Annotated[float, typer.Option(help="m/s, of the root's velocity at the start")] = 0.1,
     start: Annotated[Path | None, typer.Option(help="JSON of numbers to begin with")] = None,
     sigma: Annotated[float, typer.Option(help="first step, in those of the table")] = 0.5,
 ) -> None:
     """Search, and write the mean of each generation."""
-    trial = Trial(population, threads)
+    trial = Trial(population, threads, device)
     steps = np.array([*WHOLE.values(), *JOINTS.values()])
     begin = trial.start.copy()
     if start is not None:

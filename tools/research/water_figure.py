@@ -27,6 +27,7 @@ DEEPEST = 1.3  # m, to the chest
 SECONDS, SETTLED = 10.0, 3.0  # s, of a walk, and from when on it is measured
 SEARCHED = 0.1  # m, between depths for which walks are searched
 SLOWEST = 0.2  # m/s, of those
+POPULATION = 20  # candidates a generation of each search
 
 
 class Walks(NamedTuple):
@@ -39,7 +40,7 @@ class Walks(NamedTuple):
     effort: np.ndarray  # (n,) for each metre
 
 
-def gaits(scene: Scene, candidates: int, device: str | None) -> tuple[np.ndarray, np.ndarray]:
+def gaits(scene: Scene, candidates: int, searches: int, device: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Depths (k,), m, and values of free parameters (k, P) of the walks of least effort there.
 
     Each search begins with what the one before found, from shallow to deep water.
@@ -48,7 +49,7 @@ def gaits(scene: Scene, candidates: int, device: str | None) -> tuple[np.ndarray
     depths, found = np.arange(0.0, DEEPEST + 1e-6, SEARCHED), []
     for depth in depths:
         scene.commands["depth"].value = float(depth)
-        best = optimize(scene, candidates, device=device).best
+        best = optimize(scene, candidates, search="cma", searches=searches, population=POPULATION, device=device).best
         assert best is not None
         found.append(np.asarray(best.params, dtype=float))
         scene = with_values(scene, found[-1])
@@ -56,14 +57,14 @@ def gaits(scene: Scene, candidates: int, device: str | None) -> tuple[np.ndarray
     return depths, np.array(found)
 
 
-def walks(name: str, depths: int, device: str | None, search: int) -> Walks:
+def walks(name: str, depths: int, device: str | None, search: int, searches: int) -> Walks:
     """Walk in water of so many depths, after a search of so many candidates for every 10 cm, if of any."""
     scene = wm.load(name)
     depth = np.linspace(0.0, DEEPEST, depths)
     scene.objective.reported = [*scene.objective.reported, "torque"]
     rollout = Rollout(scene, depths, device)
     if search:
-        at, values = gaits(wm.load(name), search, device)
+        at, values = gaits(wm.load(name), search, searches, device)
         rollout.set_parameters(np.stack([np.interp(depth, at, column) for column in values.T], axis=1))
     rollout.set_commands({"depth": depth})
     rollout.run(SETTLED)
@@ -111,9 +112,10 @@ def main(
     depths: int = 1000,
     device: str | None = None,
     search: Annotated[int, typer.Option(help="Candidates for every 10 cm; 0: walks as they are.")] = 0,
+    searches: Annotated[int, typer.Option(help="Searches side by side for every 10 cm.")] = 48,
 ) -> None:
     """Print a table by depth, and draw the figure."""
-    found = {name: walks(name, depths, device, search) for name in scenes or SCENES}
+    found = {name: walks(name, depths, device, search, searches) for name in scenes or SCENES}
     for name, one in found.items():
         print(f"{name}: {int(one.stands.sum())} of {depths} depths walked for {SECONDS:g} s")
         for depth in np.arange(0.0, DEEPEST + 0.01, 0.1):

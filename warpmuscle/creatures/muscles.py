@@ -29,7 +29,8 @@ from warpmuscle.scene.wrapping.route import route_stops
 
 NAMED_SIDES = {"front": (0.0, 0.0, 1.0), "back": (0.0, 0.0, -1.0), "up": (0.0, 1.0, 0.0), "down": (0.0, -1.0, 0.0)}
 CYLINDER_LENGTH = 1.0  # m; paths never cross its ends
-SLACK_RANGE = (0.05, 1.6)  # of the slack length, over that where a search begins
+SLACK_RANGE = 1.0  # fibre lengths, by which a slack length may be less or more than where a search begins
+LEAST_SLACK = 0.02  # of the length of the path
 IN_PLANE = np.array([0.0, 1.0, 1.0])
 CLEARANCE = 1e-6  # m; coordinates of a box closer than that are one number
 
@@ -162,13 +163,15 @@ def _muscle(creature: Creature, muscle: CreatureMuscle, name: str, length: float
     low, high = (rounded(length * part) for part in muscle.l_opt)
     l_opt = _within((low, high), math.sqrt(low * high), log=True)
     fibre = muscle.fibre * (l_opt.value if isinstance(l_opt, Free) and l_opt.value is not None else low)
-    slack = max(length - fibre, 0.02 * length)
-    least, most = (rounded(slack * part) for part in SLACK_RANGE)
+    least_slack = rounded(LEAST_SLACK * length)
+    slack = max(length - fibre, least_slack)
+    least, most = (rounded(slack + sign * SLACK_RANGE * fibre) for sign in (-1.0, 1.0))
     return Muscle(
         path=[_point(creature, point, side) for point in muscle.path],
         wraps=[Wrap(surface=_surface_name(name, number)) for number in range(len(muscle.over))],
         f_max=_within(muscle.f_max, math.sqrt(muscle.f_max[0] * muscle.f_max[1]), log=True),
-        l_opt=l_opt, l_slack=_within((least, min(most, rounded(1.1 * length))), slack), delay=muscle.delay,
+        l_opt=l_opt, delay=muscle.delay,
+        l_slack=_within((max(least, least_slack), min(most, rounded(1.1 * length))), slack),
     )  # fmt: skip
 
 

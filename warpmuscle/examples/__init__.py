@@ -127,7 +127,7 @@ EXAMPLES = {
     ),
     "course": Example(
         "policies on muscles that see the ground, for stairs of 17 cm, gaps and bumps, and their tasks",
-        shipped("climb.py", "walk56_stairs.toml", "walk56_stairs.h5", "walk56_course.toml"),
+        shipped("climb.py", *(f"walk56_{name}.{end}" for name in ("stairs", "course") for end in ("toml", "h5"))),
     ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",

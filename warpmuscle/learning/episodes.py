@@ -254,7 +254,7 @@ class EpisodeBatch:
             self.senses.sample(moment, state, episodes)
             mark("observation")
         self.custom_parts.judge(self._stepper.model, state, episodes)
-        self.judge.judge(self._rules, episodes, state)
+        self.judge.judge(self._rules, episodes, state, self.senses.around)
         mark("reward")
         self.senses.observe(episodes, self.final_observation)
         mark("observation")
@@ -389,7 +389,7 @@ class EpisodeBatch:
         rules.command_decisions = round(task.command_time / self.dt)
         rules.command_low = to_device(intervals[:, 0], float, self.device)
         rules.command_high = to_device(intervals[:, 1], float, self.device)
-        rules.turning_share = task.turning_share
+        rules.turning_share, rules.left_out = task.turning_share, 1.0 - variation.graded_share
         rules.velocity_noise, rules.push = variation.velocity_noise, variation.push
         rules.push_decisions = max(round(variation.push_interval / self.dt), 1) if variation.push > 0.0 else 0
         rules.push_steps = max(round(variation.push_duration / self.scene.time_step), 1)

@@ -14,6 +14,7 @@ from warpmuscle.core.number_rows import first_number
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.learning import rewards as kernels
 from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
+from warpmuscle.kernels.learning.senses import Surroundings
 from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS
 from warpmuscle.learning.actions import BY_MUSCLES, Actions
 from warpmuscle.learning.custom_parts import CustomParts, signed_weights
@@ -52,6 +53,7 @@ class Judge:
         rules.speed_width, rules.pose_width = task.rewards.speed_width, task.rewards.pose_width
         rules.pose = to_device(pose_numbers(task, rollout.coordinate_names), int, self._device)
         rules.longest = longest
+        rules.uneven = 0.0 if gait is None or task.imitation is None else task.imitation.uneven
         if gait is not None:
             rules.gait = gait_table(gait, task, rollout)
         rules.force_width, rules.force_limit = task.rewards.force_width, task.rewards.force_limit
@@ -88,8 +90,10 @@ class Judge:
         own = [array for array in (gains.custom_sums, gains.custom_finished) if array.size]
         return [gains.objective, gains.sums, gains.finished, gains.foot_force, *own]
 
-    def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State) -> None:
-        """Reward the decision that has been made, and see which episodes end."""
+    def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State, around: Surroundings) -> None:
+        """Reward the decision that has been made on the ground around, and see which episodes end."""
+        if self._rules.uneven > 0.0:
+            self._rules.around = around
         inputs = [self._rules, self._weights, rules, episodes, state, self.gains]
         wp.launch(kernels.judge, len(self.gains.reward), inputs, device=self._device)
 

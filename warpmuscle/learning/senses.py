@@ -166,6 +166,18 @@ def _ground_behind(about: About) -> list[Number]:
     return _ground_rows(about, range(1 - kernels.GROUND_BEHIND, 1))
 
 
+def _footing(about: About) -> list[Number]:
+    """Strips of ground on the ways of the right and the left foot, from behind the root forwards."""
+    if not _root(about) or about.rollout.scene.ground.terrain is None:
+        return []
+    sides, behind = ("right", "left"), kernels.FOOTING_BEHIND
+    return [
+        Number(f"{side}.{row}", kernels.FOOTING, len(sides) * (row + behind) + column, 10.0)
+        for row in range(-behind, kernels.FOOTING_AHEAD + 1)
+        for column, side in enumerate(sides)
+    ]
+
+
 def _custom(about: About, entry: str) -> list[Number]:
     """Numbers of an observation of one's own."""
     first = 0
@@ -215,6 +227,7 @@ GROUPS: dict[str, Callable[[About], list[Number]]] = {
     "goal": _goal,  # points from the root and as it faces, m
     "ground": _ground,  # that is not flat: 0.1 m higher 0.2 to 1.2 m ahead, at three places across, than below the root
     "ground_behind": _ground_behind,  # the same beside it, and 0.2 and 0.4 m behind it
+    "footing": _footing,  # 0.1 m that strips on the feet's ways, 10 cm each, are higher in the mean than below the root
     "clock": _clock,  # sine and cosine of the phase of the gait that is imitated
 }
 KNOWN = ("command", "clock", "action", "goal")  # what a policy observes by no nerve
@@ -251,13 +264,13 @@ class Senses:
     Attributes:
         numbers, critic_numbers: that are observed. names, critic_names: of them.
         moments: of a decision, the last one at its end.
-        observation, critic: (instances, numbers) on the device.
+        observation, critic: (instances, numbers) on the device. around: what features are of besides the state.
     """
 
     def __init__(self, task: Task, about: About, decision_steps: int, around: kernels.Surroundings) -> None:
         """Make room; raises SceneError for an unknown group, or one that is empty in this scene."""
         rollout = about.rollout
-        n, self._device, self._around = rollout.instances, rollout.device, around
+        n, self._device, self.around = rollout.instances, rollout.device, around
         rows: list[Number] = []
         delays, late, noises, noisier, self.names = [], [], [], [], []
         longest = round(task.variation.delay / (decision_steps * rollout.scene.time_step))
@@ -300,18 +313,18 @@ class Senses:
     def sample(self, moment: Moment, state: structs.State, episodes: Episodes) -> None:
         """Keep how the features of a moment are now."""
         if moment.chosen is not None:
-            inputs = [self._features, moment.chosen, state, episodes, self._around, self._ring]
+            inputs = [self._features, moment.chosen, state, episodes, self.around, self._ring]
             dim = (len(self.observation), len(moment.chosen))
             wp.launch(kernels.sample, dim, inputs, device=self._device)
 
     def sample_first(self, state: structs.State, episodes: Episodes) -> None:
         """Keep how the features are in episodes that begin, as if they had ever been so."""
-        inputs = [self._features, state, episodes, self._around, self._ring]
+        inputs = [self._features, state, episodes, self.around, self._ring]
         wp.launch(kernels.sample_first, self.observation.shape, inputs, device=self._device)
 
     def surround(self, model: structs.Model) -> None:
         """Let features be of instances that have this model."""
-        around = self._around
+        around = self.around
         around.skeleton = model.skeleton
         around.normal, around.ground = model.contacts.normal, model.contacts.height
         around.terrain = model.contacts.terrain
@@ -324,7 +337,7 @@ class Senses:
 
     def observe_critic(self, state: structs.State, episodes: Episodes) -> None:
         """What a critic may know."""
-        inputs = [self._critic_features, state, episodes, self._around, self.critic]
+        inputs = [self._critic_features, state, episodes, self.around, self.critic]
         wp.launch(kernels.observe_now, self.critic.shape, inputs, device=self._device)
 
 

@@ -155,6 +155,7 @@ def _rules(about: About, body: BodySymmetry, action: Image) -> Mapping[int, Rule
         kernels.COURSE: along(np.array([-1.0, 1.0, -1.0])), kernels.ACTION: acted,
         kernels.PHASE: same, kernels.STANCE: lambda place: (place, -1.0, 1.0), kernels.PUSH_FORCE: along(VECTOR),
         kernels.GROUND: lambda place: (place + 2 - 2 * (place % 3), 1.0, 0.0), kernels.VARIED: varied,
+        kernels.FOOTING: lambda place: (place + 1 - 2 * (place % 2), 1.0, 0.0),
         kernels.LATER: same, kernels.NOISIER: same,
         kernels.CLOCK: along(-np.ones(2)),  # half a cycle later
     }  # fmt: skip

@@ -11,8 +11,10 @@ from warpmuscle.kernels.learning import rewards
 from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
 from warpmuscle.kernels.learning.reward_structs import Gains, GaitTable, ObjectiveWeights, RewardRules
 from warpmuscle.kernels.learning.rewards import COUNT, LOGGED, TERMS
+from warpmuscle.kernels.learning.senses import Surroundings
 from warpmuscle.kernels.structs import ROOT_FREE, MuscleState, State
 
+TILTED = np.array([[[0.45, 1.0, 0.6]]])  # of the ground
 N, MUSCLES, ACTIONS, BODIES = 40, 5, 3, 4
 COORDINATES = 7 + 4 + 1 + 2  # of the root, a ball joint, a hinge, a universal joint
 JOINTS = ((7, 11), (11, 12), (12, 14))
@@ -118,7 +120,7 @@ def terms(d: dict[str, Any], i: int, effort: int) -> dict[str, float]:
     }  # fmt: skip
 
 
-def judged(d: dict[str, Any], effort: int) -> tuple[Gains, Episodes]:
+def judged(d: dict[str, Any], effort: int, uneven: float = 0.0) -> tuple[Gains, Episodes]:
     """What the kernel says of all instances."""
     first, end = np.transpose(JOINTS)
     gait = filled(
@@ -128,7 +130,8 @@ def judged(d: dict[str, Any], effort: int) -> tuple[Gains, Episodes]:
     rules = filled(
         RewardRules, weight=rewards.term_values(*d["weight"]), speed_width=0.5, pose_width=0.6, pose=[11, 13],
         gait=gait, force_width=0.4, force_limit=LIMIT, force_share=SHARE, total_mass=[[WEIGHT / 9.5]], gravity=[[9.5]],
-        longest=9, effort=effort,
+        longest=9, effort=effort, uneven=uneven,
+        around=filled(Surroundings, root=ROOT_FREE, normal=TILTED, ground=[[0.3]]),
     )  # fmt: skip
     state = filled(
         State, coordinates=d["coordinates"], foot_force=d["foot_force"], step=d["step"], status=d["status"],
@@ -170,6 +173,25 @@ def test_every_term_is_what_its_formula_says(drawn: dict[str, Any], effort: int)
     np.testing.assert_allclose(
         gains.objective.numpy()[running], [objective(drawn, i) for i in running], rtol=1e-5, atol=1e-6
     )
+
+
+def test_a_gait_counts_as_met_where_the_ground_asks_for_other_steps(drawn: dict[str, Any]):
+    limit = 0.06
+    gains, _ = judged(drawn, rewards.ACTIONS, limit)
+    got = (gains.sums.numpy() - drawn["sums"]) / np.pad(drawn["weight"], (0, LOGGED - COUNT), constant_values=1.0)
+    shares = []
+    for i in np.flatnonzero(drawn["status"] == 0):
+        q = drawn["coordinates"][i]
+        facing = 2.0 * np.arctan2(q[4], q[6])
+        rise = 0.1 * abs(TILTED[0, 0, 0] * np.sin(facing) + TILTED[0, 0, 2] * np.cos(facing)) / TILTED[0, 0, 1]
+        shares.append(np.clip(2.0 * rise / limit - 1.0, 0.0, 1.0))
+        plain = terms(drawn, i, rewards.ACTIONS)
+        for name in TERMS:
+            free = shares[-1] if name in ("imitation", "force") else 0.0
+            expected = plain[name] + free * (1.0 - plain[name])
+            assert got[i, TERMS.index(name)] == pytest.approx(expected, rel=1e-4, abs=5e-5), name
+    assert min(shares) == 0.0
+    assert max(shares) > 0.5
 
 
 def test_a_failure_costs_its_weight_alone_and_ends_with_a_long_episode_are_logged(drawn: dict[str, Any]):

@@ -41,6 +41,7 @@ class EpisodeRules:
     root: int  # ROOT_FREE ...
     starts: int
     variants: int
+    left_out: float  # share of the variants that graded episodes do without, the easiest within their difficulty
     command_decisions: int  # after which other commands are drawn; 0: never within an episode
     command_low: wp.array[float]
     command_high: wp.array[float]
@@ -173,13 +174,16 @@ def grade_variants(
     # in and out
     episodes: Episodes,
 ):  # fmt: skip
-    """Draw variants anew, from the first ones as far as episodes are difficult, 0 to 1. Launch with dim = instances."""
+    """Draw variants anew, as hard ones as episodes are difficult, 0 to 1. Launch with dim = instances."""
     i = wp.tid()
     if not episodes.mask[i]:
         return
     generator = random_of(episodes.seed[0], i, episodes.number[i], VARIANT)
     count = wp.clamp(int(difficulty[i] * float(rules.variants)), 1, rules.variants)
-    episodes.variant[i] = wp.min(int(wp.randf(generator) * float(count)), count - 1)
+    kept = rules.variants - int(rules.left_out * float(rules.variants))
+    first = wp.clamp(count - kept, 0, count - 1)
+    drawn = first + int(wp.randf(generator) * float(count - first))
+    episodes.variant[i] = wp.min(drawn, count - 1)
 
 
 @wp.kernel

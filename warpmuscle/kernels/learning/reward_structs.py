@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from warpmuscle.kernels.learning.senses import Surroundings
 from warpmuscle.kernels.objective.objective_terms import REWARDS
 
 TERMS = tuple(REWARDS)  # in the order in which they are logged
@@ -43,6 +44,8 @@ class RewardRules:
     total_mass: wp.array2d[float]  # (rows, 1) kg
     gravity: wp.array2d[float]  # (rows, 1) m/s^2
     longest: int  # decisions of an episode
+    uneven: float  # m, see `Imitation.uneven`; 0: a gait counts on all ground
+    around: Surroundings  # whose ground is asked
     effort: int  # what is mean-squared: EXCITATIONS, ACTIVATIONS or ACTIONS
 
 

@@ -16,7 +16,7 @@ from warpmuscle.kernels.learning.reward_structs import (
     RewardRules,
     term_values,
 )
-from warpmuscle.kernels.learning.senses import up_in_trunk
+from warpmuscle.kernels.learning.senses import steepest_piece, up_in_trunk
 from warpmuscle.kernels.objective.term_functions import bin_of
 from warpmuscle.kernels.structs import RUNNING, State, at
 
@@ -185,6 +185,12 @@ def imitation(instance: int, phase: float, speed: int, up: wp.vec3, gait: GaitTa
 
 
 @wp.func
+def other_steps(instance: int, reward: RewardRules, state: State) -> float:
+    """How much the ground asks for other steps than a gait on even ground, 0 to 1."""
+    return wp.clamp(2.0 * steepest_piece(instance, state, reward.around) / reward.uneven - 1.0, 0.0, 1.0)
+
+
+@wp.func
 def task_terms(
     instance: int, forward: float, reward: RewardRules, rules: EpisodeRules, episodes: Episodes, gains: Gains,
     state: State,
@@ -205,6 +211,10 @@ def task_terms(
     if reward.weight[FORCE] != 0.0:
         row = speed_row(episodes.command[instance, SPEED], reward.gait)
         values[FORCE] = force_closeness(instance, episodes.phase[instance], row, reward, gains, state)
+    if reward.uneven > 0.0:
+        share = other_steps(instance, reward, state)
+        values[IMITATION] = wp.lerp(values[IMITATION], 1.0, share)
+        values[FORCE] = wp.lerp(values[FORCE], 1.0, share)
     if reward.weight[OVERLOAD] != 0.0:
         values[OVERLOAD] = overload(instance, reward, state)
     if reward.weight[EFFORT] != 0.0:

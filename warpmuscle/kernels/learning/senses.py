@@ -28,10 +28,14 @@ GREATEST = 100.0  # of an observation, which is 0 where it is not a number
 (
     HEIGHT, UP, VELOCITY, ANGULAR_VELOCITY, COORDINATE, JOINT_SPEED, FOOT_FORCE, ACTIVATION, FIBRE_LENGTH,
     FIBRE_VELOCITY, FIBRE_FORCE, COMMAND, COURSE, ACTION, PHASE, STANCE, PUSH_FORCE, VARIED, HEAD_UP,
-    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND, LATER, NOISIER,
-) = range(27)  # fmt: skip
+    HEAD_ANGULAR_VELOCITY, CLOCK, CUSTOM, GOAL, GOAL_POINT, GROUND, FOOTING, LATER, NOISIER,
+) = range(28)  # fmt: skip
 GROUND_COLUMNS, GROUND_BEHIND, GROUND_AHEAD = 3, 3, 6  # places of the ground, from right to left and forwards
 GROUND_STEP = 0.2  # m, between them
+FOOTING_SIDES, FOOTING_BEHIND, FOOTING_AHEAD = 2, 3, 8  # strips of ground on the ways of right and left foot
+FOOTING_LENGTH, FOOTING_ASIDE = 0.1, 0.1  # m, of a strip along the way, and from the root's way
+FOOTING_SAMPLES = 4  # heights that a strip's mean is of
+UNEVEN_STEP, UNEVEN_FIRST, UNEVEN_COUNT = 0.1, -3, 9  # pieces of the way, m, whose rise says whether it is even
 
 
 @wp.struct
@@ -168,6 +172,39 @@ def ground_about(k: int, instance: int, state: State, around: Surroundings) -> f
 
 
 @wp.func
+def along_way(across: float, along: float, instance: int, state: State, around: Surroundings) -> float:
+    """Height y of the ground at a place to the left of the root and ahead of it, m, as that faces."""
+    place = root_place(around.root, instance, state)
+    way = wp.quat_rotate(heading(root_orientation(around.root, instance, state)), wp.vec3(across, 0.0, along))
+    return ground_at(place[0] + way[0], place[2] + way[2], instance, around)
+
+
+@wp.func
+def footing(k: int, instance: int, state: State, around: Surroundings) -> float:
+    """How much higher a strip of ground on the way of a foot is in the mean than the ground below the root, m."""
+    side = float(k % wp.static(FOOTING_SIDES)) - 0.5
+    first = wp.static(FOOTING_LENGTH) * (float(k // wp.static(FOOTING_SIDES) - wp.static(FOOTING_BEHIND)) - 0.5)
+    total = wp.float32(0.0)
+    for sample in range(wp.static(FOOTING_SAMPLES)):
+        along = first + wp.static(FOOTING_LENGTH / FOOTING_SAMPLES) * (float(sample) + 0.5)
+        total += along_way(wp.static(2.0 * FOOTING_ASIDE) * side, along, instance, state, around)
+    return total / wp.static(float(FOOTING_SAMPLES)) - along_way(0.0, 0.0, instance, state, around)
+
+
+@wp.func
+def steepest_piece(instance: int, state: State, around: Surroundings) -> float:
+    """Greatest rise or fall, m, within 10 cm of the way, from 0.3 m behind the root to 0.6 m ahead."""
+    found = wp.float32(0.0)
+    before = along_way(0.0, wp.static(UNEVEN_STEP * UNEVEN_FIRST), instance, state, around)
+    for piece in range(wp.static(UNEVEN_COUNT)):
+        along = wp.static(UNEVEN_STEP) * float(piece + wp.static(UNEVEN_FIRST + 1))
+        here = along_way(0.0, along, instance, state, around)
+        found = wp.max(found, wp.abs(here - before))
+        before = here
+    return found
+
+
+@wp.func
 def of_root(kind: int, k: int, instance: int, state: State, episodes: Episodes, around: Surroundings) -> float:
     """What is felt of the root: its height, turn and speeds, forces at the feet as it faces, and its course."""
     q = root_orientation(around.root, instance, state)
@@ -253,6 +290,8 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
         value = seen_goal(k // 3, k % 3, instance, state, around)
     elif kind == GROUND:
         value = ground_about(k, instance, state, around)
+    elif kind == FOOTING:
+        value = footing(k, instance, state, around)
     elif kind == LATER:
         value = float(later_by(feature, instance, episodes))
     elif kind == NOISIER:

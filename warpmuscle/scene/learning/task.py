@@ -92,6 +92,9 @@ class Imitation(Part):
     moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`
     step_width: Annotated[float | None, "m"] = None  # hips and ankles turn sideways so; by default as in the gait
     settle: Annotated[float, "s"] = 2.0  # at the start, in which the gait does not count
+    uneven: Annotated[float, "m"] = 0.0  # where the way rises or falls by this within 10 cm, from 0.3 m behind the root
+    # to 0.6 m ahead, the gait and its force count as met, for stairs ask for other steps; by half of it, they count as
+    # on even ground, and in between in part; 0: they count everywhere
     weights: Annotated[dict[str, float], "1"] = {}  # of joints, and of how upright the `root` is; by default 1
 
 
@@ -117,6 +120,8 @@ class Variation(Part):
     # and as the scene has it in the others
     graded: str = ""  # one of these commands: an episode of difficulty d, 0 to 1, of the task's curriculum has one of
     # the share d of all variants that are nearest to the command's reference, and so at first that one alone
+    graded_share: Annotated[float, "1"] = 1.0  # of all variants; an episode has one of the hardest so many of that
+    # share d
     push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s"] = 0.1

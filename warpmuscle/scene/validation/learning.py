@@ -100,6 +100,9 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
     check.not_negative(key, imitation, "settle")
     check.not_negative(key, imitation, "cadence_power")
     check.positive(key, imitation, "clock_speed")
+    check.not_negative(key, imitation, "uneven")
+    if imitation.uneven and scene.ground.terrain is None:
+        raise SceneError("the ground is even everywhere: it has no terrain", key=f"{key}.uneven")
     if imitation.step_width is not None:
         check.not_negative(key, imitation, "step_width")
     if imitation.moving and not imitation.norm:
@@ -156,6 +159,8 @@ def _starts(check: Checks, variation: Variation) -> None:
         task = check.checked.learning
         if task is None or not task.curriculum:
             raise SceneError("variants are graded by the difficulty that learning.curriculum makes", f"{key}.graded")
+    if not 0.0 < variation.graded_share <= 1.0:
+        raise SceneError(f"must be above 0 and at most 1, is {variation.graded_share:g}", key=f"{key}.graded_share")
     if variation.start_file and variation.start_states:
         raise SceneError("give either a file of states or start_states, those of the gait", key=f"{key}.start_file")
 

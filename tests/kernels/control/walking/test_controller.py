@@ -38,3 +38,17 @@ def test_torques_of_hinges_act_about_their_axes_alone(walks: Rollout):
     torque = recording.joint_torque[:, list(recording.joint_names).index("lKnee")]
     assert np.linalg.norm(torque, axis=1).max() > 20.0
     np.testing.assert_allclose(torque, axis * np.sum(axis * torque, axis=1)[:, None], atol=0.05)
+
+
+@pytest.mark.parametrize(("aside", "first"), [(-0.45, 1.0), (0.45, 0.0)])
+def test_a_body_that_is_pushed_aside_as_it_starts_steps_out_on_the_side_that_it_falls_to(aside: float, first: float):
+    """Over its right foot, the left leg swings first, though it is the right one that usually does."""
+    rollout = Rollout(load("steer"), 1, "cpu", record=[0])
+    rollout.set_commands({"speed": 0.8})
+    speeds = rollout.state.speeds.numpy()
+    speeds[0, 0] = aside
+    rollout.state.speeds.assign(speeds)
+    rollout.run(3.0)
+    assert rollout.status()[0] == Status.RUNNING
+    stance = rollout.recording(0).controller_value[:, 1]
+    assert stance[stance != 2.0][0] == first

@@ -53,6 +53,7 @@ CHANGES = wp.constant(0.04)  # s, in which a foothold comes to where it is plann
 SMOOTHING = wp.constant(0.015)  # s, of loads
 TO_MIDDLE = wp.constant(1.0)  # by how much further than the extrapolated centre of mass the centre of pressure goes
 SHIFTED, STARTS = wp.constant(0.9), wp.constant(0.65)  # of the way to the left foot: where it is to go, and is enough
+PAST = wp.constant(0.9)  # of the way to the right foot: from where on the body falls over that
 SHIFT_TIME = wp.constant(2.0)  # s, after which it has to be
 MOST_TUNED = wp.constant(1.0)  # m/s
 STILL = wp.constant(0.02)  # m/s, wanted speed below which the body stands
@@ -256,10 +257,18 @@ def may_start(instance: int, parameters: Walking, model: ModelRef, work: Scratch
 
 
 @func
+def falls_to_the_right(
+    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> bool:
+    """Whether the extrapolated centre of mass of a body that stands is past its right foot: it cannot come back."""
+    return extrapolated(instance, parameters, model, work, memory)[0] < -PAST * 0.5 * feet_apart(model, work, memory)
+
+
+@func
 def starts(
     instance: int, parameters: Walking, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
 ) -> bool:
-    """Whether a body that has stood until now walks from now on, its right leg first."""
+    """Whether a body that has stood until now walks from now on, its right leg first unless it falls to that side."""
     memory[SPEED] = 0.0
     memory[TUNED] = 0.0
     memory[WAY] = 0.0
@@ -270,6 +279,9 @@ def starts(
     memory[PHASE] = memory[PHASE] + model.time_step
     if may_start(instance, parameters, model, work, memory):
         swing(instance, 1, model, state, work, memory)
+        return True
+    if falls_to_the_right(instance, parameters, model, work, memory):
+        swing(instance, 0, model, state, work, memory)
         return True
     return False
 
