@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from warpmuscle.core.pose import rotate
+from small_result import with_arrays
+from warpmuscle.core.pose import about, rotate
 from warpmuscle.formats import load
 from warpmuscle.gait.joint_moments import MOMENTS_AT, leg_moments
 from warpmuscle.gait.joint_stops import stop_torques
@@ -79,6 +80,26 @@ def test_few_frames_give_nearly_the_same(fall: tuple[Scene, Recording]):
         np.testing.assert_allclose(
             stop_torques(coarse, scene, name)[1:-1], every[1:-1], atol=0.1 * np.abs(every).max() + 0.5
         )
+
+
+def test_where_not_every_step_was_recorded_a_joint_moves_over_a_step_by_half_of_its_change_more(
+    fall: tuple[Scene, Recording],
+):
+    """A knee that turns ever faster into its stop: its mean rate over a step of h is that of its begin and h/2 more."""
+    scene, motion = fall
+    coarse = motion.at(slice(None, None, 10))
+    joint, step, faster = scene.character.joints["lKnee"], float(scene.time_step), 4000.0  # rad/s^2
+    number, axis = coarse.joint_names.index("lKnee"), np.asarray(joint.axes[0], float)
+    since = coarse.time - coarse.time[0]
+    rate, angle = 2.0 + faster * since, 0.05 + 2.0 * since + 0.5 * faster * since**2
+    turned, turning = coarse.joint_orientation.copy(), coarse.joint_angular_velocity.copy()
+    turned[:, number], turning[:, number] = about(axis, angle), rate[:, None] * axis
+    seen = angle < 2.0  # rad, a knee that does not turn round
+    moved = with_arrays(coarse, joint_orientation=turned, joint_angular_velocity=turning)
+    found = stop_torques(moved, scene, "lKnee") @ axis
+    stiffness, damping = float(joint.limit_stiffness), float(joint.limit_damping)
+    expected = stiffness * (angle - 0.03) + (damping + step * stiffness) * (rate + 0.5 * step * faster)
+    np.testing.assert_allclose(found[seen], expected[seen], rtol=1e-4)
 
 
 def test_joints_without_limits_have_no_stops(fall: tuple[Scene, Recording]):

@@ -8,7 +8,7 @@ from small_result import STRIDE, march, walk_result, walk_scene, with_arrays
 from warpmuscle.core.pose import about
 from warpmuscle.formats import load
 from warpmuscle.gait import quality
-from warpmuscle.gait.cycles import PERCENT, body_weight
+from warpmuscle.gait.cycles import PERCENT, body_weight, steady_strides
 from warpmuscle.gait.foot_contact import Support
 from warpmuscle.gait.foot_sliding import FootSliding
 from warpmuscle.gait.measure_names import can_be_measured, measure_names
@@ -48,6 +48,16 @@ def normal_walk(scene: Scene, away: float = 0.0) -> Recording:
         forces[f"foot_force_{side}"] = np.stack([0.0 * force, force, 0.0 * force], axis=1)
     velocity = np.tile([0.0, 0.0, 1.27], (len(motion.time), 1))  # the speed of the norms
     return with_arrays(motion, joint_orientation=turned, com_velocity=velocity, **forces)
+
+
+def test_how_straight_a_knee_gets_counts_from_the_first_steady_stride(scene: Scene):
+    motion = normal_walk(scene)
+    begin = min(strides[0][0] for strides in steady_strides(motion, scene).values())
+    turned, early = motion.joint_orientation.copy(), motion.time < begin - 0.1
+    assert early.any()
+    turned[early, motion.joint_names.index("lKnee")] = about([1.0, 0.0, 0.0], np.radians(-40.0))
+    found = gait_measures(with_arrays(motion, joint_orientation=turned), scene)
+    assert found["knee, minimum"] == pytest.approx(gait_measures(motion, scene)["knee, minimum"])
 
 
 def test_a_walk_on_the_norms_has_their_key_points_and_does_not_deviate(scene: Scene):

@@ -17,6 +17,7 @@ from warpmuscle.kernels.program.stepping import (
     foothold,
     has_landed,
     hill,
+    pendulum_wanted,
     plan_step,
     pressure_of_step,
     smooth_way,
@@ -205,6 +206,25 @@ def test_before_its_first_step_each_body_brings_its_weight_over_its_own_left_foo
     pressure = np.clip(xi + (xi - middle[:, 0] - 0.9 * half), feet[:, 2, 0], feet[:, 1, 0])
     expected = np.stack([np.sqrt(9.8 / height), center[:, 0, 1], pressure], axis=1)
     np.testing.assert_allclose(found.numpy(), expected, rtol=1e-5, atol=1e-6)
+
+
+@wp.kernel(enable_backward=False)
+def pendulums(p: ProgramParameters, plan: StepPlan, frames: Frames, found: wp.array[wp.vec3]):
+    i = wp.tid()
+    found[i] = pendulum_wanted(i, p, plan, frames)
+
+
+def test_the_centre_of_mass_falls_away_from_the_pressure_and_keeps_its_height():
+    """A linear inverted pendulum: c'' = w^2 (c - p) to the sides, a spring and a damper upwards."""
+    center = np.array([[[0.3, 0.92, 1.1], [0.4, -0.3, 0.9]], [[-0.2, 0.97, 0.4], [0.0, 0.2, -0.1]]])
+    plan, pressure = StepPlan(), np.array([0.25, 0.02, 1.3])
+    plan.pressure, plan.rate, plan.height = wp.vec3(*pressure), RATE, 0.95
+    found, frames = wp.zeros(2, dtype=wp.vec3, device="cpu"), filled(Frames, center=np.float32(center))
+    wp.launch(pendulums, 2, [parameters(com_kp=120.0, com_kd=22.0), plan, frames], [found], device="cpu")
+    place, velocity = center[:, 0], center[:, 1]
+    expected = RATE**2 * (place - pressure)
+    expected[:, 1] = 120.0 * (0.95 - place[:, 1]) - 22.0 * velocity[:, 1]
+    np.testing.assert_allclose(found.numpy(), expected, rtol=1e-5)
 
 
 def test_a_body_without_feet_does_not_step():

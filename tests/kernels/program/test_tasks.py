@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
+from probes import filled
 
 from muscle_arm import leg
+from warpmuscle.kernels.program.controller import ProgramParameters
+from warpmuscle.kernels.program.structs import Frames
+from warpmuscle.kernels.program.tasks import center_wanted
 from warpmuscle.scene import Controller, MuscleModel, Scene
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
@@ -95,3 +100,19 @@ def test_a_body_accelerates_as_the_programme_says(unoptimized_kernels):
     got = rollout.state.accelerations.numpy()[0]
     assert np.abs(got).max() > 5.0
     assert program.batch.acceleration.numpy()[0] == pytest.approx(got, abs=0.02 * float(np.abs(got).max()))
+
+
+@wp.kernel(enable_backward=False)
+def centers(p: ProgramParameters, start: wp.vec3, frames: Frames, found: wp.array[wp.vec3]):
+    i = wp.tid()
+    found[i] = center_wanted(i, p, start, frames)
+
+
+def test_the_centre_of_mass_is_drawn_to_its_place_and_its_velocity_is_damped():
+    center = np.array([[[0.3, 0.92, 1.1], [0.4, -0.3, 0.9]], [[-0.2, 0.97, 0.4], [0.0, 0.2, -0.1]]])
+    start, move, p = np.array([0.1, 0.9, 0.8]), np.array([0.02, -0.1, 0.05]), ProgramParameters()
+    p.com_x, p.com_y, p.com_z, p.com_kp, p.com_kd = *move, 90.0, 18.0
+    found, frames = wp.zeros(2, dtype=wp.vec3, device="cpu"), filled(Frames, center=np.float32(center))
+    wp.launch(centers, 2, [p, wp.vec3(*start), frames], [found], device="cpu")
+    expected = 90.0 * (start + move - center[:, 0]) - 18.0 * center[:, 1]
+    np.testing.assert_allclose(found.numpy(), expected, rtol=1e-5)
