@@ -27,6 +27,7 @@ from warpmuscle.kernels.structs import (
 )
 
 N, WEIGHT = 12, 640.0
+LEAST, GREATEST = -0.5, 1.0  # of an action, beyond which it does no more
 TYPES = (ROOT_FREE, BALL, FIXED, UNIVERSAL, HINGE)  # a chain whose last body is the head
 COORDINATES, SPEEDS = (7, 4, 0, 2, 1), (6, 3, 0, 2, 1)
 OF_ROOT = {ROOT_FREE: (7, 6), ROOT_PLANAR: (3, 3), ROOT_FIXED: (0, 0)}
@@ -78,6 +79,7 @@ def observed(d: dict[str, Any], features: list[tuple[int, int]], scale: float = 
     around = filled(
         Surroundings, root=d["root"], head=len(TYPES) - 1, skeleton=filled(Skeleton, plan=plan, row=row),
         normal=[[NORMAL]], ground=[[GROUND]], body_weight=WEIGHT, action=d["action"], varied=d["varied"],
+        least_action=LEAST, greatest_action=GREATEST,
     )  # fmt: skip
     kind, index = np.transpose(features)
     given = filled(Features, feature={"kind": kind, "index": index, "scale": np.full(len(kind), scale)})
@@ -153,7 +155,8 @@ def test_every_kind_of_feature_is_what_it_is_called(drawn: dict[str, Any]):
         senses.FIBRE_VELOCITY: d["sensed"][:, :, 1], senses.FIBRE_FORCE: d["sensed"][:, :, 2],
         senses.COMMAND: d["command"],
         senses.COURSE: np.stack([np.sin(turn), np.cos(turn), np.clip(d["side"], -1.0, 1.0)], axis=1),
-        senses.ACTION: d["action"], senses.PHASE: d["phase"][:, None], senses.STANCE: d["stance"][:, None],
+        senses.ACTION: np.clip(d["action"], LEAST, GREATEST), senses.PHASE: d["phase"][:, None],
+        senses.STANCE: d["stance"][:, None],
         senses.PUSH_FORCE: np.where(pushed, d["push"] / WEIGHT, 0.0), senses.VARIED: d["varied"][d["variant"]],
         senses.HEAD_UP: into(head, up), senses.HEAD_ANGULAR_VELOCITY: into(head, head_spin),
         senses.CLOCK: np.stack([np.sin(clock), np.cos(clock)], axis=1),
@@ -196,6 +199,6 @@ def test_every_kind_of_feature_has_a_value():
     """One that no function asks for would be observed as 0, or as another one."""
     text = inspect.getsource(senses)
     kinds = re.search(r"^\((.*?)\) = range\(", text, re.DOTALL | re.MULTILINE)[1].replace(",", " ").split()
-    assert len(kinds) == senses.GROUND + 1
+    assert len(kinds) == senses.NOISIER + 1
     asked = set(re.findall(r"kind [=>]= ([A-Z_]+)", text))
     assert set(kinds) == asked
