@@ -24,6 +24,11 @@ FIND = importlib.util.find_spec
         ("matplotlib", ["synergies", "extract", "none.csv", "--plot", "a.svg"], r"pip install 'warpmuscle\[plot\]'"),
         ("matplotlib", ["simulate", "fwalk", "--plot", "a.png"], r"pip install 'warpmuscle\[plot\]'"),
         ("matplotlib", ["report", "none.h5", "-o", "a.html"], r"pip install 'warpmuscle\[plot\]'"),
+        (
+            "matplotlib",
+            ["video", "none.h5", "-o", "a.webp"],
+            r"a film needs matplotlib: pip install 'warpmuscle\[plot\]'",
+        ),
         ("jinja2", ["report", "none.h5", "-o", "a.html"], r"pip install 'warpmuscle\[plot\]'"),
     ],
 )

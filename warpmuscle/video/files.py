@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import need
 from warpmuscle.core.files import check_output, replace_file, replacing
 from warpmuscle.video.colours import FORCES
 from warpmuscle.video.film import Film
@@ -34,6 +35,7 @@ def check_film(path: Path) -> None:
     check_output(path, "a film", ENDINGS)
     if path.suffix.lower() == ".mp4":
         _ffmpeg()
+    need("matplotlib", "a film needs")
 
 
 def write(film: Film | Beside, path: str | Path, tell: Tell | None = None) -> None:
