@@ -166,16 +166,22 @@ def _good(seen: Integers, starts: Integers, ends: Integers) -> NDArray[np.bool_]
     return np.asarray(seen >= np.repeat(np.maximum(FEWEST, PART * most), ends - starts))
 
 
+def every_few(starts: Integers, ends: Integers, step: int) -> tuple[Integers, Integers]:
+    """Every so manieth frame (n,) of each recording, from its first one on, and how many each has."""
+    counts = np.maximum((ends - starts + step - 1) // step, 1)
+    first = np.cumsum(counts) - counts
+    return np.repeat(starts - step * first, counts) + step * np.arange(counts.sum()), counts
+
+
 def _spaced_in_all(good: NDArray[np.bool_], starts: Integers, ends: Integers) -> list[Integers]:
     """`_spaced` of each recording: of all at once, where no frame has to be replaced."""
-    counts = (ends - starts + COARSE - 1) // COARSE  # of every 16th frame
-    places = np.cumsum([0, *counts])
-    wanted = np.repeat(starts - COARSE * places[:-1], counts) + COARSE * np.arange(places[-1])
-    wanted = np.insert(wanted, places[1:], ends - 1)
+    wanted, counts = every_few(starts, ends, COARSE)
+    after = np.cumsum(counts)
+    wanted = np.insert(wanted, after, ends - 1)
     if not good[wanted].all():
         return [_spaced(good, first, end) for first, end in zip(starts.tolist(), ends.tolist(), strict=True)]
     kept = np.append(True, wanted[1:] != wanted[:-1])
-    breaks = (places[1:] + np.arange(1, len(starts) + 1))[:-1]
+    breaks = (after + np.arange(1, len(starts) + 1))[:-1]
     return np.split(wanted[kept], np.cumsum(kept)[breaks - 1] if len(breaks) else [])
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, to_device
-from warpmuscle.inverse.fit_plan import Problem
+from warpmuscle.inverse.fit_plan import Problem, every_few
 from warpmuscle.kernels.inverse import marker_frames
 
 BUFFER = 8_000_000  # bytes
@@ -138,9 +138,8 @@ class FittedFrames:
     def sums(self, starts: Integers) -> MarkerSums:
         """Sums by recording, which start at these frames; of a long one they are put together from pieces."""
         ends = np.append(starts[1:], self._markers.count)
-        counts = np.maximum((ends - starts + PIECE - 1) // PIECE, 1)  # of pieces of each recording
-        first = np.concatenate([[0], np.cumsum(counts)[:-1]])
-        pieces = np.repeat(starts - PIECE * first, counts) + PIECE * np.arange(counts.sum())
+        pieces, counts = every_few(starts, ends, PIECE)
+        first = np.cumsum(counts) - counts
         edges = to_device([*pieces, self._markers.count], int, self._device)
         shape = (len(pieces), self._markers.markers)
         kinds = (wp.float64, wp.float64, int, wp.float64)
