@@ -19,10 +19,10 @@ def cross(a: Array, b: Array) -> Array:
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
-def normalized(v: ArrayLike) -> Array:
-    """Vectors or quaternions of unit length, (..., k)."""
+def normalized(v: ArrayLike, least: float = 0.0) -> Array:
+    """Vectors or quaternions of unit length, (..., k); those shorter than `least` are divided by it."""
     a = np.asarray(v, dtype=np.float64)
-    return np.asarray(a / np.linalg.norm(a, axis=-1, keepdims=True))
+    return np.asarray(a / np.maximum(np.linalg.norm(a, axis=-1, keepdims=True), least))
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:

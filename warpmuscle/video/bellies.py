@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.pose import cross
+from warpmuscle.core.pose import cross, normalized
 from warpmuscle.scene import Scene
-from warpmuscle.video.colours import TENDON, activation_colours
+from warpmuscle.video.colours import SHORTEST, TENDON, activation_colours
 from warpmuscle.view.content import moving_content
 from warpmuscle.view.track import Doll
 
@@ -61,7 +61,7 @@ class Bellies:
         owner = np.repeat(np.arange(len(muscles)), count)
         first = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + start[owner]
         total = np.maximum(way[end] - way[start], 1e-9)
-        along = _unit(points[first + 1] - points[first])
+        along = normalized(points[first + 1] - points[first], SHORTEST)
         # At the ends of a stretch rings lie across the way as it bends there.
         ahead = np.where((first + 1 < end[owner])[:, None], np.roll(along, -1, axis=0), 0.0)
         behind = np.where((first > start[owner])[:, None], np.roll(along, 1, axis=0), 0.0)
@@ -69,7 +69,7 @@ class Bellies:
         axis = np.repeat(along[:, None], rings, axis=1)
         axis[:, 0] += behind
         axis[:, -1] += ahead
-        axis = _unit(axis)
+        axis = normalized(axis, SHORTEST)
         place = points[first][:, None] + part[:, None] * (points[first + 1] - points[first])[:, None]
         passed = (way[first] - way[start][owner])[:, None] + part * (way[first + 1] - way[first])[:, None]
         middle = 2.0 * (passed / total[owner][:, None] - 0.5) / self.share[muscles][owner][:, None]
@@ -82,7 +82,7 @@ class Bellies:
         blend = (blend * blend * (3.0 - 2.0 * blend))[..., None]
         tint = (1.0 - blend) * np.array(TENDON) + blend * activation_colours(activation[muscles])[owner][:, None]
         aside = np.where(np.abs(axis[..., :1]) < 0.9, np.eye(3)[0], np.eye(3)[1])
-        across = _unit(cross(axis, aside))
+        across = normalized(cross(axis, aside), SHORTEST)
         angle = 2.0 * np.pi * np.arange(SECTORS) / SECTORS
         normals = (
             np.cos(angle)[:, None] * across[..., None, :] + np.sin(angle)[:, None] * cross(axis, across)[..., None, :]
@@ -95,10 +95,6 @@ class Bellies:
             tints.reshape(-1, 3),
             _grids(len(first), rings),
         )
-
-
-def _unit(vectors: Floats) -> Floats:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
 
 
 def _grids(stretches: int, rings: int) -> Integers:

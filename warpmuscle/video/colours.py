@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import normalized
 from warpmuscle.view.pieces import Piece
 
 HORIZON, ZENITH = (0.845, 0.875, 0.9), (0.7, 0.76, 0.81)
@@ -18,7 +19,8 @@ ACTIVATIONS = (
 TENDON = (0.95, 0.95, 0.97)
 FORCES = ((0.0, 0.38, 0.62), (0.76, 0.31, 0.0))  # left, right
 SKIN_ALPHA = 0.2
-LIGHT = np.array([-0.45, 1.0, 0.35]) / np.linalg.norm([-0.45, 1.0, 0.35])  # from where it comes
+LIGHT = normalized([-0.45, 1.0, 0.35])  # from where it comes
+SHORTEST = 1e-9  # a vector that is shorter has no direction
 _LAYERS = {
     "bone": (0.96, 0.93, 0.85), "hollow": (0.3, 0.27, 0.25), "tendon": TENDON, "object": (0.72, 0.6, 0.42),
     "device": (0.16, 0.2, 0.24),
@@ -41,8 +43,7 @@ def lit(normals: Floats, towards: Floats, tints: Floats) -> Floats:
     """Colours (n, 3) of points with normals (n, 3) that are seen from directions (n, 3), all of unit length."""
     day = np.maximum((normals @ LIGHT + 0.3) / 1.3, 0.0)
     sky = 0.5 + 0.5 * normals[:, 1]
-    half = towards + LIGHT
-    half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-9)
+    half = normalized(towards + LIGHT, SHORTEST)
     shine = np.maximum(np.einsum("ij,ij->i", normals, half), 0.0) ** 30
     return np.asarray(tints * (0.5 + 0.2 * sky + 0.4 * day)[:, None] + 0.08 * shine[:, None])
 

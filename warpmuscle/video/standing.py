@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.video.colours import FORCES, LIGHT, SHADOW, SHADOW_ALPHA, lit, skin_alpha
+from warpmuscle.core.pose import normalized
+from warpmuscle.video.colours import FORCES, LIGHT, SHADOW, SHADOW_ALPHA, SHORTEST, lit, skin_alpha
 from warpmuscle.video.film import Film
 from warpmuscle.video.raster import Seen, seen_triangles
 from warpmuscle.video.triangles import arrow
@@ -127,9 +128,8 @@ class Standing:
         owner, share = faces[seen.face], seen.share
         mixed = sum(share[:, k, None] * every[owner[:, k]] for k in range(3)) + np.zeros((1, 9))
         place, normal, tint = mixed[:, :3], mixed[:, 3:6], mixed[:, 6:]
-        normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-        towards = self._film.camera.eye(self._film.followed[number]) - place
-        towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-9)
+        normal = normalized(normal, SHORTEST)
+        towards = normalized(self._film.camera.eye(self._film.followed[number]) - place, SHORTEST)
         return lit(normal, towards, tint), skin_alpha(normal, towards)
 
 
