@@ -14,6 +14,7 @@ from warpmuscle.cli.optimize import _print_result, stands_still
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.formats import toml
 from warpmuscle.gait.measures import measure
+from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.plots import plot
 from warpmuscle.report.summary import convergence
@@ -30,7 +31,8 @@ def walking(speed: float) -> Recording:
 
 @pytest.mark.parametrize(("speed", "still"), [(0.0, True), (0.01, True), (1.1, False), (-1.1, False)])
 def test_a_search_says_when_its_best_one_stands_still(speed: float, still: bool, capsys: pytest.CaptureFixture[str]):
-    _print_result(replace(search_result(), replays=(walking(speed),)), ProgressBar(), walk_scene())
+    result = replace(search_result(), replays=(walking(speed),))
+    _print_result(result, ProgressBar(), walk_scene(), recorded_scene(result))
     assert ("the best one stands still" in capsys.readouterr().out) == still
 
 

@@ -84,16 +84,20 @@ def test_every_shipped_gait_and_policy_is_judged():
     assert sorted(judged()) == sorted(policies | gaits - others)
 
 
-def depths() -> dict[str, float]:
-    """How deep bodies of each judged gait are inside each other, cm."""
+def judged_as(measure: str) -> dict[str, str]:
+    """The first word of the cell of each judged gait in the row of a measure."""
     found = {}
     for table in tables():
-        row = next(row for row in table if row[0] == INSIDE)
-        found |= {gait.strip("`"): float(cell.split()[0]) for gait, cell in zip(table[0][4:], row[4:], strict=True)}
+        row = next(row for row in table if row[0] == measure)
+        found |= {gait.strip("`"): cell.split()[0] for gait, cell in zip(table[0][4:], row[4:], strict=True)}
     return found
 
 
-@pytest.mark.parametrize(("gait", "depth"), [(gait, depth) for gait, depth in depths().items() if depth > 1.0])
+DEEP = {gait: float(depth) for gait, depth in judged_as(INSIDE).items() if float(depth) > 1.0}  # cm
+FALLING = {gait: int(runs) for gait, runs in judged_as("upright, disturbed").items() if int(runs) < 19}
+
+
+@pytest.mark.parametrize(("gait", "depth"), DEEP.items())
 def test_a_gait_whose_bodies_are_inside_each_other_says_so_in_its_description(gait: str, depth: float):
     scenes = shipped_scenes()
     said = description(scenes[gait] if gait in scenes else SAMPLES / f"{gait}.toml", scenes)
@@ -104,16 +108,7 @@ def test_a_gait_whose_bodies_are_inside_each_other_says_so_in_its_description(ga
         assert said in GALLERY
 
 
-def lasting() -> dict[str, int]:
-    """How many of 20 disturbed runs each judged gait stays up in."""
-    found = {}
-    for table in tables():
-        row = next(row for row in table if row[0] == "upright, disturbed")
-        found |= {gait.strip("`"): int(cell.split()[0]) for gait, cell in zip(table[0][4:], row[4:], strict=True)}
-    return found
-
-
-@pytest.mark.parametrize(("gait", "runs"), [(gait, runs) for gait, runs in lasting().items() if runs < 19])
+@pytest.mark.parametrize(("gait", "runs"), FALLING.items())
 def test_a_gait_that_falls_in_more_than_one_of_20_disturbed_runs_says_so_in_its_description(gait: str, runs: int):
     scenes = shipped_scenes()
     said = description(scenes[gait] if gait in scenes else SAMPLES / f"{gait}.toml", scenes)

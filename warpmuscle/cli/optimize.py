@@ -164,9 +164,8 @@ def _print_all(
     plain = recorded_scene(result)
     _print_result(result, bar, begun, plain)
     out.print(f"wrote {output}")
-    page = (
-        None if received() else _show_walks(result, plain, output, device, threads)
-    )  # else there may be little time left
+    # Who was interrupted may have little time left.
+    page = None if received() else _show_walks(result, plain, output, device, threads)
     suggest(f"`warpmuscle report {output}` says what it found")
     if page is not None:
         opened = not no_open and log.is_terminal and open_page(page)
@@ -219,16 +218,15 @@ def _kept(output: Path) -> Iterator[None]:
         raise
 
 
-def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: Scene | None = None) -> None:
+def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: Scene) -> None:
     """Print what became of the candidates, and the best one.
 
     Args:
-        begun: the scene of a search that was not resumed. plain: that of its motion, where it is known.
+        begun: the scene of a search that was not resumed. plain: that of its motion.
     """
     import numpy as np
 
     from warpmuscle.core.status import Status
-    from warpmuscle.optimization.best_scene import recorded_scene
     from warpmuscle.scene.masses import mass_warnings
 
     assert result.evaluations is not None
@@ -262,7 +260,6 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
         f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
         f"cost {best.cost:.6g}{given}"
     )
-    plain = recorded_scene(result) if plain is None else plain
     gait = print_gait(plain, result.replays[0])
     if gait is not None and stands_still(plain, gait):
         out.print(

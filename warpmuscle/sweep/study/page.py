@@ -249,9 +249,8 @@ def _line(found: StudyResult, row: Row, place: dict[Condition, int], several: bo
         return np.array([getattr(spreads[c], name) if c in spreads else np.nan for c in place])
 
     base = spreads[found.study.reference].median if found.study.reference in spreads else np.nan
-    mine = [held for held in found.held if held.series == row.series and held.expected.measure == row.measure]
-    mine = [held for held in mine if np.isfinite(base)]
-    at = [(place[held.cell.condition], held.expected) for held in mine]
+    of_row = [held for held in found.held if held.series == row.series and held.expected.measure == row.measure]
+    at = [(place[held.cell.condition], held.expected) for held in of_row if np.isfinite(base)]
     signs = {"rises": RISES, "falls": FALLS}
     return Lines(
         row.series if several else "", column("median"), column("low"), column("high"),
