@@ -139,6 +139,7 @@ def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     page.keyboard.press("Enter")
     until(lambda: hip_of(live)[1][0] == 0.25)
     slider = page.get_by_label("value of the point", exact=True)
+    until(lambda: float(slider.get_attribute("max")) > 0.25)  # the page has made it anew about the number
     reach = slider.get_attribute("max")
     box = slider.bounding_box()
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 8)
