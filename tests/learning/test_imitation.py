@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from small_result import no_parameters
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
-from warpmuscle.core.pose import rotate
+from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.formats import load, toml
 from warpmuscle.gait.foot_contact import touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
@@ -24,10 +25,12 @@ from warpmuscle.learning.imitation import (
     with_norm,
     with_step_width,
 )  # fmt: skip
+from warpmuscle.learning.imitation.pelvis import obliquity
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import reduced
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
+from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.norms import PERCENT_OF_BIN, WALKING, walking_force
 from warpmuscle.simulation.rollout import Rollout
 
@@ -220,6 +223,31 @@ def test_ankles_that_carry_are_as_far_apart_as_is_asked(walker: Rollout):
         q, at = recording.body_orientation[0, shank].astype(float), recording.body_position[0, shank].astype(float)
         place.append((at + rotate(q[None], ankle[None])[0])[0])
     assert np.mean(place) == pytest.approx(0.04, abs=0.003)
+
+
+def test_a_pelvis_turns_as_peoples_while_legs_and_trunk_lean_as_they_did(walker: Rollout):
+    mirrored = BodySymmetry(walker)
+    even = gait_in(walker, Imitation(settle=1.0), mirrored)
+    people = gait_in(walker, Imitation(settle=1.0, pelvis=True), mirrored)
+    # Pinzone 2014, centre two, pelvis obliquity: 4.84 degrees at 10 %, -4.74 at 60 %, -0.64 at 40 % of the own cycle
+    np.testing.assert_allclose(np.degrees(obliquity(people.up))[[10, 60, 40]], [4.84, -4.74, -0.64], atol=1e-6)
+    before, after = (directions(walker, one.coordinate, one.up) for one in (even, people))
+    for name, ways in before.items():
+        np.testing.assert_allclose(after[name], ways, atol=1e-9, err_msg=name)
+    assert len(before) == 3
+    with_width = gait_in(walker, Imitation(settle=1.0, pelvis=True, step_width=0.08), mirrored)
+    np.testing.assert_allclose(with_width.up, people.up, atol=1e-12)
+
+
+def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Floats]:
+    """The vertical (n, 3) in every body that a ball joint hangs on the root; only its rotation matters."""
+    found = {}
+    for body, name in enumerate(rollout.names.joints, start=1):
+        joint = rollout.numeric.character.joints[name]
+        span = slice(*rollout.names.coordinate_start[body : body + 2])
+        if joint.parent == rollout.numeric.character.root and joint_type(joint).quaternion:
+            found[name] = rotate(conjugate(coordinate[:, span]), up)
+    return found
 
 
 @pytest.mark.parametrize(

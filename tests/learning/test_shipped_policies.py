@@ -13,6 +13,7 @@ NAMES = [
     "walk56_like_people",
     "walk56_tasks",
     pytest.param("gait2392_by_policy", marks=pytest.mark.long),
+    pytest.param("gait2392_arms_by_policy", marks=pytest.mark.long),
 ]
 
 
@@ -25,7 +26,7 @@ def test_a_shipped_policy_walks(name, tmp_path):
     recording, status = replay(learned.policy, scene, "cpu", msgspec.structs.replace(task, episode_time=2.0))
     assert status == Status.COMPLETED
     assert recording.com_velocity[:, 2].mean() == pytest.approx(1.2, abs=0.15)
-    assert (tmp_path / f"{name}.h5").stat().st_size < 600_000
+    assert (tmp_path / f"{name}.h5").stat().st_size < 700_000
 
 
 def test_the_policy_for_stairs_walks_over_bumps_of_five_centimetres(tmp_path):

@@ -21,6 +21,7 @@ from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels.learning import rewards as kernels
+from warpmuscle.learning.imitation.pelvis import people_obliquity, turn_sideways, with_obliquity
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import motion_of
 from warpmuscle.results.recording import Recording
@@ -38,7 +39,7 @@ from warpmuscle.simulation.rollout import Rollout
 BINS = 100  # of the cycle
 SEEN = 8.0  # s of the gait, however long the scene lasts
 ROOT = "root"  # among the weights
-FORWARD, LEFT = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+LEFT = np.array([1.0, 0.0, 0.0])
 SPEEDS = 12  # evenly over the wanted ones, for which there are tables
 NEWTON_STEPS, SMALL_TURN, LEAST_SLOPE, GREATEST_STEP = 20, 1e-4, 1e-3, 0.3  # where a joint follows another one; rad
 CARRYING = BINS * 6 // 10  # bins in which the left foot carries
@@ -148,9 +149,19 @@ def recorded_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | N
 def changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None) -> Gait:
     """The gait with all that a task changes of it."""
     gait = gait if body is None else evened(gait, body, rollout)
+    if imitation.pelvis:
+        gait = _leaning(gait, np.zeros(BINS), rollout)  # so that its axes are those of the ground
     if imitation.step_width is not None:
         gait = with_step_width(gait, imitation.step_width, rollout)
+    if imitation.pelvis:
+        gait = _leaning(gait, people_obliquity(PERCENT[:BINS]), rollout)
     return with_norm(gait, imitation.norm, rollout) if imitation.norm else gait
+
+
+def _leaning(gait: Gait, wanted: Floats, rollout: Rollout) -> Gait:
+    """The gait with another obliquity of the root, (BINS,) rad."""
+    coordinate, up = with_obliquity(gait.coordinate, gait.up, wanted, rollout)
+    return replace(gait, coordinate=coordinate, up=up)
 
 
 def quaternions(scene: Scene, names: Topology) -> list[slice[int, int, None]]:
@@ -246,8 +257,8 @@ def with_step_width(gait: Gait, width: float, rollout: Rollout) -> Gait:
         hip = joint_place(rollout.numeric.character.joints[joints[0]])
         place = outwards * (hip[0] + carrying[:, 0].mean())
         turn = outwards * float(np.arctan2(0.5 * width - place, -carrying[:, 1].mean()))
-        _turn_sideways(joints[0], turn, coordinate, rollout)
-        _turn_sideways(joints[-1], -turn, coordinate, rollout)
+        for name, angle in ((joints[0], turn), (joints[-1], -turn)):
+            turn_sideways(name, np.full(BINS, angle), coordinate, rollout)
     return replace(gait, coordinate=coordinate)
 
 
@@ -261,22 +272,6 @@ def _ankle_below_hip(joints: list[str], coordinate: Floats, rollout: Rollout) ->
         motion = joint_type(joint).motion(joint, coordinate[:, columns], np.zeros((BINS, len(speeds))))
         place = rotate(motion.orientation, place + end)
     return place
-
-
-def _turn_sideways(name: str, angle: float, coordinate: Floats, rollout: Rollout) -> None:
-    """Turn a joint about the axis that points forwards, rad, where it can turn so."""
-    joint, span = rollout.numeric.character.joints[name], _span(name, rollout.names)
-    kind = joint_type(joint)
-    if kind.quaternion:
-        coordinate[:, span] = multiply(about(FORWARD, np.full(BINS, angle)), coordinate[:, span])
-    elif len(kind.coordinates) == 2:
-        coordinate[:, span.start + 1] += angle * np.sign(kind.frame(joint)[1][0, 2])
-
-
-def _span(joint: str, names: Topology) -> slice[int, int, None]:
-    """Coordinates of a joint."""
-    body = names.body_of_joint(joint)
-    return slice(names.coordinate_start[body], names.coordinate_start[body + 1])
 
 
 def table_speeds(task: Task) -> Floats:

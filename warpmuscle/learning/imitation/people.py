@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import multiply, rotate
-from warpmuscle.learning.imitation.gait import BINS, FORWARD, Gait, changed
+from warpmuscle.learning.imitation.gait import BINS, Gait, changed
+from warpmuscle.learning.imitation.pelvis import FORWARD
 from warpmuscle.learning.poses import States, started
 from warpmuscle.learning.starts import ControllerGait
 from warpmuscle.learning.symmetry import BodySymmetry

@@ -91,6 +91,8 @@ class Imitation(Part):
     cadence_power: Annotated[float, "1"] = 0.0
     moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`
     step_width: Annotated[float | None, "m"] = None  # hips and ankles turn sideways so; by default as in the gait
+    pelvis: bool = False  # it turns sideways as people's in one centre (Pinzone 2014), below a trunk and over legs that
+    # lean as in the gait
     settle: Annotated[float, "s"] = 2.0  # at the start, in which the gait does not count
     uneven: Annotated[float, "m"] = 0.0  # where the way rises or falls by this within 10 cm, from 0.3 m behind the root
     # to 0.6 m ahead, the gait and its force count as met, for stairs ask for other steps; by half of it, they count as

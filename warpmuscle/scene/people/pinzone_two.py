@@ -1,4 +1,4 @@
-"""Sagittal moments of the legs of walking adults over the gait cycle, which searches may use.
+"""Sagittal moments of the legs, and obliquity of the pelvis, of walking adults, which searches may use.
 
 Adults at their own speed in centre two of Pinzone, Schwartz, Thomason, Baker 2014, Gait & Posture 40:286; means and
 standard deviations at every 2 % of the cycle from the contact of a foot to its next. Internal moments, N m/kg, of
@@ -54,4 +54,19 @@ SEARCHED_MOMENTS = {
       ),
     ),
 }
+
+# How far the own side of the pelvis is up, deg.
+SEARCHED_OBLIQUITY = Sampled(
+      (
+        1.83, 2.38, 3.02, 3.7, 4.34, 4.84, 5.14, 5.2, 5.02, 4.62, 4.05, 3.36, 2.62, 1.89, 1.21, 0.64, 0.19,
+        -0.15, -0.38, -0.54, -0.64, -0.75, -0.9, -1.12, -1.44, -1.87, -2.39, -3, -3.65, -4.25, -4.74, -5.03,
+        -5.1, -4.94, -4.56, -4.01, -3.35, -2.64, -1.94, -1.29, -0.74, -0.31, 0.02, 0.25, 0.41, 0.55, 0.7, 0.89,
+        1.17, 1.55, 2.02,
+      ),
+      (
+        2.21, 2.23, 2.24, 2.25, 2.3, 2.37, 2.44, 2.52, 2.58, 2.61, 2.62, 2.63, 2.62, 2.59, 2.54, 2.46, 2.37,
+        2.29, 2.22, 2.18, 2.16, 2.15, 2.14, 2.14, 2.14, 2.16, 2.18, 2.18, 2.17, 2.16, 2.17, 2.19, 2.24, 2.3,
+        2.36, 2.41, 2.45, 2.47, 2.47, 2.41, 2.33, 2.24, 2.16, 2.11, 2.08, 2.09, 2.11, 2.15, 2.19, 2.23, 2.27,
+      ),
+)
 # fmt: on
