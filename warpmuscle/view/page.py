@@ -22,6 +22,7 @@ from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
+from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.access import POLICY, POLICY_OF_FILES
 from warpmuscle.view.bones.attachments import attachments
@@ -88,6 +89,7 @@ def replay_html(
     plots: bool = True,
     split: bool = False,
     meshes: str | PathLike[str] | None = None,
+    facts: Sequence[Facts] = (),
 ) -> str:
     """The page of one or several motions, side by side.
 
@@ -99,6 +101,7 @@ def replay_html(
         autoplay: whether it plays when it is opened. plots: whether curves are shown below.
         split: whether each of a few motions has a picture of its own at first, in which it stays.
         meshes: folder with the files of triangles that models of OpenSim are drawn with.
+        facts: what is known of each motion; the label of one that failed says so from then on.
 
     Raises:
         Error: a motion without frames, or of another character than its scene's; a folder without such files.
@@ -116,7 +119,7 @@ def replay_html(
         tracks.append(track)
     plain = [numeric[id(scene)] for scene in given]
     folder = mesh_folder(meshes, plain[0])
-    return page_of(tracks, plain, title or given[0].name, autoplay, plots, split, meshes=folder)
+    return page_of(tracks, plain, title or given[0].name, autoplay, plots, split, meshes=folder, facts=facts)
 
 
 def page_of(
@@ -191,10 +194,18 @@ def ground_content(scene: Scene) -> dict[str, Any]:
     return plane_content(scene) | {"terrain": terrain_content([scene.ground])}
 
 
+def _hangs_through(scene: Scene) -> bool:
+    """Whether a body starts below the plane, and none has a shape that touches it: the plane would only cover it."""
+    normal, height = plane(scene.ground)
+    if any(body.shapes for body in scene.character.bodies.values()):
+        return False
+    return any(float(np.dot(normal, place)) < height for place, _ in world_poses(scene).values())
+
+
 def plane_content(scene: Scene) -> dict[str, Any]:
     """What the page is sent about the plane of the ground, and how high water stands, m."""
     normal, height = plane(scene.ground)
-    visible = bool(np.asarray(scene.ground.stiffness) > 0.0)
+    visible = bool(np.asarray(scene.ground.stiffness) > 0.0) and not _hangs_through(scene)
     level = None if scene.water is None else first_number(scene.water.level)
     return {"normal": normal.tolist(), "height": float(height), "visible": visible, "water": level}
 
