@@ -32,7 +32,7 @@ from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
 from warpmuscle.view.objects import object_pieces
-from warpmuscle.view.packing import Packer, Pool, encodable, packed_json, without_comments
+from warpmuscle.view.packing import LARGEST, Packer, Pool, as_small, encodable, packed_json, without_comments
 from warpmuscle.view.pieces import Piece, device_pieces, surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
@@ -90,6 +90,7 @@ def replay_html(
     split: bool = False,
     meshes: str | PathLike[str] | None = None,
     facts: Sequence[Facts] = (),
+    largest: int = LARGEST,
 ) -> str:
     """The page of one or several motions, side by side.
 
@@ -97,11 +98,12 @@ def replay_html(
         recordings: one or several, of at least a frame each.
         scenes: that made them, or one of them all; free parameters count with their start values.
         labels: names of the motions, by default those of the scenes.
-        rate: stored frames per second; more than were recorded are not made up.
+        rate: stored frames per second, at most; more than were recorded are not made up.
         autoplay: whether it plays when it is opened. plots: whether curves are shown below.
         split: whether each of a few motions has a picture of its own at first, in which it stays.
         meshes: folder with the files of triangles that models of OpenSim are drawn with.
         facts: what is known of each motion; the label of one that failed says so from then on.
+        largest: bytes of the page, which has fewer frames where it would be larger.
 
     Raises:
         Error: a motion without frames, or of another character than its scene's; a folder without such files.
@@ -110,16 +112,21 @@ def replay_html(
     motions = [demanding(motion, "this recording") for motion in motions]
     given = [scenes] * len(motions) if isinstance(scenes, Scene) else list(scenes)
     numeric = {id(scene): substitute(scene, start_values(scene)) for scene in given}
-    dolls: dict[tuple[int, tuple[str, ...]], Doll] = {}
-    tracks = []
-    for number, (motion, scene) in enumerate(zip(motions, given, strict=True)):
-        key = (id(scene), motion.muscle_names)
-        track = track_of(motion, numeric[id(scene)], labels[number] if labels else "", rate, dolls.get(key))
-        dolls[key] = track.doll
-        tracks.append(track)
     plain = [numeric[id(scene)] for scene in given]
-    folder = mesh_folder(meshes, plain[0])
-    return page_of(tracks, plain, title or given[0].name, autoplay, plots, split, meshes=folder, facts=facts)
+    folder, name = mesh_folder(meshes, plain[0]), title or given[0].name
+    dolls: dict[tuple[int, tuple[str, ...]], Doll] = {}
+
+    def at(rate: float) -> str:
+        tracks = []
+        for number, (motion, scene) in enumerate(zip(motions, given, strict=True)):
+            key = (id(scene), motion.muscle_names)
+            label = labels[number] if labels else ""
+            track = track_of(motion, numeric[id(scene)], label, rate, dolls.get(key))
+            dolls[key] = track.doll
+            tracks.append(track)
+        return page_of(tracks, plain, name, autoplay, plots, split, meshes=folder, facts=facts)
+
+    return as_small(at, rate, largest)
 
 
 def page_of(
