@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from command_line import run
-from warpmuscle.cli import console, quick
+from warpmuscle.cli import console, streams
 from warpmuscle.cli.console import PlainConsole, tell_of_compiling
 from warpmuscle.cli.program import TRY, app
 from warpmuscle.cli.progress_bar import Bar
@@ -126,13 +126,13 @@ def test_a_bar_says_its_last_line_again_while_nothing_is_new(monkeypatch):
 @pytest.mark.parametrize(("command", "told"), [("optimize", True), ("info", False)])
 def test_a_slow_start_is_told_until_the_command_speaks(monkeypatch, command, told):
     written: list[bytes] = []
-    monkeypatch.setattr(quick.sys, "argv", ["warpmuscle", command])
-    monkeypatch.setattr(quick.os, "write", lambda stream, text: written.append(text) or len(text))
-    monkeypatch.setattr(quick, "started", threading.Event())
-    monkeypatch.setattr(quick, "FIRST", 0.02)
-    monkeypatch.setattr(quick, "AGAIN", 0.02)
-    monkeypatch.setattr(console, "started", quick.started)
-    quick.tell_of_start()
+    monkeypatch.setattr(streams.sys, "argv", ["warpmuscle", command])
+    monkeypatch.setattr(streams.os, "write", lambda stream, text: written.append(text) or len(text))
+    monkeypatch.setattr(streams, "started", threading.Event())
+    monkeypatch.setattr(streams, "FIRST", 0.02)
+    monkeypatch.setattr(streams, "AGAIN", 0.02)
+    monkeypatch.setattr(console, "started", streams.started)
+    streams.tell_of_start()
     time.sleep(0.3)
     assert (len(written) > 2) is told
     assert set(written) <= {b"starting warpmuscle, 0 s\n"}
@@ -145,5 +145,5 @@ def test_a_slow_start_is_told_until_the_command_speaks(monkeypatch, command, tol
 
 def test_the_start_is_told_of_commands_that_there_are():
     names = {command.name for command in app.registered_commands} | {group.name for group in app.registered_groups}
-    assert names >= quick.WORKING
-    assert max(quick.FIRST, quick.AGAIN, console.SILENCE + console.BRIEF) < 2.0
+    assert names >= streams.WORKING
+    assert max(streams.FIRST, streams.AGAIN, console.SILENCE + console.BRIEF) < 2.0

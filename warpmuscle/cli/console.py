@@ -12,7 +12,7 @@ from rich.status import Status
 from rich.style import StyleType
 from rich.text import Text
 
-from warpmuscle.cli.quick import started
+from warpmuscle.cli.streams import started
 from warpmuscle.core.plain_text import number_of, printable
 
 if TYPE_CHECKING:
