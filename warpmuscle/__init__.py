@@ -102,6 +102,8 @@ _ELSEWHERE = {
     "learning": "wm.learn trains a policy",
     "gym": "import warpmuscle.gym, then gymnasium.make('warpmuscle/Biped-v0')",
     "export": "a run's save('walk.mot') writes OpenSim's files",
+    "policy": "wm.simulate(scene, policy='policy.h5') acts by one, wm.learn trains one",
+    "Policy": "wm.simulate(scene, policy='policy.h5') acts by one, wm.learn trains one",
     "judge": "`warpmuscle judge` of the command line is it",
     "report": "`warpmuscle report` of the command line is it",
     "ik": "wm.inverse_kinematics(model, 'walk.trc') finds coordinates from markers",

@@ -11,8 +11,10 @@ def main() -> None:
     """Run the command line, which takes a while to import."""
     end_at_once_by_ctrl_c()
     from warpmuscle.cli.quick import answered
+    from warpmuscle.cli.streams import tell_of_start
 
     if not answered():
+        tell_of_start()
         from warpmuscle.cli.program import main as run
 
         run()

@@ -2,6 +2,7 @@
 
 import io
 import sys
+import threading
 import time
 import webbrowser
 
@@ -9,9 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from command_line import run
-from warpmuscle.cli import console
+from warpmuscle.cli import console, streams
 from warpmuscle.cli.console import PlainConsole, tell_of_compiling
 from warpmuscle.cli.program import TRY, app
+from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.cli.view import open_page
 
 
@@ -104,3 +106,44 @@ def test_a_page_opens_only_where_somebody_sits_before_a_screen(monkeypatch, tmp_
     monkeypatch.setenv("SSH_CONNECTION", "10.0.0.1 22 10.0.0.2 22")
     assert not open_page(tmp_path / "a b.html")
     assert len(opened) == 1
+
+
+def test_a_bar_says_its_last_line_again_while_nothing_is_new(monkeypatch):
+    shown = PlainConsole(file=io.StringIO(), force_terminal=False)
+    monkeypatch.setattr(console, "SILENCE", 0.1)
+    monkeypatch.setattr(console, "LINES", 0.1)
+    with Bar(shown) as bar:
+        time.sleep(0.4)
+        bar.show(0.5, "1/2", "best 3")
+        time.sleep(0.4)
+    written = shown.file.getvalue()
+    assert "getting ready\n" in written
+    assert written.endswith("1/2: best 3\n")
+    time.sleep(0.3)
+    assert shown.file.getvalue() == written
+
+
+@pytest.mark.parametrize(("command", "told"), [("optimize", True), ("info", False)])
+def test_a_slow_start_is_told_until_the_command_speaks(monkeypatch, command, told):
+    written: list[bytes] = []
+    monkeypatch.setattr(streams.sys, "argv", ["warpmuscle", command])
+    monkeypatch.setattr(streams.os, "write", lambda stream, text: written.append(text) or len(text))
+    monkeypatch.setattr(streams, "started", threading.Event())
+    monkeypatch.setattr(streams, "FIRST", 0.02)
+    monkeypatch.setattr(streams, "AGAIN", 0.02)
+    monkeypatch.setattr(console, "started", streams.started)
+    streams.tell_of_start()
+    time.sleep(0.3)
+    assert (len(written) > 2) is told
+    assert set(written) <= {b"starting warpmuscle, 0 s\n"}
+    PlainConsole(file=io.StringIO()).print("read")
+    time.sleep(0.05)
+    count = len(written)
+    time.sleep(0.1)
+    assert len(written) == count
+
+
+def test_the_start_is_told_of_commands_that_there_are():
+    names = {command.name for command in app.registered_commands} | {group.name for group in app.registered_groups}
+    assert names >= streams.WORKING
+    assert max(streams.FIRST, streams.AGAIN, console.SILENCE + console.BRIEF) < 2.0

@@ -87,7 +87,9 @@ def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
     assert "warpmuscle optimize <x>" in "".join(found.texts)
     packed = re.search(r"id=&quot;content&quot;&gt;([^&]*)&lt;/script", text)
     content = json.loads(zlib.decompress(base64.b64decode(packed[1])))
-    assert [track["label"] for track in content["tracks"]] == ["before: fell at 0.2 s", "after"]
+    assert [track["label"] for track in content["tracks"]] == ["before", "after"]
+    assert [track["ended"] for track in content["tracks"]] == ["fell at 0.2 s", ""]
+    assert content["tracks"][0]["until"] == pytest.approx(walks[0].motion.time[-1], abs=1e-3)
 
 
 def test_who_fell_is_shown_until_it_lies(walks):
@@ -137,6 +139,8 @@ def test_both_walkers_stay_in_the_picture_whoever_has_fallen(browser, walks, tmp
             ".map(({ left, right, top }) => [left >= 0, right <= innerWidth, top >= 0])"
         )
         assert labels == [[True] * 3] * 2
+        texts = frame.evaluate("() => [...document.querySelectorAll('#labels span')].map((one) => one.textContent)")
+        assert texts == ["before" if time == 0.0 else "before: fell at 0.2 s", "after"]
     together = frame.evaluate("() => { warpmuscle.show('split', false); return warpmuscle.state().shown.split }")
     assert together is False
     opened.close()

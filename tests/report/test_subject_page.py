@@ -13,7 +13,7 @@ from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.steps import run_steps
 from warpmuscle.inverse.trial import Coordinates
 from warpmuscle.report.gait_cycles import Cycle, RecordedTrial, cycles_of, over_cycle, side_of
-from warpmuscle.report.page import data_uri
+from warpmuscle.report.images import data_uri
 from warpmuscle.report.subject_figures import Curve, Panel, activation_panels, angle_panels, draw_panels
 from warpmuscle.report.subject_page import subject_html
 

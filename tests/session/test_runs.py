@@ -91,3 +91,13 @@ def test_commands_are_those_that_the_scene_takes():
     assert run.scene.commands["speed"].value == 1.5
     with pytest.raises(wm.Error, match="command speed: 9 is outside"):
         wm.simulate("walk56_commands", 0.05, commands={"speed": 9.0}, device="cpu")
+
+
+def test_a_run_in_the_place_of_its_recording_is_told_where_that_is():
+    with pytest.raises(ValueError, match=r"recording must be a Recording, not a Run; it has one: its \.recording$"):
+        wm.measure(wm.simulate("fwalk", duration=0.1), "lFoot", "rFoot")
+
+
+def test_a_run_has_its_times():
+    run = wm.simulate("fwalk", duration=0.1)
+    np.testing.assert_array_equal(run.time, run.recording.time)

@@ -114,6 +114,19 @@ def test_a_head_that_is_a_capsule_has_a_skull_within_its_height():
     assert skull.corners[:, 1].max() - skull.corners[:, 1].min() > 0.15
 
 
+def test_a_root_that_is_a_whole_trunk_over_two_legs_has_pelvis_ribs_and_skull():
+    character, flesh = figure("walker16")
+    look = figure_of(character, ("lFoot", "rFoot"), topology(character).bodies)
+    assert [piece.body for piece in look if piece.layer == "hollow"] == [0]  # of eyes
+    bones = [piece.corners for piece in look if piece.layer == "bone" and piece.body == 0]
+    assert len(bones) == 3
+    top = max(float(corners[:, 1].max()) for corners in bones)
+    assert top == pytest.approx(0.27 + 0.13, abs=0.02)  # m, of the capsule
+    assert min(float(corners[:, 1].min()) for corners in bones) < -0.33  # below the hips
+    kinds = [type(piece).__name__ for piece in flesh["trunk"]]
+    assert sorted(kinds) == ["Hull", "Hull", "Limb", "Limb"]  # pelvis and trunk, skull and neck
+
+
 def test_the_head_of_a_bird_is_no_skull_of_a_person():
     scene = load("bigbird_walk")
     look = figure_of(scene.character, scene.feet or (), topology(scene.character).bodies)

@@ -10,7 +10,19 @@ from small_result import walk_result, walk_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.plots import plot
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Scene, Treadmill, Water
+from warpmuscle.scene import (
+    BallObject,
+    Body,
+    BoxObject,
+    CapsuleObject,
+    Character,
+    InitialState,
+    Joint,
+    Scene,
+    Sphere,
+    Treadmill,
+    Water,
+)
 from warpmuscle.scene.objects.motion import QUANTITIES, object_quantities
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.content import doll_content, track_arrays
@@ -107,3 +119,14 @@ def test_what_is_recorded_of_an_object_is_drawn_by_its_name():
     assert "m" in figure.axes[0].get_ylabel()
     with pytest.raises(Error, match="did you mean"):
         plot(with_ball(), "objects.bal.position_y", scene=among())
+
+
+@pytest.mark.parametrize(
+    ("height", "shapes", "seen"), [(0.5, [], True), (-0.5, [], False), (-0.5, [Sphere((0.0, 0.0, 0.0), 0.1)], True)]
+)
+def test_the_plane_does_not_cover_what_hangs_through_it_and_touches_nothing(height, shapes, seen):
+    bodies = {"base": Body(1.0, (0.1, 0.1, 0.1)), "arm": Body(1.0, (0.01, 0.01, 0.01), shapes)}
+    joint = Joint("hinge", "base", "arm", (0.0, 0.0, 0.0), (0.0, 0.1, 0.0), [(1.0, 0.0, 0.0)])
+    character = Character("base", bodies, {"shoulder": joint})
+    scene = Scene("arm", character, initial_state=InitialState((0.0, height, 0.0)))
+    assert plane_content(scene)["visible"] is seen

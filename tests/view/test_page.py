@@ -315,6 +315,16 @@ def test_page_names_no_other_file_and_is_small(walk):
     assert (len(twice["dolls"]), len(twice["panels"])) == (1, 1)  # what is alike is there once
 
 
+def test_a_long_motion_has_fewer_frames_rather_than_a_large_page(walk):
+    whole = replay_html(walk.recording, walk.scene)
+    fixed = len(replay_html(walk.recording.at(slice(0, 1)), walk.scene))
+    room = fixed + (len(whole) - fixed) // 2
+    text = replay_html(walk.recording, walk.scene, largest=room)
+    frames = [content_of(page)["tracks"][0]["frames"] for page in (whole, text)]
+    assert len(text) <= room < len(whole)
+    assert 2 <= frames[1] < frames[0] == 30
+
+
 def content_of(text: str) -> Any:
     packed = re.search(r'id="content">([^<]*)</script>', text)
     return json.loads(zlib.decompress(base64.b64decode(packed[1])))

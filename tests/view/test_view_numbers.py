@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from warpmuscle.view.lanes import lanes
-from warpmuscle.view.packing import Packer, packed_json, without_comments
+from warpmuscle.view.packing import Packer, as_small, packed_json, without_comments
 
 
 @pytest.mark.parametrize("bits", [8, 16])
@@ -32,6 +32,21 @@ def test_json_within_a_page_cannot_end_its_element():
 
 def test_scripts_lose_their_comments_and_nothing_else():
     assert without_comments("// why\n\n  let a = 'b // c';\n    // d\n  a = 1;\n") == "let a = 'b // c';\na = 1;"
+
+
+@pytest.mark.parametrize(
+    ("largest", "frames"), [(10_000, 3000), (6_000, 1500), (1_500, 187), (1_000, 31), (10, 3000 // 128)]
+)
+def test_a_page_has_as_few_frames_as_it_takes_to_be_small(largest: int, frames: int):
+    made = []
+
+    def make(rate: float) -> str:
+        made.append(rate)
+        return "x" * (900 + int(3.0 * 60.0 * rate))  # of 60 s
+
+    found = as_small(make, 50.0, largest)
+    assert (len(found) - 900) // 3 == pytest.approx(frames, abs=1)
+    assert len(made) < 11  # those that cannot be small enough are not made
 
 
 def test_bipeds_are_apart_and_about_the_middle():

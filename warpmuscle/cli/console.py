@@ -12,6 +12,7 @@ from rich.status import Status
 from rich.style import StyleType
 from rich.text import Text
 
+from warpmuscle.cli.streams import started
 from warpmuscle.core.plain_text import number_of, printable
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 LINES = 10.0  # s between two lines of progress where there is no terminal to draw it in
-SILENCE = 1.9  # s, the same of a work's first minutes, whose reader waits
+SILENCE, BRIEF = 1.3, 0.5  # s, the same of a work's first minutes, whose reader waits
 AWAITED = 120.0  # s since the program's start, which those minutes are
 _BEGIN = time.monotonic()
 
@@ -34,13 +35,15 @@ def between_lines() -> float:
 class _Lines:
     """Lines that say now and then what is going on, from a thread of their own, as a compiler lets nothing else run."""
 
-    def __init__(self, text: Callable[[], str], console: Console) -> None:
+    def __init__(self, text: Callable[[], str], console: PlainConsole) -> None:
         self._text, self._console, self._begin = text, console, time.monotonic()
         self._ended = threading.Event()
         threading.Thread(target=self._tell, daemon=True).start()
 
     def _tell(self) -> None:
-        while not self._ended.wait(between_lines()):
+        pause = between_lines() - (time.monotonic() - self._console.said)  # of what was told before
+        while not self._ended.wait(max(pause, min(BRIEF, between_lines()))):
+            pause = between_lines()
             self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
 
     def end(self) -> None:
@@ -78,7 +81,9 @@ class _Status(Status):
 
     def __enter__(self) -> Status:
         self._console.working = self
-        if not self._console.is_terminal:
+        if self._console.is_terminal:
+            started.set()
+        else:
             self._lines = _Lines(lambda: self.text, self._console)
         return super().__enter__()
 
@@ -96,9 +101,11 @@ class PlainConsole(Console):
 
     Attributes:
         working: the status that is shown now.
+        said: when it printed last, s of the monotonic clock.
     """
 
     working: _Status | None = None
+    said = _BEGIN
 
     def render_str(
         self, text: str, *, style: StyleType = "", justify: JustifyMethod | None = None,
@@ -106,6 +113,12 @@ class PlainConsole(Console):
     ) -> Text:  # fmt: skip
         """See `Console.render_str`."""
         return Text(printable(text), style=style, justify=justify, overflow=overflow)
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """See `Console.print`."""
+        started.set()
+        self.said = time.monotonic()
+        super().print(*objects, **options)
 
     def status(self, status: Any, **options: Any) -> Status:
         """See `Console.status`."""

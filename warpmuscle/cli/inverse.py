@@ -58,7 +58,7 @@ def inverse(
     filter: Annotated[float | None, typer.Option(metavar="HZ", help="Cut-off of a low-pass of coordinates.")] = None,
     begin: Annotated[float, typer.Option(help="First time, s.")] = -math.inf,
     end: Annotated[float, typer.Option(help="Last time, s.")] = math.inf,
-    every: Annotated[int, typer.Option(min=1, help="Take every so manieth frame; splines go through all.")] = 1,
+    every: Annotated[int, typer.Option(min=1, help="Take only every Nth frame; splines go through all.")] = 1,
     power: Annotated[int, typer.Option(min=1, max=4, help="p of the cost, a sum of activations^p.")] = 2,
     weight: Annotated[str, typer.Option(help="Of activations in the cost: none, or volume.")] = "none",
     reserve: Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from typing import TYPE_CHECKING, Self
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 
 BAR = 10  # columns of a terminal
+SHORTEST = 0.05  # s, between two looks at whether a line is due
 
 
 class _Yielding(TextColumn):
@@ -35,11 +37,12 @@ class _Yielding(TextColumn):
 class Bar:
     """A bar between what is done and how it goes, with the time that it takes and has left; gone at the end.
 
-    Where there is no terminal it is a line now and then.
+    Where there is no terminal it is a line now and then, the same one again where there is nothing new.
     """
 
     def __init__(self, console: Console = log) -> None:
-        self._console, self._line = console, time.monotonic()
+        self._console, self._line, self._text = console, time.monotonic(), "getting ready"
+        self._ended = threading.Event()
         self._bars = Bars(
             TextColumn("{task.fields[done]}", markup=False),
             BarColumn(bar_width=BAR, table_column=Column(no_wrap=True)),
@@ -55,9 +58,18 @@ class Bar:
     def __enter__(self) -> Self:
         if self._console.is_terminal:
             self.show(0.0, "", "getting ready")
+        else:
+            threading.Thread(target=self._repeat, name="telling", daemon=True).start()
         return self
 
+    def _repeat(self) -> None:
+        while not self._ended.wait(max(between_lines() - (time.monotonic() - self._line), SHORTEST)):
+            if time.monotonic() - self._line > between_lines():
+                self._line = time.monotonic()
+                self._console.print(self._text)
+
     def __exit__(self, *_: object) -> None:
+        self._ended.set()
         if self._bars.live.is_started:
             self._bars.stop()
 
@@ -68,9 +80,10 @@ class Bar:
             at_once: where there is no terminal, do not wait until it is time for another line.
         """
         if not self._console.is_terminal:
+            self._text = f"{done}: {state}" if state else done
             if at_once or time.monotonic() - self._line > between_lines():
                 self._line = time.monotonic()
-                self._console.print(f"{done}: {state}" if state else done)
+                self._console.print(self._text)
             return
         self._bars.start()
         self._bars.update(self._task, completed=part, done=printable(done), state=printable(state))

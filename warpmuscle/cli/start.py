@@ -31,7 +31,7 @@ def example(
     folder: Annotated[Path, typer.Option("--folder", "-f", help="Where the files go.")] = Path(),
     replace: Annotated[bool, typer.Option("--replace", help="Write over files that exist.")] = False,
 ) -> None:
-    """Write sample files of our own making: scenes, code, motions, EMG.
+    """Write sample files: scenes, code, motions, EMG.
 
     Examples: warpmuscle example; warpmuscle example throws
     """

@@ -1,4 +1,7 @@
-"""Standard streams that never end the work: one that is closed, full or gone takes what it can."""
+"""Standard streams that never end the work: one that is closed, full or gone takes what it can.
+
+And the first line of a program that starts slowly: a fresh installation is compiled when Python imports it first.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,20 @@ import io
 import os
 import select
 import sys
+import threading
+import time
 from typing import IO, TYPE_CHECKING
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
+
+# Commands that work for a while, and say on the error stream what they do.
+WORKING = frozenset({
+    "adaptation", "compile", "fit-muscles", "fit-paths", "gait", "inverse", "judge", "learn", "optimize", "patient",
+    "report", "robustness", "simulate", "study", "sweep", "throw", "video", "view",
+})  # fmt: skip
+FIRST, AGAIN = 0.7, 1.4  # s, until it is said that the program starts, and until it is said again
+started = threading.Event()  # whether a command has printed something itself
 
 
 class _Steady(io.FileIO):
@@ -65,3 +78,24 @@ def output_refused() -> OSError | None:
     sys.stdout.flush()
     raw = getattr(getattr(sys.stdout, "buffer", None), "raw", None)
     return raw.refused if isinstance(raw, _Steady) else None
+
+
+def tell_of_start() -> None:
+    """Say that a command that works for a while is being imported, if that takes long, until it prints something.
+
+    It is said by a thread of its own, and only where `optimize` or the like is called.
+    """
+    if WORKING.isdisjoint(sys.argv[1:2]):
+        return
+    begin = time.monotonic()
+
+    def tell() -> None:
+        pause = FIRST
+        while not started.wait(pause):
+            try:
+                os.write(2, f"starting warpmuscle, {time.monotonic() - begin:.0f} s\n".encode())
+            except OSError:  # such as of a stream that nobody reads any more
+                return
+            pause = AGAIN
+
+    threading.Thread(target=tell, name="starting", daemon=True).start()

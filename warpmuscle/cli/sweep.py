@@ -65,8 +65,8 @@ def sweep(
 ) -> None:
     """Run many optimisations of a scene with other numbers, or trainings of policies, gathered into one file.
 
-    Given again, the command goes on where it was, also after a kill, or with values and seeds that were added to the
-    file of the sweep since. Examples: warpmuscle sweep weakness.toml;
+    Run again, the command continues where it stopped, also after a kill, or with values and seeds that were added to
+    the file of the sweep since. Examples: warpmuscle sweep weakness.toml;
     warpmuscle sweep weakness.toml --cluster auto; warpmuscle sweep --status weakness.toml
     """
     if status:
@@ -161,9 +161,10 @@ def study(
 ) -> None:
     """Run a sweep, measure its gaits, compare conditions over seeds, and put them beside what is expected.
 
-    Writes a page and a table of runs (.html, .csv) beside the results. Given again, the command goes on where it was;
-    what is measured and expected may have changed. Of a shipped study, such as brace, a copy is written here first;
-    `warpmuscle example studies` writes all of them. Examples: warpmuscle study weak_calves.toml; warpmuscle study brace
+    Writes a page and a table of runs (.html, .csv) beside the results. Run again, the command continues where it
+    stopped; what is measured and expected may have changed. Of a shipped study, such as brace, a copy is written here
+    first; `warpmuscle example studies` writes all of them. Examples: warpmuscle study weak_calves.toml;
+    warpmuscle study brace
     """
     from warpmuscle.core.files import files_beside, replace_file, shown
 

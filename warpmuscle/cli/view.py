@@ -72,7 +72,7 @@ def view(
 ) -> None:
     """Show motions in the browser: of result files side by side, or of a scene that is run for it.
 
-    Needs pip install "warpmuscle\\[view]", but for --export. Ctrl-C ends it. Examples: warpmuscle view walk56.h5;
+    Needs pip install "warpmuscle\\[view]", except with --export. Ctrl-C ends it. Examples: warpmuscle view walk56.h5;
     warpmuscle view walk56.h5 --candidates 8; warpmuscle view fwalk --live; warpmuscle view walk56
     --live --policy policy.h5; warpmuscle view walk56 --export walk.html
     """

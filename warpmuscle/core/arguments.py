@@ -154,7 +154,9 @@ def as_kind(kind: type[Kind], value: Any, name: str, *, error: type[Error] = Arg
     """A value of a class."""
     if isinstance(value, kind):
         return value
-    raise error(f"{name} must be a {kind.__name__}, not {in_words(value)}")
+    within = next((part for part, own in getattr(value, "__dict__", {}).items() if isinstance(own, kind)), "")
+    hint = f"; it has one: its .{within}" if within and not within.startswith("_") else ""
+    raise error(f"{name} must be a {kind.__name__}, not {in_words(value)}{hint}")
 
 
 def check_function(value: Any, name: str, *, error: type[Error] = ArgumentError) -> None:

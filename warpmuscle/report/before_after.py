@@ -25,6 +25,7 @@ from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.studies import judge
 from warpmuscle.studies.walkers import SceneWalker
 from warpmuscle.view.access import POLICY, POLICY_OF_FILES
+from warpmuscle.view.crowd import Facts
 from warpmuscle.view.page import iframe, replay_html
 
 LASTING = 10.0  # s, of the walk that is measured
@@ -127,7 +128,7 @@ def page(before: Walked, after: Walked, command: str = "") -> str:
     walks = {"before": before, "after": after}
     replay = replay_html(
         [walk.shown for walk in walks.values()], [walk.scene for walk in walks.values()],
-        [_label(name, walk) for name, walk in walks.items()], title=title, plots=False, split=True,
+        list(walks), title=title, plots=False, split=True, facts=[_fate(walk) for walk in walks.values()],
     )  # fmt: skip
     head = "".join(f"<th>{name}</th>" for name in ("", "before", "after", "people"))
     body = "\n".join(f"<tr><td>{html.escape(name)}</td>{_cells(cells)}</tr>" for name, *cells in rows(before, after))
@@ -150,11 +151,12 @@ def _how_long(walk: Walked) -> str:
     return f"{end:.0f} s" if walk.status == Status.COMPLETED else f"{end:.1f} s, then {walk.status.word}"
 
 
-def _label(name: str, walk: Walked) -> str:
-    """What stands over a walk: which it is, and how and when it failed."""
+def _fate(walk: Walked) -> Facts:
+    """How and when a walk failed, if it did."""
     if walk.status == Status.COMPLETED or not walk.motion.frames:
-        return name
-    return f"{name}: {walk.status.word} at {walk.motion.time[-1]:.1f} s"
+        return Facts()
+    end = float(walk.motion.time[-1])
+    return Facts(ended=f"{walk.status.word} at {end:.1f} s", until=end)
 
 
 def _cells(cells: Sequence[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 from warpmuscle.core.errors import Error
@@ -16,7 +17,8 @@ from warpmuscle.gait.sides import OfSides, measures_of_sides
 from warpmuscle.gait.table import human
 from warpmuscle.plots import KINDS, Subject, draw
 from warpmuscle.plots.subject import Absent, of_recording
-from warpmuscle.report.page import Figure, data_uri, template
+from warpmuscle.report.images import data_uris
+from warpmuscle.report.page import Figure, template
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.people.emg import SOURCE as EMG_SOURCE
@@ -120,12 +122,13 @@ def _rows(verdicts: Sequence[Verdict]) -> list[VerdictRow]:
 
 def _figures(motion: Recording, scene: Scene, tell: Callable[[str], None]) -> dict[str, Figure]:
     """Figures of what the motion has, by what links to them are called."""
-    subject, found = Subject(of_recording(motion, scene)), {}
+    subject, drawn = Subject(of_recording(motion, scene)), {}
     for kind in FIGURES:
         tell(f"drawing: {kind}")
-        try:
-            figure = Figure(KINDS[kind].description, data_uri(draw(subject, kind)))
-        except Absent:
-            continue
-        found[kind.replace("_", " ").capitalize()] = figure
-    return found
+        with suppress(Absent):
+            drawn[kind] = draw(subject, kind)
+    sources = data_uris(list(drawn.values()))
+    return {
+        kind.replace("_", " ").capitalize(): Figure(KINDS[kind].description, source)
+        for kind, source in zip(drawn, sources, strict=True)
+    }

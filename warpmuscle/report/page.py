@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import base64
 import html
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
@@ -16,10 +16,9 @@ from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.gait.table import MeasureRow, gait_table
 from warpmuscle.plots import KINDS, draw
-from warpmuscle.plots.compact_svg import compact_svg
 from warpmuscle.plots.parameters import unit_values
-from warpmuscle.plots.style import picture
 from warpmuscle.plots.subject import Absent, Subject
+from warpmuscle.report.images import data_uris
 from warpmuscle.report.summary import AT_BOUND, Share, energy_accounting, heaviness, shares
 from warpmuscle.results.records import Result
 from warpmuscle.scene.accounting import accounting
@@ -28,6 +27,8 @@ from warpmuscle.view.packing import encodable
 _SEARCH_FIGURES = ("convergence", "parameters")
 _MOTION_FIGURES = ("sticks", "angles", "ground_force", "feet", "activation", "control", "joints")
 _REPLAY_HEIGHT = 640  # px
+_ROOM, _FIGURES_ROOM = 990_000, 500_000  # bytes of a page, and of that for figures
+_ESCAPED = 1.03  # how much larger a page is within another one
 Tell = Callable[[str], None]
 
 
@@ -36,7 +37,7 @@ class Figure:
     """A figure of the page."""
 
     title: str
-    source: str  # data URI of an SVG
+    source: str  # data URI
 
 
 @dataclass(frozen=True)
@@ -65,37 +66,37 @@ def report_html(subject: Subject, references: list[Subject] | None = None, tell:
     page = template("report.html")
     tell = tell or (lambda what: None)
     result, others = subject.result, references or []
-    drawn = {kind: _figure(subject, kind, tell) for kind in (*_SEARCH_FIGURES, *_MOTION_FIGURES)}
-    figures = {kind: figure for kind, figure in drawn.items() if figure is not None}
-    walks_joints = "angles" in figures  # then the angles of all joints over time say little besides
+    figures = _figures(subject, tell)
     of, terms = shares(result) if result.best is not None and result.evaluations is not None else ("", [])
     rows = _rows(subject, others)
-    tell("replay")
-    return encodable(
-        page.render(
-            result=result,
-            scene=subject.scene,
-            source=subject.source,
-            replay_number=subject.choices.replay,
-            headline=_headline(subject),
-            outcomes=_outcomes(result),
-            terms=terms,
-            greatest=max((abs(term.cost) for term in terms), default=0.0) or 1.0,
-            rest=_rest(result, terms),
-            stage=of,
-            search_figures=[figures[kind] for kind in _SEARCH_FIGURES if kind in figures],
-            motion_figures=[
-                figures[kind] for kind in _MOTION_FIGURES if kind in figures and not (kind == "joints" and walks_joints)
-            ],
-            parameters=_parameters(result),
-            walks=[subject.scene.name, *(f"{other.scene.name} ({other.source})" for other in others)],
-            rows=rows,
-            energy=energy_accounting(result, terms),
-            costs=_costs((subject, *others)) if any(row.name == "cost of transport" for row in rows) else [],
-            warnings=heaviness(result),
-            replay=_replay(subject),
+
+    def render(replay: str) -> str:
+        return encodable(
+            page.render(
+                result=result,
+                scene=subject.scene,
+                source=subject.source,
+                replay_number=subject.choices.replay,
+                headline=_headline(subject),
+                outcomes=_outcomes(result),
+                terms=terms,
+                greatest=max((abs(term.cost) for term in terms), default=0.0) or 1.0,
+                rest=_rest(result, terms),
+                stage=of,
+                search_figures=[figures[kind] for kind in _SEARCH_FIGURES if kind in figures],
+                motion_figures=[figures[kind] for kind in _MOTION_FIGURES if kind in figures],
+                parameters=_parameters(result),
+                walks=[subject.scene.name, *(f"{other.scene.name} ({other.source})" for other in others)],
+                rows=rows,
+                energy=energy_accounting(result, terms),
+                costs=_costs((subject, *others)) if any(row.name == "cost of transport" for row in rows) else [],
+                warnings=heaviness(result),
+                replay=replay,
+            )
         )
-    )
+
+    tell("replay")
+    return render(_replay(subject, int((_ROOM - len(render("").encode())) / _ESCAPED)))
 
 
 def with_code(text: str) -> str:
@@ -126,20 +127,17 @@ def template(name: str) -> Any:
     return environment.from_string((folder / name).read_text(encoding="utf-8"))
 
 
-def _figure(subject: Subject, kind: str, tell: Tell) -> Figure | None:
-    """A figure as an image of the page; None if the result does not hold what it shows."""
-    tell(kind)
-    try:
-        drawn = draw(subject, kind)
-    except Absent:
-        return None
-    return Figure(KINDS[kind].description, data_uri(drawn))
-
-
-def data_uri(drawn: Any) -> str:
-    """A figure of matplotlib as the source of an image in a page."""
-    content = compact_svg(picture(drawn, ".svg"))
-    return f"data:image/svg+xml;base64,{base64.b64encode(content).decode('ascii')}"
+def _figures(subject: Subject, tell: Tell) -> dict[str, Figure]:
+    """Figures by their kinds, of what the result holds."""
+    drawn = {}
+    for kind in (*_SEARCH_FIGURES, *_MOTION_FIGURES):
+        tell(kind)
+        with suppress(Absent):
+            drawn[kind] = draw(subject, kind)
+    if "angles" in drawn:  # then the angles of all joints over time say little besides
+        drawn.pop("joints", None)
+    sources = data_uris(list(drawn.values()), _FIGURES_ROOM)
+    return {kind: Figure(KINDS[kind].description, source) for kind, source in zip(drawn, sources, strict=True)}
 
 
 def _headline(subject: Subject) -> list[tuple[str, str]]:
@@ -216,12 +214,13 @@ def _costs(walks: Iterable[Subject]) -> list[tuple[str, str]]:
     return [(name, words) for name, words in counted if words]
 
 
-def _replay(subject: Subject) -> str:
-    """The motion to play, as an element of the page; empty without one."""
+def _replay(subject: Subject, room: int) -> str:
+    """The motion to play, as an element of the page of at most `room` bytes; empty without one."""
     from warpmuscle.view.page import iframe, replay_html
 
     try:
         recording = subject.recording
     except Absent:
         return ""
-    return iframe(replay_html(recording, subject.scene, title=subject.scene.name, autoplay=False), _REPLAY_HEIGHT)
+    page = replay_html(recording, subject.scene, title=subject.scene.name, autoplay=False, largest=room)
+    return iframe(page, _REPLAY_HEIGHT)

@@ -22,7 +22,8 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.trial import Loads
 from warpmuscle.report.gait_cycles import RecordedTrial, cycles_of, side_of
-from warpmuscle.report.page import Figure, data_uri, template
+from warpmuscle.report.images import data_uris
+from warpmuscle.report.page import Figure, template
 from warpmuscle.report.subject_figures import (
     Panel,
     activation_panels,
@@ -37,6 +38,8 @@ from warpmuscle.studies.inverse_dynamics import body_points
 
 FORCE_LIMIT, MOMENT_LIMIT = 0.05, 0.01  # of the greatest net external force, and of that times the height
 ANGLE_LIMIT, PLACE_LIMIT = 2.0, 0.02  # degrees and m, of tracking errors, RMS
+ROOM = 750_000  # bytes of the page's figures
+MOST_CHECKS, MOST_NOTES = 200, 50  # that a page shows
 
 
 class Check(NamedTuple):
@@ -92,17 +95,26 @@ def subject_html(
         ("Forces of muscles", muscle_force_panels(recorded)),
         ("Forces in joints", joint_panels(recorded, whole.weight)),
     ]
-    sections = []
+    drawn = {}
     for title, panels in parts:
         if panels:
             tell(title.lower())
-            sections.append(Figure(title, data_uri(draw_panels(title, panels, recorded))))
+            drawn[title] = draw_panels(title, panels, recorded)
+    sources = data_uris(list(drawn.values()), ROOM)
+    sections = [Figure(title, source) for title, source in zip(drawn, sources, strict=True)]
     return str(
         page.render(
-            name=body.scene.name, headline=_headline(recorded, whole), checks=checks, sections=sections,
-            notes=_notes(recorded), about=[*about, ("muscles", str(len(body.muscles)))],
+            name=body.scene.name, headline=_headline(recorded, whole), checks=_worst(checks),
+            more=len(checks) - MOST_CHECKS, beyond=sum(not check.kept for check in checks), sections=sections,
+            notes=_notes(recorded)[:MOST_NOTES], about=[*about, ("muscles", str(len(body.muscles)))],
         )
     )  # fmt: skip
+
+
+def _worst(checks: Sequence[Check]) -> list[Check]:
+    """As many checks as a page shows, those that are farthest beyond their limits; in the order of trials."""
+    ranked = sorted(range(len(checks)), key=lambda k: -checks[k].value / max(checks[k].limit, 1e-12))
+    return [checks[k] for k in sorted(ranked[:MOST_CHECKS])]
 
 
 def _body(body: BodyModel, trial: Trial) -> Body:

@@ -42,6 +42,13 @@ INSTEAD = {
     "to_pandas": "to_dataframe() is a table of pandas",
     "positions": "body_position has them",
     "angles": "joint_angle has them",
+    "activation": "muscle_activation has those of all, in the order of muscle_names",
+    "activations": "muscle_activation has those of all, in the order of muscle_names",
+    "muscles": "muscle_names has their names, muscle_activation, muscle_force and others their arrays",
+    "grf": "foot_force_left and foot_force_right have them",
+    "ground_force": "foot_force_left and foot_force_right have them",
+    "qpos": "coordinate has the coordinates by coordinate_names, joint_angle angles",
+    "save": "wm.write(result, 'a.h5') writes results; a run of wm.simulate has save('a.h5')",
 }  # by what is often tried
 LISTED = 8  # bodies, joints and muscles that a notebook's table names
 

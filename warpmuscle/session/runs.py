@@ -59,6 +59,8 @@ INSTEAD = {
     "activations": "run.recording.muscle_activation has them",
     "forces": "run.recording.muscle_force and foot_force have them",
     "data": "run.recording has the arrays, run.to_xarray() them with names and units",
+    "measure": "run.gait has speed and steps",
+    "qpos": "run['joint_angle'] has angles, run.recording.coordinate has those of all joints",
     "metrics": "run.gait has speed and steps",
     "optimize": "wm.optimize(run.scene) searches",
     "activation": "run['rSOL'] is that of a muscle, run['muscle_activation'] those of all",
@@ -99,6 +101,7 @@ ARGUMENTS = {
     "end": "duration is in s", "seconds": "duration is in s",
     "speed": "commands={'speed': 1.5} asks scenes with commands, such as walk56_commands",
     "slope": "commands={'slope': 3} asks policies and scenes with commands for it",
+    "seed": "nothing in a run is random; set={'robustness': ...} and wm.Rollout disturb",
     "instances": "wm.Rollout(scene, instances=100) simulates many at once",
     "n": "wm.Rollout(scene, instances=100) simulates many at once",
     "scale": "set={'character.muscles.?SOL.f_max': {'factor': 0.8}} scales numbers, wm.scale fits a model to a person",
@@ -124,6 +127,11 @@ class Run:
     terms: Mapping[str, float]  # of the objective; empty where a policy acted
     result: Result  # what `save` writes
     folder: Path | None = None  # of the scene's file, where meshes of a model may be
+
+    @property
+    def time(self) -> Floats:
+        """Time of the frames (F,), s."""
+        return np.asarray(self.recording.time)
 
     @property
     def gait(self) -> Gait | None:

@@ -18,6 +18,7 @@ from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joi
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.bones import skeleton
+from warpmuscle.view.bones.girdle import rib_cage, rib_cage_bones, shoulder_blade
 from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.bones.named import named_head
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, pelvis_places, rounded_hull, sized_hull, trunk_places
@@ -28,7 +29,10 @@ DENSITY = 1000.0  # kg/m^3
 PROFILE = ((0.0, 0.92), (0.3, 1.16), (1.0, 0.66))
 BONE = 0.008  # m, radius of a bone that is a line, of a body of 75 kg
 FOREARM = 0.64  # of a forearm with its hand, the part before it
+CAGE = 0.02  # m^3, of a person's trunk above the loin, at least
 HEAVY = 0.25  # of the whole mass, from which a body at the end of a chain is a trunk with its head
+PELVIS = 0.2  # of such a body's mass, where it has legs and no pelvis below
+LOIN, LEAST_ERECT = 0.13, 0.4  # m, above the hips of a body of 75 kg, and how high a trunk with its head is, at least
 HEAD_HEIGHT, UPRIGHT = 1.25, 0.9  # of a skull in the width of the capsule of a head; cosine of how that leans, at least
 MIDDLE = 0.03  # m, joints this near to x = 0 are those of a neck rather than of arms
 ANKLE = 0.036  # m, radius of an ankle, of a body of 75 kg
@@ -61,6 +65,8 @@ class _Figure:
         self.limbs = Limbs(character, feet)
         walking = [foot for foot in self.limbs.feet if foot in character.bodies]
         self.feet = {body for foot in walking for body in foot_bodies(character, foot)}
+        cages = {name: rib_cage(character, name, self.sides) for name in character.bodies}
+        self.cages = {name: cage for name, cage in cages.items() if cage is not None}
         self.heads: set[str] = set()
         self.made: list[Piece] = []
 
@@ -68,11 +74,11 @@ class _Figure:
         for name, body in self.character.bodies.items():
             if name in self.feet and body.shapes:
                 self._foot(name)
-            elif body.shapes or not massless(body):
+            elif name in self.cages or body.shapes or not massless(body):
                 self._body(name)
             if self.coarse:
                 self._bone_lines(name)
-            elif not massless(body):
+            elif name in self.cages or not massless(body):
                 self._bones(name)
             number, side = self.names.index(name), self.sides[name]
             self.made += [exact_shape(shape, number, side) for shape in body.shapes]
@@ -83,7 +89,16 @@ class _Figure:
         start, ends, shapes = self._start(name), self._ends(name), self.character.bodies[name].shapes
         points = ends if start is None else [start, *ends]
         volume = self.mass[name] / DENSITY
-        if len(points) > 2 or (start is None and len(points) == 2):
+        if self.cages and not shapes and self.limbs.role(name) in ("collar bone", "shoulder blade"):
+            return  # they lie in the flesh of the trunk
+        if (erect := self._erect_root(name)) is not None:
+            hips, loin, tall = erect
+            self._hull(name, sized_hull(pelvis_places(loin, hips), PELVIS * volume, self.coarse))
+            self._upper_body(name, loin, np.array([0.0, 1.0, 0.0]), tall)
+        elif (cage := self.cages.get(name)) is not None and not shapes:
+            trunk = np.array([cage.neck, *trunk_places(cage.loin, cage.shoulders)])
+            self._hull(name, sized_hull(trunk, max(volume, CAGE * cage.scale**3), self.coarse))
+        elif len(points) > 2 or (start is None and len(points) == 2):
             self._hull(name, sized_hull(self._round(name, start, ends, points), volume, self.coarse))
             self._missing_head(name, start, ends)
         elif start is None:
@@ -165,6 +180,22 @@ class _Figure:
         self._head(name, neck, joint + (tall - radius) * up, radius)
         self._trunk_bones(name, joint, neck, shoulders)
 
+    def _erect_root(self, name: str) -> tuple[list[Floats], Floats, float] | None:
+        """Hips, loin and height above it, m, of a root that is pelvis, trunk and head in one tall shape; else None."""
+        ends, shapes = self._ends(name), self.character.bodies[name].shapes
+        hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
+        if self._start(name) is not None or len(ends) != 2 or len(hips) != 2 or len(shapes) != 1:
+            return None
+        if not isinstance(shapes[0], Capsule) or hips[0][0] * hips[1][0] >= 0.0:
+            return None
+        middle = 0.5 * (hips[0] + hips[1])
+        top, radius = far_end(shapes[0], middle), plain_number(shapes[0].radius)
+        up = top - middle
+        loin = middle + np.array([0.0, LOIN * self.scale, 0.0])
+        tall = float(top[1] + radius - loin[1])
+        is_erect = up[1] > UPRIGHT * float(np.linalg.norm(up)) and tall > LEAST_ERECT * self.scale
+        return (hips, loin, tall) if is_erect else None
+
     def _branches_below(self, name: str) -> bool:
         """Whether a body hangs on one that others hang on, too, as a trunk on a pelvis: a lone arm has no head."""
         joints = {joint.child: joint.parent for joint in self.character.joints.values()}
@@ -243,6 +274,8 @@ class _Figure:
             others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
             hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * scale, 0.0])
             self._hull(name, skeleton.pelvis_bones(hips, others[0] if others else hip + tall, scale), "bone")
+        elif (cage := self.cages.get(name)) is not None:
+            self._hull(name, rib_cage_bones(cage), "bone")
         elif start is not None and self._shoulders(ends):
             above = [end for end in ends if abs(end[0]) < MIDDLE]
             shoulders = self._shoulders(ends)
@@ -250,6 +283,8 @@ class _Figure:
             self._trunk_bones(name, start, neck, shoulders)
         elif name in self.heads or start is None or role == "ankle bone":
             return
+        elif role == "shoulder blade" and (blade := shoulder_blade(self.character, name)) is not None:
+            self._hull(name, blade, "bone")
         elif role == "knee cap":
             self._hull(name, skeleton.knee_cap(np.zeros(3), scale), "bone")
         else:

@@ -10,12 +10,15 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+
+LARGEST = 960_000  # bytes of a page: below a megabyte within another page, too
+FEWER = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # every so manieth frame is kept
 
 
 class Packer:
@@ -90,6 +93,21 @@ class Pool:
 def _short(numbers: Floats) -> list[float]:
     """Numbers with seven digits."""
     return [float(f"{number:.7g}") for number in numbers]
+
+
+def as_small(make: Callable[[float], str], rate: float, largest: int = LARGEST) -> str:
+    """A page with fewer frames a second where it would be too large, so that a browser opens it at once.
+
+    Args:
+        make: the page with so many frames a second. rate: at first. largest: bytes.
+    """
+    text = make(rate)
+    enough = min(0.5 * len(text.encode()) / largest, FEWER[-1])  # half of a page may be what does not depend on frames
+    for every in (number for number in FEWER if number >= enough):
+        if len(text.encode()) <= largest:
+            break
+        text = make(rate / every)
+    return text
 
 
 def packed_json(content: Any) -> str:

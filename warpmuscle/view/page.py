@@ -22,6 +22,7 @@ from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
+from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.access import POLICY, POLICY_OF_FILES
 from warpmuscle.view.bones.attachments import attachments
@@ -31,7 +32,7 @@ from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.lanes import BESIDE, lanes
 from warpmuscle.view.objects import object_pieces
-from warpmuscle.view.packing import Packer, Pool, encodable, packed_json, without_comments
+from warpmuscle.view.packing import LARGEST, Packer, Pool, as_small, encodable, packed_json, without_comments
 from warpmuscle.view.pieces import Piece, device_pieces, surface_pieces
 from warpmuscle.view.terrain.content import terrain_content
 from warpmuscle.view.track import Doll, Track, track_of
@@ -88,6 +89,8 @@ def replay_html(
     plots: bool = True,
     split: bool = False,
     meshes: str | PathLike[str] | None = None,
+    facts: Sequence[Facts] = (),
+    largest: int = LARGEST,
 ) -> str:
     """The page of one or several motions, side by side.
 
@@ -95,10 +98,12 @@ def replay_html(
         recordings: one or several, of at least a frame each.
         scenes: that made them, or one of them all; free parameters count with their start values.
         labels: names of the motions, by default those of the scenes.
-        rate: stored frames per second; more than were recorded are not made up.
+        rate: stored frames per second, at most; more than were recorded are not made up.
         autoplay: whether it plays when it is opened. plots: whether curves are shown below.
         split: whether each of a few motions has a picture of its own at first, in which it stays.
         meshes: folder with the files of triangles that models of OpenSim are drawn with.
+        facts: what is known of each motion; the label of one that failed says so from then on.
+        largest: bytes of the page, which has fewer frames where it would be larger.
 
     Raises:
         Error: a motion without frames, or of another character than its scene's; a folder without such files.
@@ -107,16 +112,21 @@ def replay_html(
     motions = [demanding(motion, "this recording") for motion in motions]
     given = [scenes] * len(motions) if isinstance(scenes, Scene) else list(scenes)
     numeric = {id(scene): substitute(scene, start_values(scene)) for scene in given}
-    dolls: dict[tuple[int, tuple[str, ...]], Doll] = {}
-    tracks = []
-    for number, (motion, scene) in enumerate(zip(motions, given, strict=True)):
-        key = (id(scene), motion.muscle_names)
-        track = track_of(motion, numeric[id(scene)], labels[number] if labels else "", rate, dolls.get(key))
-        dolls[key] = track.doll
-        tracks.append(track)
     plain = [numeric[id(scene)] for scene in given]
-    folder = mesh_folder(meshes, plain[0])
-    return page_of(tracks, plain, title or given[0].name, autoplay, plots, split, meshes=folder)
+    folder, name = mesh_folder(meshes, plain[0]), title or given[0].name
+    dolls: dict[tuple[int, tuple[str, ...]], Doll] = {}
+
+    def at(rate: float) -> str:
+        tracks = []
+        for number, (motion, scene) in enumerate(zip(motions, given, strict=True)):
+            key = (id(scene), motion.muscle_names)
+            label = labels[number] if labels else ""
+            track = track_of(motion, numeric[id(scene)], label, rate, dolls.get(key))
+            dolls[key] = track.doll
+            tracks.append(track)
+        return page_of(tracks, plain, name, autoplay, plots, split, meshes=folder, facts=facts)
+
+    return as_small(at, rate, largest)
 
 
 def page_of(
@@ -191,10 +201,18 @@ def ground_content(scene: Scene) -> dict[str, Any]:
     return plane_content(scene) | {"terrain": terrain_content([scene.ground])}
 
 
+def _hangs_through(scene: Scene) -> bool:
+    """Whether a body starts below the plane, and none has a shape that touches it: the plane would only cover it."""
+    normal, height = plane(scene.ground)
+    if any(body.shapes for body in scene.character.bodies.values()):
+        return False
+    return any(float(np.dot(normal, place)) < height for place, _ in world_poses(scene).values())
+
+
 def plane_content(scene: Scene) -> dict[str, Any]:
     """What the page is sent about the plane of the ground, and how high water stands, m."""
     normal, height = plane(scene.ground)
-    visible = bool(np.asarray(scene.ground.stiffness) > 0.0)
+    visible = bool(np.asarray(scene.ground.stiffness) > 0.0) and not _hangs_through(scene)
     level = None if scene.water is None else first_number(scene.water.level)
     return {"normal": normal.tolist(), "height": float(height), "visible": visible, "water": level}
 

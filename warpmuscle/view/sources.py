@@ -25,6 +25,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.view.bones.model_meshes import mesh_folder
 from warpmuscle.view.crowd import Facts
 from warpmuscle.view.lanes import MOST
+from warpmuscle.view.packing import as_small
 from warpmuscle.view.page import CROWD, Page, page_of
 from warpmuscle.view.track import Track, track_of
 
@@ -170,23 +171,31 @@ def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
     return [Sight(scene.name, rollout.recording(), substitute(scene, start_values(scene)))]
 
 
-def tracks_of(sights: Sequence[Sight]) -> list[Track]:
-    """What is drawn of motions; equal scenes share what does not move. Raises Error for more than 64 of them."""
+def tracks_of(sights: Sequence[Sight], rate: float | None = None) -> list[Track]:
+    """What is drawn of motions; equal scenes share what does not move. Raises Error for more than 64 of them.
+
+    Args:
+        rate: frames a second, by default as many as are worth seeing of so many motions.
+    """
     if len(sights) > MOST:
         raise Error(
             f"{number_of(len(sights), 'motion')} are more than can be seen at once: {MOST}; --replay chooses one "
             "of a file"
         )
-    rate = RATE if len(sights) <= FEW else RATE / 2.0
-    seconds = sum(float(sight.recording.time[-1]) for sight in sights if sight.recording.frames)
-    if len(sights) > CROWD and seconds > 0.0:
-        rate = min(rate, MOST_FRAMES / seconds)
+    rate = rate or _usual_rate(sights)
     tracks: list[Track] = []
     for number, sight in enumerate(sights):
         same = next((k for k in range(number) if sights[k].scene is sight.scene), None)
         doll = tracks[same].doll if same is not None else None
         tracks.append(track_of(sight.recording, sight.scene, sight.label, rate, doll, sight.measured))
     return tracks
+
+
+def _usual_rate(sights: Sequence[Sight]) -> float:
+    """Frames a second of so many motions."""
+    rate = RATE if len(sights) <= FEW else RATE / 2.0
+    seconds = sum(float(sight.recording.time[-1]) for sight in sights if sight.recording.frames)
+    return min(rate, MOST_FRAMES / seconds) if len(sights) > CROWD and seconds > 0.0 else rate
 
 
 def page_of_sights(
@@ -196,7 +205,7 @@ def page_of_sights(
     beside: Path | None = None,
     over: bool = False,
 ) -> Page:
-    """A page of motions, by default called as the first one's scene.
+    """A page of motions, by default called as the first one's scene; it has fewer frames where it would be too large.
 
     Args:
         over: whether they are shown over one another, rather than side by side.
@@ -208,16 +217,11 @@ def page_of_sights(
     """
     scenes = [sight.scene for sight in sights]
     folder = mesh_folder(meshes, scenes[0], beside)
-    name = title or scenes[0].name
-    return Page(
-        page_of(
-            tracks_of(sights),
-            scenes,
-            name,
-            autoplay=True,
-            plots=True,
-            meshes=folder,
-            over=over,
-            facts=[sight.facts for sight in sights],
+    name, facts = title or scenes[0].name, [sight.facts for sight in sights]
+
+    def at(rate: float) -> str:
+        return page_of(
+            tracks_of(sights, rate), scenes, name, autoplay=True, plots=True, meshes=folder, over=over, facts=facts
         )
-    )
+
+    return Page(as_small(at, _usual_rate(sights)))

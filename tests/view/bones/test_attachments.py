@@ -5,7 +5,7 @@ import pytest
 
 from warpmuscle.formats import load
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.view.bones.attachments import FARTHEST, attachments, nearest
+from warpmuscle.view.bones.attachments import DETOUR, FARTHEST, attachments, nearest
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.pieces import Hull
 
@@ -34,6 +34,20 @@ def test_each_tendon_joins_the_end_of_a_muscle_to_a_bone_of_its_body(name):
         high = np.max([bone.corners.max(axis=0) for bone in bones], axis=0)
         assert ((low - 1e-9 <= tendon.end) & (tendon.end <= high + 1e-9)).all()
         assert np.linalg.norm(tendon.end - tendon.start) < 2.0 * FARTHEST
+
+
+def test_no_tendon_of_the_trunk_of_an_arm_runs_to_the_jaw():
+    scene, names, look = figure("arm18")
+    tendons = [one for one in attachments(scene, scene.character.muscles, names, look) if names[one.body] == "trunk"]
+    assert tendons
+    for tendon in tendons:
+        bones = [
+            piece for piece in look if isinstance(piece, Hull) and (piece.body, piece.layer) == (tendon.body, "bone")
+        ]
+        corners = np.concatenate([bone.corners for bone in bones])
+        nearest_corner = np.linalg.norm(corners - tendon.start, axis=1).min()
+        assert np.linalg.norm(tendon.end - tendon.start) <= DETOUR * nearest_corner + 1e-9
+        assert tendon.end[1] < 0.36  # m, where the jaw begins
 
 
 def test_what_touches_a_bone_or_has_none_gets_no_tendon():

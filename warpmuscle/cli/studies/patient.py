@@ -30,7 +30,7 @@ def patient(
 
     Searches, one a seed, go on until the angles of hips, knees and ankles are near the patient's mean stride, in the
     patient's own spread; others go on from there with each change, and without one. The page says how near they came,
-    also in moments and forces that no search saw, and what changed. Given again, the command goes on where it was.
+    also in moments and forces that no search saw, and what changed. Run again, the command continues where it stopped.
     Example: warpmuscle patient patient.toml --seeds 6
     """
     from warpmuscle.core.files import check_output, files_beside, replace_file

@@ -10,7 +10,8 @@ import numpy as np
 
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import PALETTE, grid, style
-from warpmuscle.report.page import data_uri, template
+from warpmuscle.report.images import data_uri
+from warpmuscle.report.page import template
 from warpmuscle.results.records import installed_versions
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, KINDS, AngleChange, Change, Score
 

@@ -13,7 +13,8 @@ from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.stride_bands import Group, Panel, draw_strides
 from warpmuscle.plots.style import style
-from warpmuscle.report.page import data_uri, template
+from warpmuscle.report.images import data_uri
+from warpmuscle.report.page import template
 from warpmuscle.results.records import installed_versions
 from warpmuscle.scene.norms import FORCE
 from warpmuscle.studies.conditions import Cell, Spread

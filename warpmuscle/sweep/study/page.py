@@ -12,7 +12,8 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.gait.table import DECIMALS
 from warpmuscle.plots.conditions import FALLS, RISES, Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
-from warpmuscle.report.page import data_uri, template
+from warpmuscle.report.images import data_uri
+from warpmuscle.report.page import template
 from warpmuscle.results.records import installed_versions
 from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
 from warpmuscle.sweep.plan import Plan

@@ -55,6 +55,11 @@ function fromStretch(a, b, x, y) {
 // The names of several bipeds, over their heads.
 const STANDING = 0.9; // m, height of the centre of mass of a body of 75 kg that stands
 
+// What stands over a motion: what it is called and, once it has failed, how and when.
+function labelOf({ label, ended, until }, time) {
+  return ended && time >= (until ?? -Infinity) ? `${label}: ${ended}` : label;
+}
+
 class Labels {
   constructor(player) {
     this.player = player;
@@ -71,7 +76,9 @@ class Labels {
     this.elements.forEach((label, k) => {
       label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
       if (label.hidden) return;
-      const biped = bipeds[k], above = biped.com(biped.moment(time)), tall = biped.doll.scale;
+      const biped = bipeds[k], text = labelOf(biped, time);
+      if (label.textContent !== text) label.textContent = text;
+      const above = biped.com(biped.moment(time)), tall = biped.doll.scale;
       const up = above[1] - groundHeight(this.player.renderer.ground, above[0], above[2]); // little of who has fallen
       above[1] += 0.85 * tall * Math.min(Math.max(up / (STANDING * tall), 0.3), 1);
       const { matrix, pixels: [x, y, width, height] } = views[k] ?? views[0], at = onScreen(matrix, above, width, height);

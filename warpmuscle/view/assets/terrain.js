@@ -15,7 +15,7 @@ void main() {
   float calm = 1.0 - smoothstep(0.15, 0.6, max(width.x, width.y));
   float check = 0.5 + 0.5 * wave.x * wave.y * calm;
   vec3 tone = mix(vec3(0.735, 0.765, 0.785), vec3(0.76, 0.788, 0.807), check);
-  tone *= clamp(1.0 + 0.9 * (dot(normal, light) - light.y), 0.45, 1.2);
+  tone *= clamp(1.0 + 0.45 * (dot(normal, light) - light.y), 0.72, 1.12);
   float fade = smoothstep(5.0, 26.0, length(place.xz - middle.xz));
   color = vec4(mix(dim * tone, horizon, fade), 1.0);
 }`;

@@ -20,6 +20,7 @@ from warpmuscle.view.pieces import Hull, Limb, Piece
 
 TOUCHING = 0.004  # m, an end that is no farther from a bone is on it
 FARTHEST = 0.09  # m, an end that is farther from all bones of its body stays in the air
+DETOUR = 1.6  # a tendon is no longer than this many times the way to the nearest bone: it might end on the jaw
 RADII = 0.0042, 0.0065  # m, at the muscle's end and at the bone; all of a body of 75 kg
 
 
@@ -28,7 +29,8 @@ def attachments(
 ) -> list[Piece]:  # fmt: skip
     """The tendons between ends of muscles and bones of a figure.
 
-    They go on in the direction in which the muscle ends at the start of the motion, so that none turns at once.
+    They go on in the direction in which the muscle ends at the start of the motion, so that none turns at once, where
+    a bone lies there.
 
     Args:
         scene: without free parameters. muscles: names of those that are drawn. look: all pieces of the figure.
@@ -51,7 +53,8 @@ def attachments(
             along /= max(float(np.linalg.norm(along)), 1e-9)
             apart = float(np.linalg.norm(nearest(place, edges[end.body]) - place))
             if TOUCHING * scale < apart < FARTHEST * scale:
-                bone = nearest(place + apart * along, edges[end.body])
+                ahead = (nearest(place + part * apart * along, edges[end.body]) for part in (1.0, 0.5, 0.0))
+                bone = next(one for one in ahead if float(np.linalg.norm(one - place)) <= DETOUR * apart)
                 radii = RADII[0] * scale, RADII[1] * scale
                 found.append(Limb(body_names.index(end.body), sides[end.body], "tendon", place, bone, radii))
     return found

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable
 from typing import Literal
 
-Role = Literal["thigh", "shank", "ankle bone", "knee cap", "upper arm", "forearm", "hand", ""]
+Role = Literal["thigh", "shank", "ankle bone", "knee cap", "upper arm", "forearm", "hand", "rib cage", "collar bone",
+               "shoulder blade", ""]  # fmt: skip
 # In this order: `ulna_radius_hand` is a forearm with its hand.
 ROLES: tuple[tuple[str, Role], ...] = (
     ("femur|thigh|upper_?leg", "thigh"),
@@ -16,6 +17,9 @@ ROLES: tuple[tuple[str, Role], ...] = (
     ("humerus|upper_?arm", "upper arm"),
     ("ulna|radius|fore_?arm|lower_?arm", "forearm"),
     ("hand", "hand"),
+    ("thorax|rib_?cage", "rib cage"),
+    ("clavicle|collar_?bone", "collar bone"),
+    ("scapula|shoulder_?blade", "shoulder blade"),
 )
 FEET = "calcn|calcaneus|foot"
 
