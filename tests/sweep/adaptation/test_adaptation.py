@@ -91,6 +91,22 @@ def test_studies_are_scored_by_themselves_where_several_have_conditions_of_a_kin
     assert rows["uphill"].part == pytest.approx((80.0 * 40.0 + 20.0 * 20.0) / (80.0**2 + 20.0**2))
 
 
+def test_loads_are_scored_by_where_they_are(tmp_path: Path):
+    loads = [
+        LEVEL | {"identifier": place, "added_mass_kg": 4, "added_mass_where": place, "metabolic_power_nd": power}
+        for place, power in (("foot", 0.12), ("torso", 0.11))
+    ]
+    records = records_of(tmp_path, LEVEL, *loads)
+    found = {
+        name: {1: Prediction({FORMULA: power}, 0.25)}
+        for name, power in zip(("level", "foot", "torso"), (0.2, 0.23, 0.2))
+    }
+    rows = {one.kind: one for one in scores([one for one in changes(records, found) if one.quantity == FORMULA])}
+    assert list(rows) == ["load", "load, foot", "load, torso"]
+    assert (rows["load, foot"].conditions, rows["load, foot"].part) == (1, pytest.approx(1.5))  # 30 of 20 %
+    assert rows["load, torso"].part == pytest.approx(0.0)
+
+
 def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
     def curves(hip: float) -> dict:
         shape = {"hip_flexion_deg": [hip] * 5, "knee_angle_deg": [-10.0] * 5, "ankle_angle_deg": [0.0, 1, 2, 3, 4]}

@@ -162,6 +162,8 @@ class _Scenario:
             found = _of_opensim(load_model(path, self._notes))
         else:
             found = read_model(parse(path, self._notes), self._notes, options)
+        if node.truth_of("use_opensim_activation_dynamics", False) and path.suffix.lower() != ".osim":
+            found.scene.muscle_model.activation = "scaled"  # with the same rates, as times
         self._properties(node, found.scene)
         _put_feet(found.scene, node)
         return found
