@@ -97,10 +97,8 @@ def test_loads_are_scored_by_where_they_are(tmp_path: Path):
         for place, power in (("foot", 0.12), ("torso", 0.11))
     ]
     records = records_of(tmp_path, LEVEL, *loads)
-    found = {
-        name: {1: Prediction({FORMULA: power}, 0.25)}
-        for name, power in zip(("level", "foot", "torso"), (0.2, 0.23, 0.2))
-    }
+    powers = {"level": 0.2, "foot": 0.23, "torso": 0.2}
+    found = {name: {1: Prediction({FORMULA: power}, 0.25)} for name, power in powers.items()}
     rows = {one.kind: one for one in scores([one for one in changes(records, found) if one.quantity == FORMULA])}
     assert list(rows) == ["load", "load, foot", "load, torso"]
     assert (rows["load, foot"].conditions, rows["load, foot"].part) == (1, pytest.approx(1.5))  # 30 of 20 %
