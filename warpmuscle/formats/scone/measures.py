@@ -88,7 +88,11 @@ def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
         term = {"cost_of_transport": weight} if transport else {"metabolic": weight / scene.duration}
         _weigh(scene, metabolic_model=ENERGY[kind.text()], **term)
     elif kind.text() in EFFORT:
-        over = _mass(scene) * max(scene.objective.target_speed * scene.duration, 1.0) if transport else scene.duration
+        over = (
+            _mass(scene) * max(plain_number(scene.objective.target_speed) * scene.duration, 1.0)
+            if transport
+            else scene.duration
+        )
         _weigh(scene, **{EFFORT[kind.text()]: weight / over})
         if transport:
             notes.ignore(node.file, node.line, node.key, APPROXIMATE + PER_METRE)

@@ -31,6 +31,7 @@ from warpmuscle.scene import (
     Sphere,
     ViaPoint,
 )
+from warpmuscle.scene.number import Number
 
 SOURCE = re.compile(r"(?P<sign>-?)(?P<name>.+)_(?P<kind>[rt])(?P<axis>[xyz])(?P<side>_[lr])?")
 HELD = "joints hold exactly here, and their stiffness and damping are not used"
@@ -200,13 +201,14 @@ class _Builder:
             name = node.string_of("name") or f"{joint.text()}_motor"
             if name in found.scene.forces:
                 node.fail(f"two are called {name!r}")
-            force = Force("joint_motor", body=joints[child].need("parent").text(), other_body=child)
-            force.parameters = dict.fromkeys(MOTOR, 0.0) | {
+            values: dict[str, Number] = dict.fromkeys(MOTOR, 0.0)
+            values |= {
                 "stiffness": node.number_of("stiffness", 0.0), "damping": node.number_of("damping", 0.0),
                 "most": node.number_of("max_torque", UNBOUNDED_TORQUE),
             }  # fmt: skip
             node.tell_unused()
-            found.scene.forces[name] = force
+            parent = joints[child].need("parent").text()
+            found.scene.forces[name] = Force("joint_motor", body=parent, other_body=child, parameters=values)
             self._notes.places[f"forces.{name}"] = (node.file, node.line)
             for one in found.coordinates.values():
                 if one.owner in (joint.text(), child) and one.kind == "r":

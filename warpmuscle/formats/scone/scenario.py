@@ -29,6 +29,7 @@ SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has opti
     "init_file", "init", "use_init_file", "max_errors", "name", "global_std_factor", "global_std_offset", "sigma", "mu",
     "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size",
 )  # fmt: skip
+BEGUN = "muscles start at what the controller first asks of them"
 INIT = ("init", "init_file")
 UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
 FORCES = (
@@ -207,9 +208,11 @@ class _Scenario:
         usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
         put_start(found.scene, found.coordinates, values, speeds)
         put_load(found.scene, self._fixed("initial_load", usual))
-        own = node.find("initialize_activations_from_controller")
-        if own is not None and not own.truth():
-            self._notes.ignore(own.file, own.line, own.key, "muscles start at what the controller first asks of them")
+        begun = node.find("initialize_activations_from_controller")
+        if begun is not None and not begun.truth():
+            self._notes.ignore(
+                begun.file, begun.line, begun.key, "muscles start at what the controller first asks of them"
+            )
 
     def _fixed(self, name: str, usual: float | FreeNumber) -> float:
         """A parameter that a scene has no free number for: its best value, or its mean."""
