@@ -297,3 +297,29 @@ def test_numbers_start_from_the_file_that_a_search_starts_from(tmp_path: Path):
     assert load(path, ignored=[]).gait_states.stance_load == Free(0.3, min=0.001, max=1.0)
     path.write_text(changed(scenario, "std_factor = 5", "use_best_as_mean = 1"))
     assert load(path, ignored=[]).gait_states.stance_load == Free(0.2, min=0.001, max=1.0)
+
+
+def test_activations_are_weighed_by_muscle_mass_and_way_as_their_measure_says(tmp_path: Path):
+    effort = "EffortMeasure { weight = 1000 measure_type = CubedMuscleActivation"
+    each, transport = "use_average_per_muscle = 1", "use_cost_of_transport = 1"
+    before = small_scone.SCENARIO.index("EffortMeasure")
+
+    def weight(*words: str) -> float:
+        text = f"{effort} {' '.join(words)} }}\n"
+        scene = read(tmp_path, scenario=small_scone.SCENARIO[:before] + text + small_scone.SCENARIO[before:])
+        return scene.objective.effort_cubed
+
+    mass, way = 40.0 + 2.0 * (8.0 + 1.5), 1.0  # kg; m, the least that counts, for 0.8 s at 1 m/s
+    assert weight() == pytest.approx(1000.0 / 0.8)
+    assert weight(each) == pytest.approx(1000.0 / 4.0 / 0.8)
+    assert weight(each, transport) == pytest.approx(1000.0 / 4.0 / (mass * way))
+
+
+def test_activation_may_be_that_of_opensim_and_no_heading_ends_a_simulation(tmp_path: Path):
+    scenario = changed(
+        small_scone.SCENARIO, "fixed_control", "use_opensim_activation_dynamics = 1\n\t\t\tfixed_control"
+    )
+    scene = read(tmp_path, scenario=scenario)
+    assert (scene.muscle_model.activation, scene.muscle_model.rise_time) == ("scaled", 0.01)
+    assert scene.failure.heading == 0.0
+    assert read(tmp_path).muscle_model.activation == "excited"
