@@ -107,6 +107,24 @@ CompositeController {
 	ReflexController { ComPivotReflex { target = calf dir [ 1 0 0 ] KP = -0.8 P0 = 0.05 allow_neg_P = 0 KV = -0.05 } }
 }
 """
+MOTOR = """
+	body { name = chest mass = 20 inertia { x = 0.8 y = 0.4 z = 0.8 }
+		joint { name = back parent = trunk pos_in_parent { x = 0 y = 0.3 z = 0 } pos_in_child { x = 0 y = -0.3 z = 0 }
+			limits { x = 0..0 y = 0..0 z = -60..60 } limit_stiffness = 30 } }
+	joint_motor { name = back_motor joint = back max_torque = 900 stiffness = 5 damping = 20 target_ori = [ 0 0 0 ] }
+	dof { name = back_bends source = back_rz } dof { name = back_leans source = back_rx }
+	geometry { name = belly type = capsule radius = 0.1 height = 0.2 body = chest rame = odd }
+}
+"""  # a body on the trunk, in place of the bracket that closes a model
+UPRIGHT = """
+$nerve = 0.005
+ReflexController {
+	name = posture dual_sided = 0
+	BodyOrientationReflex { target = back_bends source = chest delay = $nerve KP = ~150<0,500> KV = 20
+		P0 = -0.1~0.001<-0.5,0.5> }
+	BodyOrientationReflex { target = back_leans source = chest axis = [ 1 0 0 ] KP = ~90<0,500> KV = ~9<0,50> P0 = 0 }
+}
+"""
 NOISE = "NoiseController { base_noise = 0.05 random_seed = 7 }"
 SCENARIO = """
 CmaOptimizer {
@@ -138,6 +156,14 @@ velocities { tilt = -0.1 trunk_x = 1.1 thigh_r = -1.5 thigh_l = 0.8 }
 def with_noise(controller: str = SENSES) -> str:
     """A composite controller with noise of its excitations."""
     return controller.rstrip().removesuffix("}") + NOISE + " }\n"
+
+
+def with_chest(controller: str = CONTROLLER, model: str = MODEL) -> dict[str, str]:
+    """Texts of a scenario whose trunk carries a chest, which a motor holds upright."""
+    return {
+        "controller": f"CompositeController {{ {controller} {UPRIGHT} }}",
+        "model": model.rstrip().removesuffix("}") + MOTOR,
+    }
 
 
 def write(folder: Path, scenario: str = SCENARIO, controller: str = CONTROLLER, model: str = MODEL) -> Path:

@@ -152,6 +152,19 @@ def test_weights_springs_and_rests_of_joints_are_those_of_their_drives():
     np.testing.assert_array_equal(plain.passive.numpy(), 0.0)
 
 
+@pytest.mark.parametrize("field", ["stiffness", "damping"])
+def test_a_joint_whose_spring_is_free_may_have_one(field: str):
+    scene = scene_of()
+    scene.actuation = {"knee": Actuation("muscle", **{field: Free(0.0, min=0.0, max=50.0)})}
+    kind = model.compiled_kind(scene, topology(scene.character), found_in(scene), 8)
+    assert kind is not None
+    assert kind.mixed
+    scene.actuation = {"knee": Actuation("muscle")}
+    plain = model.compiled_kind(scene, topology(scene.character), found_in(scene), 8)
+    assert plain is not None
+    assert not plain.mixed
+
+
 def test_a_step_has_compiled_in_what_its_muscles_need():
     for given, law in (({}, HILL), ({"ideal": True}, IDEAL), ({"legacy": True}, LEGACY)):
         kind = model.muscle_kind(MuscleModel(**given), scene_of().character.muscles.values())

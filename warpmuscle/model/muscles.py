@@ -267,8 +267,9 @@ def actuation_struct(scene: Scene, names: Topology, drives: dict[str, list[str]]
 
 
 def _elastic(own: Actuation | None) -> bool:
-    """Whether a joint has a spring-damper."""
-    return own is not None and bool(np.any(rows([own.stiffness, own.damping])))
+    """Whether a joint has a spring-damper, or may have one by a number that is free."""
+    numbers = [] if own is None else [own.stiffness, own.damping]
+    return any(isinstance(number, Free) or bool(np.any(number)) for number in numbers)
 
 
 def _drive(words: list[str], elastic: bool) -> int:

@@ -9,6 +9,7 @@ import pytest
 import small_scone
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, save
+from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters, write_parameters
 from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.scene import Scene
@@ -233,3 +234,92 @@ def test_every_prefix_of_a_scenario_is_read_or_refused(tmp_path: Path):
         except SceneError as error:
             read_or_refused.append(str(error))
     assert not any("\n" in text for text in read_or_refused)
+
+
+def test_a_motor_holds_a_chest_upright_by_reflexes_of_its_turns(tmp_path: Path):
+    ignored: list[Ignored] = []
+    path = small_scone.write(tmp_path, **small_scone.with_chest())
+    scene = load(path, ignored=ignored)
+    motor = scene.forces["back_motor"]
+    assert (motor.type, motor.body, motor.other_body) == ("joint_motor", "trunk", "chest")
+    given = {name: value for name, value in motor.parameters.items() if value != 0.0}
+    assert given == {
+        "stiffness": 5.0, "damping": 20.0, "most": 900.0, "lean_gain": Free(150.0, min=0.0, max=500.0),
+        "lean_damping": 20.0, "lean_target": Free(-0.1, min=-0.5, max=0.5),
+        "list_gain": Free(90.0, min=0.0, max=500.0), "list_damping": Free(9.0, min=0.0, max=50.0),
+    }  # fmt: skip
+    assert scene.character.joints["back_leans"].parent == "chest_z"  # about an axis that its limits leave no range on
+    assert scene.forces["back_leans_limit"].parameters["stiffness"] == 30.0
+    notes = {one.text: one.reason for one in ignored}
+    assert notes["capsule on chest"] == "only spheres touch the ground here; left out"
+    assert notes["delay of back_bends"] == "motors of joints act without delay here"
+    values = [
+        Parameter("posture.back_bends-chest.KP", 200.0, 200.0, 1.0),
+        Parameter("back_leans.offset", 0.2, 0.2, 1.0),
+    ]
+    write_parameters(tmp_path / "found.par", values)
+    found = load(path, tmp_path / "found.par", ignored=[])
+    assert found.forces["back_motor"].parameters["lean_gain"] == Free(200.0, min=0.0, max=500.0)
+    assert found.initial_state.joints["back_leans"] is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "said"),
+    [
+        ("controller", "source = chest delay", "source = trunk delay", "of their own body, 'chest'"),
+        ("controller", "axis = [ 1 0 0 ]", "axis = [ 0 1 0 ]", "its axis must be that of 'back_leans' here"),
+        ("controller", "KV = 20", "KV = 20 C0 = 1", "C0: not known in `BodyOrientationReflex`; a motor is driven by"),
+        ("controller", "target = back_leans", "target = seat_r", "only motors of joints have reflexes of one side"),
+        ("controller", "target = back_leans source = chest axis = [ 1 0 0 ]", "target = back_bends source = chest",
+         "one reflex drives a motor about this axis already"),
+        ("controller", "$nerve = 0.005", "", "delay: $nerve has no value here: give it one before"),
+        ("model", "joint = back", "joint = neck", "there is no joint 'neck'"),
+        ("model", "target_ori = [ 0 0 0 ]", "target_ori = [ 0 0 9 ]", "a target_ori other than 0 is not known here"),
+    ],
+)  # fmt: skip
+def test_what_a_motor_cannot_do_is_named_with_its_line(tmp_path: Path, text: str, old: str, new: str, said: str):
+    texts = small_scone.with_chest()
+    with pytest.raises(SceneError) as error:
+        read(tmp_path, **texts | {text: changed(texts[text], old, new)})
+    assert said in str(error.value)
+    assert error.value.line > 0
+
+
+def test_numbers_start_from_the_file_that_a_search_starts_from(tmp_path: Path):
+    scenario = small_scone.SCENARIO.replace("min_progress = 1e-4", "init { file = data/found.par std_factor = 5 }", 1)
+    path = small_scone.write(tmp_path, scenario=scenario)
+    ignored: list[Ignored] = []
+    states = load(path, ignored=ignored).gait_states
+    assert states is not None
+    assert states.stance_load == Free(0.1, min=0.001, max=1.0)
+    assert "there is no file 'data/found.par' here; numbers start from their means" in {one.reason for one in ignored}
+    write_parameters(tmp_path / "data" / "found.par", [Parameter("stance_load_threshold", 0.2, 0.3, 0.01)])
+    assert load(path, ignored=[]).gait_states.stance_load == Free(0.3, min=0.001, max=1.0)
+    path.write_text(changed(scenario, "std_factor = 5", "use_best_as_mean = 1"))
+    assert load(path, ignored=[]).gait_states.stance_load == Free(0.2, min=0.001, max=1.0)
+
+
+def test_activations_are_weighed_by_muscle_mass_and_way_as_their_measure_says(tmp_path: Path):
+    effort = "EffortMeasure { weight = 1000 measure_type = CubedMuscleActivation"
+    each, transport = "use_average_per_muscle = 1", "use_cost_of_transport = 1"
+    before = small_scone.SCENARIO.index("EffortMeasure")
+
+    def weight(*words: str) -> float:
+        text = f"{effort} {' '.join(words)} }}\n"
+        scene = read(tmp_path, scenario=small_scone.SCENARIO[:before] + text + small_scone.SCENARIO[before:])
+        return scene.objective.effort_cubed
+
+    mass, way = 40.0 + 2.0 * (8.0 + 1.5), 1.0  # kg; m, the least that counts, for 0.8 s at 1 m/s
+    assert weight() == pytest.approx(1000.0 / 0.8)
+    assert weight(each) == pytest.approx(1000.0 / 4.0 / 0.8)
+    assert weight(each, transport) == pytest.approx(1000.0 / 4.0 / (mass * way))
+
+
+def test_activation_may_be_that_of_opensim_and_no_heading_ends_a_simulation(tmp_path: Path):
+    scenario = changed(
+        small_scone.SCENARIO, "fixed_control", "use_opensim_activation_dynamics = 1\n\t\t\tfixed_control"
+    )
+    scene = read(tmp_path, scenario=scenario)
+    assert (scene.muscle_model.activation, scene.muscle_model.rise_time) == ("scaled", 0.01)
+    assert scene.failure.heading == 0.0
+    assert read(tmp_path).muscle_model.activation == "excited"

@@ -135,3 +135,30 @@ def test_what_is_no_number_is_refused_with_its_line(text: str, said: str):
     with pytest.raises(SceneError, match=r"x.scone:7: KL: ") as caught:
         number(text)
     assert said in str(caught.value)
+
+
+def test_a_name_with_a_dollar_stands_for_a_value_a_list_or_a_block_that_it_was_given(tmp_path: Path):
+    (tmp_path / "part.zml").write_text("inner = $gain\n$gain = 3\nlast = $gain\n")
+    (tmp_path / "top.zml").write_text(
+        "$gain = ~1.5<0,2>\n$way = [ 1 0 2 ]\n$limits = { min = 1 }\nfirst { offset = $way gain = $gain }\n"
+        "second { offset = $way to = $limits list [ $gain 4 ] }\n<< part.zml >>\n"
+    )
+    top = parse(tmp_path / "top.zml", Notes())
+    first, second = top.need("first"), top.need("second")
+    assert first.vector_of("offset") == second.vector_of("offset") == (1.0, 0.0, 2.0)
+    assert first.string_of("gain") == top.string_of("inner") == "~1.5<0,2>"
+    assert second.need("to").number_of("min", 0.0) == 1.0
+    assert [one.text() for one in second.need("list").children] == ["~1.5<0,2>", "4"]
+    assert top.number_of("last", 0.0) == 3.0
+    assert {node.key for node in top.children} == {"first", "second", "inner", "last"}
+    (tmp_path / "bad.zml").write_text("one = 1\ntwo = $three\n$three = 3\n")
+    with pytest.raises(SceneError, match=r"bad.zml:2: two: \$three has no value here"):
+        parse(tmp_path / "bad.zml", Notes())
+
+
+def test_values_of_names_that_grow_without_end_are_refused(tmp_path: Path):
+    lines = ["$a0 = [ 1 2 3 4 5 6 7 8 9 10 ]"]
+    lines += [f"$a{k + 1} = {{ " + " ".join(f"x{j} = $a{k}" for j in range(10)) + " }" for k in range(12)]
+    (tmp_path / "bomb.zml").write_text("\n".join(lines) + "\n")
+    with pytest.raises(SceneError, match=r"bomb.zml:\d+: "):
+        parse(tmp_path / "bomb.zml", Notes())

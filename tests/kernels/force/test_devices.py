@@ -10,6 +10,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.force import devices as kernels
 from warpmuscle.kernels.force.cycle_torque import KNOTS, CycleTorque, side_of, torque_at
 from warpmuscle.kernels.force.devices import FORCES
+from warpmuscle.kernels.force.joint_motor import JointMotor, joint_motor_torque
 from warpmuscle.kernels.structs import LEFT, RIGHT, BodyPlan, Feet, Model, Scratch, Skeleton, State
 from warpmuscle.scene import Actuation, Force, InitialState, JointState, Scene
 from warpmuscle.scene.force import power_name
@@ -19,7 +20,7 @@ from warpmuscle.simulation.rollout import Rollout
 STEP, STEPS, GRAVITY, START = 0.0005, 1000, 9.8, 3.0  # s, steps, m/s^2, rad/s
 WHERE = {
     "bilinear_spring": {"joint": "elbow"}, "cycle_torque": {"joint": "elbow"}, "weight_support": {"body": "tip"},
-    "point_spring": {"body": "base", "other_body": "tip"},
+    "point_spring": {"body": "base", "other_body": "tip"}, "joint_motor": {"body": "base", "other_body": "tip"},
 }  # fmt: skip
 
 
@@ -113,6 +114,54 @@ def test_a_cord_between_points_pulls_by_its_stretch_and_does_nothing_where_it_is
     there = np.array([torque(q, v) * v for q, v in zip(angle, speed, strict=True)])
     assert power["point_spring"] == pytest.approx(there, abs=2e-3)
     assert 0.05 < np.mean(there == 0.0) < 0.95  # both happen
+
+
+def test_a_motor_between_bodies_holds_the_second_one_upright():
+    """It hangs from a base that stands still: leaning backwards is a turn about -x, and the joint's own spring adds."""
+    values = {"lean_gain": 8.0, "lean_target": -0.2, "lean_damping": 0.05, "stiffness": 3.0, "damping": 0.02}
+    angle, speed, power = swing(joint_motor=device("joint_motor", most=100.0, **values))
+
+    def torque(q: float, v: float) -> float:
+        return 8.0 * (0.2 - q) - 0.05 * v - 3.0 * q - 0.02 * v
+
+    assert angle == pytest.approx(expected(torque), abs=2e-3)
+    assert power["joint_motor"] == pytest.approx(torque(angle, speed) * speed, abs=5e-3)
+    weak, speed, power = swing(joint_motor=device("joint_motor", most=0.3, **values))
+    assert np.abs(weak - angle).max() > 0.1
+    assert np.abs(power["joint_motor"]).max() == pytest.approx(0.3 * np.abs(speed).max(), rel=0.02)
+
+
+@wp.kernel(enable_backward=False, module="unique")
+def motor_torques(
+    turned: wp.array[wp.vec3], spin: wp.array[wp.vec3], bent: wp.array[wp.vec3], rate: wp.array[wp.vec3],
+    motor: JointMotor, torque: wp.array[wp.vec3],
+):  # fmt: skip
+    i = wp.tid()
+    torque[i] = joint_motor_torque(turned[i], spin[i], bent[i], rate[i], motor)
+
+
+def test_a_motor_between_bodies_about_all_axes_is_that_of_hyfydy_with_scones_reflexes():
+    rng = np.random.default_rng(5)
+    given = rng.uniform(-0.5, 0.5, (4, 40, 3)).astype(np.float32)
+    values = dict(zip(JointMotor.vars, rng.uniform(1.0, 20.0, 12), strict=True))
+    values |= {f"{axis}_target": 0.01 * values[f"{axis}_target"] for axis in ("lean", "list", "turn")}
+    motor = filled(JointMotor, **values | {"most": 10.0})
+    torque = wp.zeros(40, dtype=wp.vec3, device="cpu")
+    arrays = [wp.array(rows, dtype=wp.vec3, device="cpu") for rows in given]
+    wp.launch(motor_torques, 40, [*arrays, motor, torque], device="cpu")
+    turned, spin, bent, rate = given.astype(float)
+    to_ours = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # of SCONE's axes: x forward, z right
+    axes = to_ours.T  # rows: x, y and z of SCONE's, which list, turn and lean are about
+    gain, target, damping = (
+        np.array([values[f"{axis}_{what}"] for axis in ("list", "turn", "lean")])
+        for what in ("gain", "target", "damping")
+    )
+    asked = gain * (target - turned @ axes.T) - damping * (spin @ axes.T)
+    wanted = asked @ axes - values["stiffness"] * bent - values["damping"] * rate
+    size = np.linalg.norm(wanted, axis=1, keepdims=True)
+    assert 0.1 < np.mean(size > 10.0) < 1.0
+    wanted *= np.minimum(1.0, 10.0 / size)
+    np.testing.assert_allclose(torque.numpy(), wanted, rtol=2e-4, atol=2e-4)
 
 
 def test_a_motor_gives_its_first_torque_where_no_foot_has_landed():

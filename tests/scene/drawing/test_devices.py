@@ -46,3 +46,11 @@ def test_straps_and_the_ends_of_cords_are_fixed_to_their_bodies():
     assert strap.end[1] > 0.3
     assert (first.body, first.start.tolist()) == ("pelvis", [0.1, -0.2, 0.0])
     assert (second.body, second.start.tolist()) == ("lUpperleg", [0.0, 0.0, 0.3])
+
+
+def test_a_motor_between_bodies_has_its_drum_where_the_second_one_hangs_on_the_first():
+    (drum,) = rods_of(motor=Force("joint_motor", body="pelvis", other_body="lLowerleg"))
+    joint = next(one for one in load("walk56").character.joints.values() if one.child == "lUpperleg")
+    assert (drum.body, drum.flat, drum.radius) == ("pelvis", True, DRUM)
+    np.testing.assert_allclose(0.5 * (drum.start + drum.end), joint.position_in_parent)
+    assert rods_of(motor=Force("joint_motor", body="lLowerleg", other_body="pelvis")) == []

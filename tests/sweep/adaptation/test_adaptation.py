@@ -14,6 +14,7 @@ from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, angle_changes, changes, scores
+from warpmuscle.sweep.adaptation.page import Comparison, page
 from warpmuscle.sweep.adaptation.plan import check_not_edited, sweep_text
 from warpmuscle.sweep.adaptation.predicted import Prediction
 from warpmuscle.sweep.adaptation.records import Record, read_records, reference_of
@@ -89,6 +90,34 @@ def test_studies_are_scored_by_themselves_where_several_have_conditions_of_a_kin
     assert rows["uphill, b"].part == pytest.approx(1.0)  # 20 of 20 %
     assert rows[f"uphill, {LEVEL['study']}"].part == pytest.approx(0.5)  # 40 of 80 %
     assert rows["uphill"].part == pytest.approx((80.0 * 40.0 + 20.0 * 20.0) / (80.0**2 + 20.0**2))
+
+
+def test_loads_are_scored_by_where_they_are(tmp_path: Path):
+    loads = [
+        LEVEL | {"identifier": place, "added_mass_kg": 4, "added_mass_where": place, "metabolic_power_nd": power}
+        for place, power in (("foot", 0.12), ("torso", 0.11))
+    ]
+    records = records_of(tmp_path, LEVEL, *loads)
+    powers = {"level": 0.2, "foot": 0.23, "torso": 0.2}
+    found = {name: {1: Prediction({FORMULA: power}, 0.25)} for name, power in powers.items()}
+    rows = {one.kind: one for one in scores([one for one in changes(records, found) if one.quantity == FORMULA])}
+    assert list(rows) == ["load", "load, foot", "load, torso"]
+    assert (rows["load, foot"].conditions, rows["load, foot"].part) == (1, pytest.approx(1.5))  # 30 of 20 %
+    assert rows["load, torso"].part == pytest.approx(0.0)
+
+
+def test_the_page_says_in_words_what_was_walked(tmp_path: Path):
+    records = records_of(tmp_path, LEVEL, UP, FOOT, BASE | {"identifier": "down", "slope_pct": -8, "added_mass_kg": 14})
+    assert [one.described for one in records] == [
+        "1.30 m/s", "1.30 m/s, up 8 %", "1.30 m/s, 10 % of the body's mass on each foot",
+        "1.30 m/s, down 8 %, 20 % of the body's mass on the torso",
+    ]  # fmt: skip
+    found = {"level": {1: Prediction({FORMULA: 0.2}, 0.25)}, "up": {1: Prediction({FORMULA: 0.24}, 0.25)}}
+    made = changes(records, found)
+    text = page(Comparison(4, 4, made, scores(made), [], {"foot": "fell"}), "the sweep", "the command")
+    assert '<td>1.30 m/s, up 8 %<br><span class="quiet">up</span></td><td>a</td><td>uphill</td>' in text
+    assert '<td class="n">80.00</td><td class="n">40.00</td>' in text
+    assert "by 27 %, and so predict 73 %" in text
 
 
 def test_changes_of_angles_are_over_the_stride(tmp_path: Path):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from fnmatch import fnmatchcase
 
 import numpy as np
 
 from warpmuscle.formats.lines import Notes
-from warpmuscle.formats.scone.joints import Coordinate
-from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, key_of
+from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, Sensed, key_of
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Character, GaitStates, Scene
 from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, LegThresholds, Shape, Side, State
@@ -31,27 +30,25 @@ FUNCTIONS: dict[str, Shape] = {
 MOST_KNOTS = 99
 
 
-def read_controllers(
-    nodes: Iterable[Node], scene: Scene, root: Mapping[str, Coordinate], bindings: Bindings, notes: Notes
-) -> None:
+def read_controllers(nodes: Iterable[Node], scene: Scene, body: Sensed, bindings: Bindings, notes: Notes) -> None:
     """Put the controller of a scenario into a scene.
 
     Args:
-        root: the root's coordinates. notes: gets what is taken otherwise.
+        body: what reflexes may name of it. notes: gets what is taken otherwise.
 
     Raises:
         SceneError: something of it is not known, with file and line.
     """
     for node in nodes:
-        _Reader(scene, root, bindings, notes).controller(node)
+        _Reader(scene, body, bindings, notes).controller(node)
 
 
 class _Reader:
     """Reads the controllers of one scenario."""
 
-    def __init__(self, scene: Scene, root: Mapping[str, Coordinate], bindings: Bindings, notes: Notes) -> None:
+    def __init__(self, scene: Scene, body: Sensed, bindings: Bindings, notes: Notes) -> None:
         self._scene, self._bindings = scene, bindings
-        self._reflexes = ReflexReader(scene, root, bindings, notes)
+        self._reflexes = ReflexReader(scene, body, bindings, notes)
         self._notes = notes
 
     def controller(self, node: Node) -> None:
@@ -162,14 +159,17 @@ class _Reader:
     def _group(self, node: Node, acting: Acting) -> None:
         """The reflexes of a controller."""
         _labels(node)
-        if not node.truth_of("dual_sided", True):
-            node.fail("only reflexes of both legs are known here: leave out dual_sided")
-        reflexes = self._states(node).reflexes
+        dual = node.truth_of("dual_sided", True)
         for group in [node, *node.every("Reflexes")]:
             for child in group.children:
                 if child.key in REFLEXES:
                     child.used = True
-                    self._reflexes.read(child, acting, reflexes)
+                    if self._reflexes.turns(child):
+                        self._reflexes.drive(child, acting.prefix)
+                    elif not dual:
+                        child.fail("only motors of joints have reflexes of one side here: leave out dual_sided")
+                    else:
+                        self._reflexes.read(child, acting, self._states(node).reflexes)
             if group is not node:
                 group.tell_unused("reflexes are " + ", ".join(REFLEXES))
 

@@ -1,5 +1,7 @@
 """Joints of a model of Hyfydy: hinges about the axes that its limits leave free, and forces at the ends of ranges.
 
+About an axis that a coordinate is named after it turns, too, against the spring of its limits, if these leave no range.
+
 One that turns about several axes is as many hinges, with bodies without mass between them: first about z, which is
 flexion in its axes, then x, then y, as OpenSim's hips. Hyfydy has springs and dampers in place of them, about all axes.
 """
@@ -56,16 +58,17 @@ def put_joints(
         limits = node.find("limits")
         ranges = {axis: None if limits is None else limits.find(axis) for axis in ORDER}
         bounds = {axis: None if one is None else read_range(one) for axis, one in ranges.items()}
-        free = [axis for axis, ends in bounds.items() if ends != (0.0, 0.0)]
+        above, name = node.need("parent").text(), node.string_of("name") or f"{child}_joint"
+        named = {axis: _of(coordinates, name, child, axis) for axis in ORDER}
+        free = [axis for axis, ends in bounds.items() if ends != (0.0, 0.0) or named[axis] is not None]
         spring = [
             node.number_of(key, settings.number_of(f"joint_{key}", 0.0)) for key in ("limit_stiffness", "limit_damping")
         ]
         near, far = (vector(WORLD @ np.array(node.vector_of(key))) for key in ("pos_in_parent", "pos_in_child"))
-        above, name = node.need("parent").text(), node.string_of("name") or f"{child}_joint"
         if not free:
             _put(scene, notes, node, name, Joint("fixed", above, child, near, far))
         for axis in free:
-            own = next((one for one in coordinates.values() if _is_of(one, name, child, axis)), None)
+            own = named[axis]
             sign = own.sign if own else 1.0
             last = axis == free[-1]
             below = child if last else f"{child}_{axis}"
@@ -96,8 +99,10 @@ def _put(scene: Scene, notes: Notes, node: Node, name: str, joint: Joint) -> Non
     notes.places[f"character.joints.{name}"] = (node.file, node.line)
 
 
-def _is_of(one: Coordinate, joint: str, child: str, axis: str) -> bool:
-    return one.owner in (joint, child) and (one.kind, one.axis) == ("r", axis)
+def _of(coordinates: Mapping[str, Coordinate], joint: str, child: str, axis: str) -> Coordinate | None:
+    """The coordinate that turns a joint about an axis, if there is one."""
+    turns = (one for one in coordinates.values() if (one.kind, one.axis) == ("r", axis))
+    return next((one for one in turns if one.owner in (joint, child)), None)
 
 
 def _limit(

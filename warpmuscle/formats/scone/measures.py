@@ -10,11 +10,14 @@ import msgspec
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Scene
+from warpmuscle.scene.initial_pose import plain_number
 
 LABELS = ("name", "signature_prefix", "signature_postfix", "symmetric", "minimize", "threshold", "threshold_transition")
 ENERGY = {"Wang2012": "wang", "Uchida2016": "umberger"}
 EFFORT = {"SquaredMuscleActivation": "effort_squared", "CubedMuscleActivation": "effort_cubed"}
 APPROXIMATE = "the nearest term is another one: "
+
+PER_METRE = "activations over the mass and the way at the wanted speed, where SCONE takes the way that is walked"
 
 
 def read_measures(nodes: Iterable[Node], scene: Scene, notes: Notes) -> None:
@@ -73,19 +76,33 @@ def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
     kind = node.need("measure_type")
     transport = node.truth_of("use_cost_of_transport", False)
     tension = node.number_of("specific_tension", 2.5e5)
-    for key in ("muscle_density", "min_distance", "order", "mechanical_work_order"):
+    for key in ("muscle_density", "min_distance", "order", "mechanical_work_order", "use_symmetric_fiber_ratios"):
         node.find(key)
     ratio = node.number_of("default_muscle_slow_twitch_ratio", 0.5)
     for muscle in scene.character.muscles.values():
         muscle.slow_fibres = ratio
     scene.muscle_model.specific_tension = tension
+    each = node.truth_of("use_average_per_muscle", False)
+    weight /= max(len(scene.character.muscles), 1) if each else 1
     if kind.text() in ENERGY:
         term = {"cost_of_transport": weight} if transport else {"metabolic": weight / scene.duration}
         _weigh(scene, metabolic_model=ENERGY[kind.text()], **term)
     elif kind.text() in EFFORT:
-        _weigh(scene, **{EFFORT[kind.text()]: weight / scene.duration})
+        over = (
+            _mass(scene) * max(plain_number(scene.objective.target_speed) * scene.duration, 1.0)
+            if transport
+            else scene.duration
+        )
+        _weigh(scene, **{EFFORT[kind.text()]: weight / over})
+        if transport:
+            notes.ignore(node.file, node.line, node.key, APPROXIMATE + PER_METRE)
     else:
         kind.fail(f"{kind.text()!r} is not known here; there are {', '.join((*ENERGY, *EFFORT))}")
+
+
+def _mass(scene: Scene) -> float:
+    """Of the body, kg."""
+    return sum(plain_number(body.mass) for body in scene.character.bodies.values()) or 1.0
 
 
 def _dof(node: Node, scene: Scene, notes: Notes, weight: float) -> None:

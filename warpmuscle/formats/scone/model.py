@@ -23,6 +23,7 @@ from warpmuscle.scene import (
     Body,
     Character,
     ContactMaterial,
+    Force,
     Ground,
     Muscle,
     MuscleModel,
@@ -30,11 +31,19 @@ from warpmuscle.scene import (
     Sphere,
     ViaPoint,
 )
+from warpmuscle.scene.number import Number
 
 SOURCE = re.compile(r"(?P<sign>-?)(?P<name>.+)_(?P<kind>[rt])(?P<axis>[xyz])(?P<side>_[lr])?")
 HELD = "joints hold exactly here, and their stiffness and damping are not used"
 DRAWN = "bodies are drawn by their meshes' names alone"
 OPTIONS = ("joint_stiffness", "joint_damping", "damping_mode", "limit_damping_mode", "density")  # of held joints
+SHAPES = ("capsule", "box", "cylinder")  # that no ground is felt by
+UNTOUCHED = "only spheres touch the ground here; left out"
+UNBOUNDED_TORQUE = 1.0e6  # N m
+MOTOR = (
+    "stiffness", "damping", "most",
+    *(f"{axis}_{what}" for axis in ("lean", "list", "turn") for what in ("gain", "target", "damping")),
+)  # fmt: skip
 MATERIAL = {"static_friction": 1.0, "stiffness": 1.0e6, "damping": 1.0}  # defaults of Hyfydy
 
 
@@ -45,6 +54,7 @@ class HyfydyModel:
     scene: Scene
     coordinates: dict[str, Coordinate] = field(default_factory=dict)
     root: list[str] = field(default_factory=list)  # names of the root's coordinates
+    motors: dict[str, str] = field(default_factory=dict)  # forces of the scene, by coordinates that they turn
 
 
 @dataclass
@@ -106,6 +116,7 @@ class _Builder:
             self._notes.ignore(self._file, self._settings.line, "joint_stiffness", HELD)
         put_joints(scene, coordinates, joints, bodies, self._settings, self._notes)
         self._put_root(found)
+        self._put_motors(found, joints)
         self._put_muscles(scene)
         self._put_contact(scene)
         gravity = self._model.vector_of("gravity", (0.0, -9.81, 0.0))
@@ -176,6 +187,33 @@ class _Builder:
         if own and {(one.kind, one.axis) for one in own} <= {("r", "z"), ("t", "x"), ("t", "y")}:
             character.root_joint = "planar"
 
+    def _put_motors(self, found: HyfydyModel, joints: dict[str, Node]) -> None:
+        """Motors of joints, as far as they only hold both bodies alike."""
+        children = {node.string_of("name") or f"{child}_joint": child for child, node in joints.items()}
+        for node in self._model.every("joint_motor"):
+            joint = node.need("joint")
+            child = children.get(joint.text())
+            if child is None:
+                joint.fail(f"there is no joint {joint.text()!r}")
+            for key in ("target_ori", "target_vel", "torque_offset"):
+                if any(node.vector_of(key)):
+                    node.fail(f"a {key} other than 0 is not known here")
+            name = node.string_of("name") or f"{joint.text()}_motor"
+            if name in found.scene.forces:
+                node.fail(f"two are called {name!r}")
+            values: dict[str, Number] = dict.fromkeys(MOTOR, 0.0)
+            values |= {
+                "stiffness": node.number_of("stiffness", 0.0), "damping": node.number_of("damping", 0.0),
+                "most": node.number_of("max_torque", UNBOUNDED_TORQUE),
+            }  # fmt: skip
+            node.tell_unused()
+            parent = joints[child].need("parent").text()
+            found.scene.forces[name] = Force("joint_motor", body=parent, other_body=child, parameters=values)
+            self._notes.places[f"forces.{name}"] = (node.file, node.line)
+            for one in found.coordinates.values():
+                if one.owner in (joint.text(), child) and one.kind == "r":
+                    found.motors[one.name] = name
+
     def _put_muscles(self, scene: Scene) -> None:
         options = self._options
         factor = self._settings.number_of("muscle_force_multiplier", 1.0)
@@ -210,6 +248,9 @@ class _Builder:
         materials = {self._name(node): node for node in self._model.every("material")}
         for node in self._model.every("geometry"):
             kind, body = node.need("type").text(), node.need("body").text()
+            if kind in SHAPES and body in scene.character.bodies:
+                self._notes.ignore(node.file, node.line, f"{kind} on {body}", UNTOUCHED)
+                continue
             place, turn = node.vector_of("pos"), node.vector_of("ori")
             node.find("name")
             material = node.find("material")

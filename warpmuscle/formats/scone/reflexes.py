@@ -14,7 +14,7 @@ from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.numbers import AUTO_FACTOR, FreeNumber, as_scene_number, read_number
 from warpmuscle.formats.scone.parameters import Parameter
 from warpmuscle.formats.scone.zml import Node
-from warpmuscle.scene import GaitReflex, Scene
+from warpmuscle.scene import Force, GaitReflex, Scene
 from warpmuscle.scene.gait_states.part import ROOT, SensedBalance, SensedPoint, SensedTurn, Side, Signal, State, sided
 from warpmuscle.scene.number import Number
 
@@ -38,6 +38,9 @@ NEGATIVE_POSITION: Negative = {"allow_neg_P": ("position", True), "allow_neg_V":
 OPPOSITE = "_o"  # ends the name of what belongs to the other leg
 SUFFIX = {"left": "_l", "right": "_r", "both": ""}
 SIDES: dict[Side, str] = {"left": "l", "right": "r", "both": "lr"}
+OF_MOTOR = {"P0": "target", "KP": "gain", "KV": "damping"}  # of what drives a motor about an axis
+MOTOR_AXES = {"z": "lean", "x": "list", "y": "turn"}
+AT_ONCE = "motors of joints act without delay here"
 OF_STEP = "its acceleration is the mean over a control step, not that of the step of the simulation before"
 ABOUT_AXIS = "of the root its turn about an axis of its own is taken, which is the same while it turns about one alone"
 
@@ -60,6 +63,13 @@ class Bindings:
         return as_scene_number(found, None if known is None else known.best)
 
 
+class Sensed(NamedTuple):
+    """What of a body reflexes name besides its muscles, joints and segments."""
+
+    root: Mapping[str, Coordinate]  # coordinates of the root
+    motors: Mapping[str, tuple[Coordinate, str]]  # by coordinate: it, and the force that turns it
+
+
 class Acting(NamedTuple):
     """When and where reflexes act, and how their parameters' names begin."""
 
@@ -71,9 +81,39 @@ class Acting(NamedTuple):
 class ReflexReader:
     """Reads the reflexes of one scenario."""
 
-    def __init__(self, scene: Scene, root: Mapping[str, Coordinate], bindings: Bindings, notes: Notes) -> None:
-        self._scene, self._root, self._bindings, self._notes = scene, root, bindings, notes
+    def __init__(self, scene: Scene, body: Sensed, bindings: Bindings, notes: Notes) -> None:
+        self._scene, self._root, self._bindings, self._notes = scene, body.root, bindings, notes
+        self._motors = body.motors
         self._side: Side = "both"
+
+    def turns(self, node: Node) -> bool:
+        """Whether a reflex drives a motor in place of a muscle."""
+        target = node.find("target")
+        return target is not None and target.value in self._motors
+
+    def drive(self, node: Node, prefix: str) -> None:
+        """Let a motor hold its body upright about an axis."""
+        target, source = node.need("target"), node.need("source")
+        turned, force = self._motors[target.text()]
+        motor = self._scene.forces[force]
+        if node.key != "BodyOrientationReflex" or source.text() != motor.other_body:
+            node.fail(f"motors are driven here by a BodyOrientationReflex of their own body, {motor.other_body!r}")
+        node.find("axis_name")
+        axis = turned.sign * np.eye(3)["xyz".index(turned.axis)]
+        if not np.allclose(node.vector_of("axis", (0.0, 0.0, 1.0)), axis):
+            node.fail(f"its axis must be that of {target.text()!r} here")
+        self._drive(node, motor, MOTOR_AXES[turned.axis], f"{prefix}{target.text()}-{source.text()}", force)
+        if (delay := node.find("delay")) is not None and delay.number() > 0.0:
+            self._notes.ignore(delay.file, delay.line, f"delay of {target.text()}", AT_ONCE)
+        node.tell_unused(f"a motor is driven by {', '.join(OF_MOTOR)}")
+
+    def _drive(self, node: Node, motor: Force, axis: str, own: str, force: str) -> None:
+        if motor.parameters[f"{axis}_gain"] != 0.0:
+            node.fail("one reflex drives a motor about this axis already")
+        for word, what in OF_MOTOR.items():
+            if (found := node.find(word)) is not None:
+                place = f"forces.{force}.parameters.{axis}_{what}"
+                motor.parameters[f"{axis}_{what}"] = self._bindings.number(found, f"{own}.{word}", place)
 
     def read(self, node: Node, acting: Acting, into: dict[str, GaitReflex]) -> None:
         """Add a reflex, or one for each leg."""

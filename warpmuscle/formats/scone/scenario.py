@@ -14,7 +14,7 @@ from warpmuscle.formats.scone.measures import MEASURES, read_measures
 from warpmuscle.formats.scone.model import HyfydyModel, Options, read_model
 from warpmuscle.formats.scone.numbers import FreeNumber, read_number
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters
-from warpmuscle.formats.scone.reflexes import Bindings
+from warpmuscle.formats.scone.reflexes import Bindings, Sensed
 from warpmuscle.formats.scone.start import matches, put_load, put_start, read_states
 from warpmuscle.formats.scone.zml import Node, find_beside, parse
 from warpmuscle.scene import Scene
@@ -29,13 +29,17 @@ SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has opti
     "init_file", "init", "use_init_file", "max_errors", "name", "global_std_factor", "global_std_offset", "sigma", "mu",
     "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size",
 )  # fmt: skip
+BEGUN = "muscles start at what the controller first asks of them"
+INIT = ("init", "init_file")
 UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
-FORCES = ("planar_joint_force_pnld", "joint_force_pnld", "simple_collision_detection")
+FORCES = (
+    "planar_joint_force_pnld", "joint_force_pnld", "simple_collision_detection", "joint_motor_force", "gravity",
+)  # fmt: skip
 SETTINGS = (  # of the model, that change nothing here
     "signature_postfix", "scone_version", "hyfydy_version", "name", "use_fixed_control_step_size", "max_step_size",
     "integration_accuracy", "integration_method", "enable_external_forces", "fixed_measure_step_size",
     "initial_load_dof", "initial_state_offset_include", "leg_upper_body", "leg_lower_body", "leg_contact_force",
-    "max_integration_step_size", "planar",
+    "max_integration_step_size", "planar", "use_omnidirectional_root_dofs", "zero_velocity_equilibration",
 )  # fmt: skip
 PROPERTIES = {
     "max_isometric_force": "f_max", "optimal_fiber_length": "l_opt", "tendon_slack_length": "l_slack",
@@ -95,8 +99,9 @@ class _Scenario:
                     "is a part of scenarios, which name its file: open one of them, with an optimizer and a model"
                 )
             self._top.fail(f"there is no {OBJECTIVES[0]} in it, nor a model of Hyfydy")
+        self._init(optimizer)
         for option in optimizer.every(*SEARCH):
-            if option.key not in ("signature_prefix", "signature_postfix", "name"):
+            if option.key not in ("signature_prefix", "signature_postfix", "name", *INIT):
                 self._notes.ignore(option.file, option.line, option.key, UNUSED)
         optimizer.tell_unused()
         for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time"):
@@ -109,8 +114,11 @@ class _Scenario:
         scene = found.scene
         scene.name, scene.time_step = self._path.stem, TIME_STEP
         scene.duration = objective.number_of("max_duration", 10.0)
+        scene.failure.heading = 0.0  # measures end a simulation by its height alone
         root = {name: found.coordinates[name] for name in found.root if name in found.coordinates}
-        read_controllers(objective.every(*CONTROLLERS), scene, root, self._bindings, self._notes)
+        motors = {name: (found.coordinates[name], force) for name, force in found.motors.items()}
+        body = Sensed(root, motors)
+        read_controllers(objective.every(*CONTROLLERS), scene, body, self._bindings, self._notes)
         read_measures(objective.every(*MEASURES), scene, self._notes)
         objective.tell_unused(f"controllers are {', '.join(CONTROLLERS)}, measures {', '.join(MEASURES)}")
         if scene.gait_states is not None:
@@ -122,6 +130,29 @@ class _Scenario:
         node.tell_unused()
         return scene, self._bindings
 
+    def _init(self, optimizer: Node) -> None:
+        """Let numbers start from the file that a search starts from, unless another one was given."""
+        node = optimizer.find("init")
+        file = optimizer.find("init_file") if node is None else node.find("file")
+        if file is None or self._bindings.values:
+            return
+        try:
+            path = find_beside(file.text(), file, self._path.absolute().parent, self._notes)
+        except SceneError as error:
+            self._notes.ignore(
+                file.file,
+                file.line,
+                file.key,
+                f"{error.message.removeprefix(f'{file.key}: ')}; numbers start from their means",
+            )
+            return
+        best = node is not None and node.truth_of("use_best_as_mean", False)
+        values = read_parameters(path)
+        self._bindings.values = values if best else {name: one._replace(best=one.mean) for name, one in values.items()}
+        self._notes.ignore(
+            file.file, file.line, file.key, f"numbers start from {path.name}, a search has its own spread"
+        )
+
     def _model(self, node: Node) -> HyfydyModel:
         file = node.need("model_file")
         path = find_beside(file.text(), file, self._path.absolute().parent, self._notes)
@@ -132,6 +163,8 @@ class _Scenario:
             found = _of_opensim(load_model(path, self._notes))
         else:
             found = read_model(parse(path, self._notes), self._notes, options)
+        if node.truth_of("use_opensim_activation_dynamics", False) and path.suffix.lower() != ".osim":
+            found.scene.muscle_model.activation = "scaled"  # with the same rates, as times
         self._properties(node, found.scene)
         _put_feet(found.scene, node)
         return found
@@ -175,6 +208,11 @@ class _Scenario:
         usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
         put_start(found.scene, found.coordinates, values, speeds)
         put_load(found.scene, self._fixed("initial_load", usual))
+        begun = node.find("initialize_activations_from_controller")
+        if begun is not None and not begun.truth():
+            self._notes.ignore(
+                begun.file, begun.line, begun.key, "muscles start at what the controller first asks of them"
+            )
 
     def _fixed(self, name: str, usual: float | FreeNumber) -> float:
         """A parameter that a scene has no free number for: its best value, or its mean."""

@@ -1,8 +1,10 @@
 """The text that SCONE and Hyfydy write their files in: keys with values or with more keys in braces, with their lines.
 
     key = value    key { ... }    key [ ... ]    # comment    /* comment */    << file that stands here >>
+    $name = value    key = $name
 
-Files that are included lie in the folder of the first one, or below it.
+A `$name` is known from where it is given a value on, also in files that are included after that. Files that are
+included lie in the folder of the first one, or below it.
 """
 
 from __future__ import annotations
@@ -149,6 +151,7 @@ class _Reader:
         self._path, self._notes = path, notes
         self._folder = path.absolute().parent
         self._elements = 0
+        self.values: dict[str, Node] = {}  # by `$name`
 
     def read(self) -> Node:
         top = Node("", self._path, 1)
@@ -262,10 +265,13 @@ class _File:
             elif kind == "mark":
                 node.fail(f"`{text}` does not belong here")
             elif opening == "[" and self._next[:2] != ("mark", "="):
-                node.value = text
+                self._put(node, text)
             else:
                 node.key = text
                 self._value(node, depth)
+                if kind == "word" and text.startswith("$"):
+                    self._reader.values[text] = node
+                    continue
             found.append(node)
 
     def _value(self, node: Node, depth: int) -> None:
@@ -278,6 +284,22 @@ class _File:
             node.children = self._block(text, node, depth + 1)
         elif kind in ("word", "text"):
             self._take()
-            node.value = text
+            self._put(node, text)
         else:
             node.fail("a key is followed by = and a value, or by braces")
+
+    def _put(self, node: Node, text: str) -> None:
+        """Give a node a value, or what a `$name` was given."""
+        if not text.startswith("$"):
+            node.value = text
+            return
+        if text not in self._reader.values:
+            node.fail(f"{shortened(text)} has no value here: give it one before, as in {shortened(text)} = 0.01")
+        given = self._reader.values[text]
+        node.value, node.children = given.value, [self._copied(child) for child in given.children]
+
+    def _copied(self, node: Node) -> Node:
+        """A node of its own, which counts as unused; what is copied counts as elements."""
+        self._reader.count(node)
+        children = [self._copied(child) for child in node.children]
+        return Node(node.key, node.file, node.line, node.value, children)

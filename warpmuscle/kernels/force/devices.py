@@ -17,6 +17,7 @@ from warpmuscle.kernels.force.expressions import (
     torque_expression,
 )
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
+from warpmuscle.kernels.force.joint_motor import JointMotor, joint_motor
 from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad, joint_load, load, point_load
 from warpmuscle.kernels.force.point_spring import PointSpring, point_spring
 from warpmuscle.kernels.force.weight_support import WeightSupport, weight_support
@@ -172,6 +173,7 @@ FORCES = {
     "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring, of_angle=True, device=True),
     "cycle_torque": ForceKind(effort=cycle_torque, parameters=CycleTorque, device=True, of_leg=True),
     "point_spring": ForceKind(pair=point_spring, parameters=PointSpring, device=True),
+    "joint_motor": ForceKind(pair=joint_motor, parameters=JointMotor, device=True),
     "weight_support": ForceKind(wrench=weight_support, parameters=WeightSupport, device=True),
     "coordinate_limit": ForceKind(
         effort=coordinate_limit, parameters=CoordinateLimit, of_angle=True, positive=("transition",)

@@ -34,6 +34,8 @@ def device_rods(scene: Scene) -> list[Rod]:
     for force in scene.forces.values():
         if force.type in ("bilinear_spring", "cycle_torque") and force.joint in scene.character.joints:
             rods += _at_joint(scene.character, force)
+        elif force.type == "joint_motor":
+            rods += _between(scene.character, force)
         elif force.type == "weight_support":
             rods.append(Rod(force.body, np.zeros(3), np.array([0.0, UPWARDS, 0.0]), STRAP))
         elif force.type == "point_spring":
@@ -59,6 +61,18 @@ def _at_joint(character: Character, force: Force) -> list[Rod]:
     if force.type == "cycle_torque":
         return [*rods, Rod(joint.parent, above + 0.7 * aside, above + 1.5 * aside, DRUM, flat=True)]
     return [*rods, Rod(joint.parent, above + aside, above + aside, HUB)]
+
+
+def _between(character: Character, force: Force) -> list[Rod]:
+    """The drum of a motor where the second body hangs on the first one, across it; none if it does not."""
+    carriers = {joint.child: joint for joint in character.joints.values()}
+    body = force.other_body
+    while body in carriers and carriers[body].parent != force.body:
+        body = carriers[body].parent
+    if body not in carriers:
+        return []
+    place, aside = joint_place(carriers[body]), np.array([ASIDE, 0.0, 0.0])
+    return [Rod(force.body, place - 0.5 * aside, place + 0.5 * aside, DRUM, flat=True)]
 
 
 def _upper_end(character: Character, body: str) -> Floats:

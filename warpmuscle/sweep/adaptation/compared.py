@@ -33,7 +33,7 @@ class Score:
     """How well changes of a quantity are predicted over the conditions of a kind."""
 
     quantity: str
-    kind: str  # of KINDS, or one with the study that alone is counted
+    kind: str  # of KINDS, or one with the study, or where a load is, that alone is counted
     conditions: int
     part: float  # of the measured changes, by least squares through 0; not a number where none was measured
     error: float  # root mean square, percent
@@ -72,7 +72,7 @@ def changes(records: Sequence[Record], found: Predictions) -> list[Change]:
 
 
 def scores(all_changes: Sequence[Change]) -> list[Score]:
-    """How well each quantity is predicted by kind of condition, and by study where several have such conditions."""
+    """How well each quantity is predicted by kind of condition, and, of several, by study and by where loads are."""
     result = []
     for quantity in dict.fromkeys(change.quantity for change in all_changes):
         for kind in KINDS:
@@ -83,6 +83,9 @@ def scores(all_changes: Sequence[Change]) -> list[Score]:
             studies = list(dict.fromkeys(one.record.study for one in mine))
             for study in studies if len(studies) > 1 else ():
                 result.append(_score(quantity, f"{kind}, {study}", [one for one in mine if one.record.study == study]))
+            places = list(dict.fromkeys(one.record.place for one in mine))
+            for place in places if len(places) > 1 else ():
+                result.append(_score(quantity, f"{kind}, {place}", [one for one in mine if one.record.place == place]))
     return result
 
 

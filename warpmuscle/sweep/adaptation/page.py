@@ -80,9 +80,16 @@ def page(found: Comparison, sweep: str, command: str) -> str:
             best=_best(found),
             scores=_score_rows(found),
             figure=figure,
-            changes=change_table(found)[1:],
+            changes=[
+                (change.record.described, *row)
+                for change, row in zip(found.changes, change_table(found)[1:], strict=True)
+            ],
             angles=[
-                (one.record.name, *(f"{e:.1f} ({m:.1f})" for e, m in zip(one.error, one.measured, strict=True)))
+                (
+                    one.record.described,
+                    one.record.name,
+                    *(f"{e:.1f} ({m:.1f})" for e, m in zip(one.error, one.measured, strict=True)),
+                )
                 for one in found.angles
             ],
             left_out=sorted(found.left_out.items()),

@@ -25,6 +25,7 @@ from warpmuscle.core.limits import check_size
 USUAL_SPEED = 1.3  # m/s; of level walks at several speeds, the nearest to this is what others are compared with
 ANGLES = {"hip_flexion_deg": 1.0, "knee_angle_deg": -1.0, "ankle_angle_deg": 1.0}  # signs that make them flexion
 BACKPACK = "torso"  # where a load is that is said to be nowhere
+LIMBS = ("femur", "tibia", "foot")  # whose loads are those of each leg
 GREATEST = {"speed_m_s": 20.0, "slope_pct": 100.0, "added_mass_kg": 500.0}
 
 
@@ -63,6 +64,17 @@ class Record:
         if self.load:
             return "load"
         return "speed" if not self.slope else "uphill" if self.slope > 0.0 else "downhill"
+
+    @property
+    def described(self) -> str:
+        """What was walked, in words."""
+        words = [f"{self.speed:.2f} m/s"]
+        if self.slope:
+            words.append(f"{'up' if self.slope > 0.0 else 'down'} {100.0 * abs(self.slope):.0f} %")
+        if self.load:
+            where = f"each {self.place}" if self.place in LIMBS else f"the {self.place}"
+            words.append(f"{100.0 * self.load:.0f} % of the body's mass on {where}")
+        return ", ".join(words)
 
 
 def read_records(path: Path) -> list[Record]:
