@@ -61,7 +61,7 @@ def neighbours(w: int, span: RouteSpan, wrap: wp.array[RouteWrap]) -> int:
 def settle_of(kind: RouteKind, wrench: bool) -> Any:
     """The Warp function that goes round several surfaces in turn until the length stays.
 
-    A surface is gone round again only if one on the same segments has been since; how it was gone round alone would
+    A surface is gone round again only if the path has changed since round one on the same segments: else the same would
     come out again. What is compiled in is that of `route_stretch_of`.
     """
     count, exact, settled = max(kind.wraps, 1), kind.exact, SETTLED_EXACT if kind.exact else SETTLED
@@ -87,11 +87,14 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
                     w = 1 - k
                 if (due >> w) & 1 == 1:
                     due = due - (1 << w)
-                    touched = number(bends.after, w) != NOWHERE
+                    stop = number(bends.after, w)
+                    first = row(bends.first, w)
+                    second = row(bends.second, w)
                     remove(w, wraps, bends)
                     result = bend(instance, w, span, bends, model, state, work)
                     touches = number(bends.after, w) != NOWHERE
-                    if touched or touches:
+                    stays = row(bends.first, w) == first and row(bends.second, w) == second
+                    if number(bends.after, w) != stop or (touches and not stays):
                         due = due | neighbours(w, span, model.routes.wrap)
                     if wp.static(not exact) and wraps > 1 and touches and number(bends.kept, w) == 0:
                         bends.kept = with_number(bends.kept, w, 1)
