@@ -126,23 +126,31 @@ WAYS: dict[str, Callable[[Root, Random], None]] = {"mirrored": mirrored, "rename
 
 
 def _written(source: Path, saved: Path, scaled: Path, seed: int) -> None:
-    """Write a model anew, and in another size: each body by factors of its own, about a common one."""
+    """Write a model anew, and in another size: each body by factors of its own, or all by one where OpenSim cannot."""
     import opensim
 
     opensim.Logger.setLevelString("Off")
     model = opensim.Model(str(source))
-    state = model.initSystem()
-    model.printToXML(str(saved))
-    rng, scales, common = Random(seed), opensim.ScaleSet(), Random(seed + 1).uniform(0.8, 1.2)
-    for body in range(model.getBodySet().getSize()):
-        scale = opensim.Scale()
-        scale.setSegmentName(model.getBodySet().get(body).getName())
-        scale.setScaleFactors(opensim.Vec3(*(common * rng.uniform(0.95, 1.05) for _ in range(3))))
-        scale.setApply(True)
-        scales.cloneAndAppend(scale)
-    model.scale(state, scales, True)
     model.initSystem()
-    model.printToXML(str(scaled))
+    model.printToXML(str(saved))
+    for spread in (0.05, 0.0):
+        rng, common, scales = Random(seed), Random(seed + 1).uniform(0.8, 1.2), opensim.ScaleSet()
+        model = opensim.Model(str(source))
+        state = model.initSystem()
+        for body in range(model.getBodySet().getSize()):
+            scale = opensim.Scale()
+            scale.setSegmentName(model.getBodySet().get(body).getName())
+            factors = [common * rng.uniform(1.0 - spread, 1.0 + spread) for _ in range(3)]
+            scale.setScaleFactors(opensim.Vec3(*factors))
+            scale.setApply(True)
+            scales.cloneAndAppend(scale)
+        try:
+            model.scale(state, scales, True)
+            model.initSystem()
+        except RuntimeError:  # of couplers, for one
+            continue
+        model.printToXML(str(scaled))
+        return
 
 
 def _opens(file: Path) -> bool:
