@@ -3,7 +3,7 @@
 Left and right, of another size, under other names and in another order, and with other coordinates locked, clamped and
 at rest.
 
-For docs/explanation/models-that-run.md.
+For docs/tutorials/opensim.md.
 
     python tools/model_variants.py MODEL.osim [...] --folder variants --poses 20 --beyond 10 -o table.md
 
