@@ -137,7 +137,7 @@ def bend_of(kind: RouteKind) -> Any:
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     room, mujoco = max(kind.places, 1), kind.mujoco
     placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
-    counts, place = points.counts, points.place
+    counts, place, interval = points.counts, points.place, points.interval
     touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
     exact, rows = kind.exact, rows_of(count)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
@@ -155,12 +155,9 @@ def bend_of(kind: RouteKind) -> Any:
         body = work.rotation[nonnegative(wrap.body)]
         center = body * own.position + offset_between(wrap.body, origin, work)
         axes = body * own.rotation
-        last = int(wrap.last)
-        while last > wrap.first and not counts(placed, last):
-            last -= 1
-        stop = int(wrap.first)
-        while stop < last and not counts(placed, stop):
-            stop += 1
+        between = interval(placed, wrap.first, wrap.last)
+        last = between[1]
+        stop = int(between[0])
         point = int(stop)
         here = wp.transpose(axes) * (place(placed, stop) - center)
         from_surface = int(NOWHERE)

@@ -110,6 +110,7 @@ class PlacedPoints(NamedTuple):
     find: Any  # (instance, span, placed, model, state, work): puts in all that count
     counts: Any  # (placed, point of the route) -> bool
     place: Any  # (placed, point of the route) -> vec3
+    interval: Any  # (placed, first, last) -> the first and the last point between these that count
 
 
 @cache
@@ -129,6 +130,16 @@ def placed_points_of(count: int, motions: int, conditions: bool) -> PlacedPoints
         return (placed.counts >> k) & 1 == 1
 
     @wp.func(inline=True)
+    def interval(placed: wp.ref[placed_struct], first: int, last: int) -> wp.vec2i:
+        high = int(last)
+        while high > first and not counts_at(placed, high):
+            high -= 1
+        low = int(first)
+        while low < high and not counts_at(placed, low):
+            low += 1
+        return wp.vec2i(low, high)
+
+    @wp.func(inline=True)
     def find(
         instance: int, span: RouteSpan, placed: wp.ref[placed_struct], model: ModelRef, state: StateRef,
         work: ScratchRef,
@@ -140,4 +151,4 @@ def placed_points_of(count: int, motions: int, conditions: bool) -> PlacedPoints
                 placed.counts = placed.counts | (1 << k)
                 put(placed, k, place(instance, span.first_point + k, span.origin, model, state, work, slopes))
 
-    return PlacedPoints(find, counts_at, place_at)
+    return PlacedPoints(find, counts_at, place_at, interval)
