@@ -157,6 +157,11 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     assert (around.lanes, around.block_dim) == (12, 384)  # which leaves as many registers as these need
     larger = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(monomials=7000)))
     assert 32 <= large_blocks(larger, structure, None, 4, 65536, 132).block_dim < 256
+    around_few = larger.compiling(
+        muscles=larger.kind.muscles._replace(paths=PathKind(RouteKind(wraps=1), monomials=7000))
+    )
+    fewest = large_blocks(around_few, structure, None, 4, 65536, 132)
+    assert (fewest.lanes, fewest.block_dim) == (96, 96 * fewest.instances_a_block)  # more than a warp has threads
     few, some = (kernel_config(scene, structure, n, gpu, None, NOTHING) for n in (1024, 2048))
     assert [(config.lanes, config.instances_a_block) for config in (few, some)] == [(32, 8), (32, 16)]
     assert few.resident(132) >= 1024  # which all fit at once with most lanes

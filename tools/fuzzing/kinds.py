@@ -12,6 +12,7 @@ from fuzzing import archives
 from fuzzing.commands import option_command, put_no_file, reading_command
 from fuzzing.descriptions import adaptation, creature, scone, study
 from fuzzing.held import ROBOT
+from fuzzing.model_links import linked
 from fuzzing.models import MODELS, MOVING, mutated_attributes, mutated_model, mutated_numbers
 from fuzzing.recordings import recording
 from fuzzing.seeds import LAYERED, MORE, RUN, SCENES, SIMBICON
@@ -88,6 +89,13 @@ def osim_moving(rng: Random, at: Setting) -> list[Command]:
     (at.folder / name).write_bytes(rng.choice([mutated_model, mutated_numbers, mutated_numbers])(MOVING[name], rng))
     options = rng.choice(([], ["--hard-points"], ["--merge-welds"], ["--limit-stiffness", "100"]))
     return [["simulate", name, "--duration", "0.05", *options, "-o", "out.h5"]]
+
+
+def osim_linked(rng: Random, at: Setting) -> list[Command]:
+    """Models of OpenSim whose parts refer to others than they did, or whose numbers are written in other ways."""
+    name = rng.choice(list(MOVING))
+    (at.folder / name).write_bytes(linked(MOVING[name], rng))
+    return scene_commands(name, rng, simulated=False)
 
 
 def mujoco(rng: Random, at: Setting) -> list[Command]:
@@ -315,6 +323,7 @@ KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all c
     "simbicon": (simbicon, 0.10),
     "osim": (osim, 0.10),
     "osim-moving": (osim_moving, 0.02),
+    "osim-linked": (osim_linked, 0.02),
     "mujoco": (mujoco, 0.04),
     "hdf5-structure": (hdf5_structure, 0.08),
     "hdf5-values": (hdf5_values, 0.05),
@@ -335,7 +344,7 @@ KINDS: dict[str, tuple[Maker, float]] = {  # and the part that each has of all c
     "recording": (recording, 0.06),
 }
 
-WITHOUT_SEEDS = {"osim", "osim-moving", "mujoco"}  # whose inputs stand in this package
+WITHOUT_SEEDS = {"osim", "osim-moving", "osim-linked", "mujoco"}  # whose inputs stand in this package
 
 
 def shares(count: int) -> dict[str, int]:

@@ -104,12 +104,15 @@ class _Worker:
                 return verdict
             self.alive = False
             self._process.join(5.0)
-            return Verdict([f"the process ended with {self._process.exitcode}"], seconds=seconds)
+            return Verdict([f"the process ended with {self._process.exitcode}:\n{self._stack()}"], seconds=seconds)
         if seconds < self._patience * crowding():
             return None
         self.alive = False
-        stacks = self._stacks.read_text() if self._stacks.exists() else ""
-        return Verdict([f"still busy after {seconds:.0f} s:\n{stacks}"], seconds=seconds)
+        return Verdict([f"still busy after {seconds:.0f} s:\n{self._stack()}"], seconds=seconds)
+
+    def _stack(self) -> str:
+        """Where its threads were when it hung or crashed, if it could say so."""
+        return self._stacks.read_text() if self._stacks.exists() else ""
 
     def end(self) -> None:
         """End the process."""
@@ -122,6 +125,7 @@ def _serve(connection: Connection, settings: Settings, stacks: Path) -> None:
     """Run cases until the other end is closed."""
     prepare(settings)
     with stacks.open("w") as file:
+        faulthandler.enable(file)
         while True:
             try:
                 case = connection.recv()

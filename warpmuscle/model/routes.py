@@ -40,6 +40,7 @@ SIDES = {"": (ANY_AXIS, 0)} | {
 KINDS: dict[type[Surface], int] = {
     CylinderSurface: CYLINDER, SphereSurface: SPHERE, EllipsoidSurface: ELLIPSOID, TorusSurface: TORUS
 }  # fmt: skip
+POINTS_A_SIZE = 4  # paths that have nearly as many points share a kernel
 METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
 
 
@@ -70,6 +71,7 @@ def _kind_of_routes(muscles: Sequence[Muscle], character: Character, levers: int
         any(muscle.branches for muscle in routes),
         character.wrapping == "mujoco" and any(has_rows(muscle) for muscle in routes),
         character.moving_points == "opensim",
+        -(-max(len(muscle.path) for muscle in routes) // POINTS_A_SIZE) * POINTS_A_SIZE if wraps else 0,
     )
 
 

@@ -25,6 +25,7 @@ MOST_LANES = 16  # that are of use to a biped
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
 SIDE_BY_SIDE = 32, 16, 8  # instances of a large block: at most one for each thread of a warp ...
 FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
+LANES_OF_FEW = 96  # that each of these has at most if paths wrap; others have no more than there are threads in a warp
 LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
@@ -172,7 +173,8 @@ def in_blocks(
     for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
-            own = min(threads // together, WARP) if lanes is None else lanes
+            most = LANES_OF_FEW if sizes is FEW_SIDE_BY_SIDE and config.kind.muscles.paths.wraps else WARP
+            own = min(threads // together, most) if lanes is None else lanes
             large = config._replace(lanes=own, block_dim=max(own * together, 2 * WARP))
             found.append(with_room(large, structure, slots, at_hand))
         found = [large for large in found if large.block_dim <= threads and large.large_blocks > 0]

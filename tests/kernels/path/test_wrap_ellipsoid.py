@@ -92,6 +92,21 @@ def test_the_nearest_place_is_on_the_ellipsoid_and_its_normal_leads_there():
     assert np.all(np.linalg.norm(away[:40], axis=1) < others + 1e-5)
 
 
+@pytest.mark.parametrize("across", [-1, 0, 1, 2])
+def test_where_the_search_for_the_nearest_place_begins_does_not_matter(across: int):
+    """Of places inside and outside, from far below to far above what it looks for."""
+    place, radii = vectors(400, 11, 1.5), np.array([0.9, 0.6, 1.5])
+    usual = evaluate(wrap_ellipsoid.nearest_multiplier, place, radii, across, -1e30)
+    flat = np.delete((radii * place / (usual[:, None] + radii**2)), across, axis=1) if across >= 0 else (
+        radii * place / (usual[:, None] + radii**2)
+    )  # fmt: skip
+    np.testing.assert_allclose(np.sum(flat**2, axis=1), 1.0, atol=2e-5)
+    for guess in (-1.0, 0.0, 0.3, 5.0):
+        np.testing.assert_allclose(
+            evaluate(wrap_ellipsoid.nearest_multiplier, place, radii, across, guess), usual, atol=2e-5
+        )
+
+
 def mean_direction(start: np.ndarray, chord: np.ndarray, radii: np.ndarray, places: int = 2000) -> np.ndarray:
     """From places on chords to the nearest points of an ellipsoid, by Newton's method on the sum of squares."""
     square = radii**2
@@ -125,7 +140,8 @@ def test_the_mean_over_opensims_places_leaves_out_both_ends_and_one_more():
     """298 of 300 equal parts of the chord, so that it is off the mean by half and one and a half part's directions."""
     start, chord, r = np.array([[0.3, 0.5, -0.2]]), np.array([[0.2, -0.1, 0.4]]), np.array([0.9, 0.8, 1.5])
     places = start + chord * (np.arange(1, 299)[:, None] / 300.0)
-    directions = evaluate(wrap_ellipsoid.outward_at_nearest, places, r)
+    multipliers = evaluate(wrap_ellipsoid.nearest_multiplier, places, r, -1, -1e30)
+    directions = evaluate(wrap_ellipsoid.outward_at_nearest, places, r, multipliers)
     got = evaluate(wrap_ellipsoid.fan_of_samples, start, chord, r)
     np.testing.assert_allclose(got[0], directions.sum(axis=0), atol=1e-3)
 

@@ -54,3 +54,22 @@ def test_of_several_nearest_places_the_one_is_found_that_minpack_finds():
         off = np.linalg.norm(got - expected, axis=1)
         assert np.mean(off < 0.004 * size) > 0.9985
         assert np.median(off) < 1e-5 * size
+
+
+def test_where_there_is_one_nearest_place_beyond_doubt_both_searches_end_there():
+    """Lines that run nearly along the axis, as muscles do through a ring, and lines of any direction."""
+    ring, rng = 0.04, np.random.default_rng(3)
+    n = rng.normal(size=(3000, 3)) * [0.3, 0.3, 1.0]
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    middle = rng.normal(size=(3000, 3)) * 0.03
+    a, b = (middle + n * rng.uniform(*reach, 3000)[:, None] for reach in ((-0.1, -0.02), (0.02, 0.1)))
+    one = evaluate(wrap_torus.one_place, a, b, ring).astype(bool)
+    assert 0.3 < one.mean() < 0.9
+    from_a, from_b = (evaluate(wrap_torus.place_from, *pair, ring)[one] for pair in ((a, b), (b, a)))
+    np.testing.assert_allclose(from_a, from_b, atol=2e-7)
+    u = np.linspace(-0.2, 0.2, 400)
+    slopes = [
+        min(line.slope(x) for x in u)
+        for line in (Line(*pair, ring) for pair in zip(a[one][:50], b[one][:50], strict=True))
+    ]
+    assert min(slopes) >= 1.0 - 1e-3

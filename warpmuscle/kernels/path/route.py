@@ -18,6 +18,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
+from warpmuscle.kernels.path.route_points import placed_of, placed_points_of
 from warpmuscle.kernels.path.route_rows import lay_of
 from warpmuscle.kernels.path.route_walk import lever_arm_of, pulls_of, room_of, walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
@@ -61,18 +62,19 @@ def neighbours(w: int, span: RouteSpan, wrap: wp.array[RouteWrap]) -> int:
 def settle_of(kind: RouteKind, wrench: bool) -> Any:
     """The Warp function that goes round several surfaces in turn until the length stays.
 
-    A surface is gone round again only if one on the same segments has been since; how it was gone round alone would
+    A surface is gone round again only if the path has changed since round one on the same segments: else the same would
     come out again. What is compiled in is that of `route_stretch_of`.
     """
     count, exact, settled = max(kind.wraps, 1), kind.exact, SETTLED_EXACT if kind.exact else SETTLED
     bends_struct, bend, remove, rows = bends_of(count), bend_of(kind), remove_of(count), rows_of(count)
     measure, pulls_struct = walk_of(kind, False, wrench=wrench), pulls_of(room_of(kind, wrench))
+    placed_struct = placed_of(max(kind.places, 1))
     row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
 
     @wp.func(inline=True)
     def settle(
-        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
-        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], placed: wp.ref[placed_struct], model: ModelRef,
+        state: StateRef, work: ScratchRef, pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
     ):  # fmt: skip
         wraps = span.end_wrap - span.first_wrap
         before = wp.float32(1.0e30)
@@ -87,11 +89,14 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
                     w = 1 - k
                 if (due >> w) & 1 == 1:
                     due = due - (1 << w)
-                    touched = number(bends.after, w) != NOWHERE
+                    stop = number(bends.after, w)
+                    first = row(bends.first, w)
+                    second = row(bends.second, w)
                     remove(w, wraps, bends)
-                    result = bend(instance, w, span, bends, model, state, work)
+                    result = bend(instance, w, span, bends, placed, model, work)
                     touches = number(bends.after, w) != NOWHERE
-                    if touched or touches:
+                    stays = row(bends.first, w) == first and row(bends.second, w) == second
+                    if number(bends.after, w) != stop or (touches and not stays):
                         due = due | neighbours(w, span, model.routes.wrap)
                     if wp.static(not exact) and wraps > 1 and touches and number(bends.kept, w) == 0:
                         bends.kept = with_number(bends.kept, w, 1)
@@ -107,7 +112,7 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
                 remove(0, wraps, bends)
             if due == 0:
                 break
-            length = measure(instance, span, bends, model, state, work, pulls, arm)
+            length = measure(instance, span, bends, placed, model, state, work, pulls, arm)
             if wp.abs(length - before) < settled:
                 break
             before = length
@@ -132,6 +137,8 @@ def route_stretch_of(
     lay = lay_of(kind) if rows else bend
     settle = settle_of(kind, wrench) if several and not apart and not rows else bend
     with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
+    kept, room = kind.places > 0, max(kind.places, 1)
+    placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions).find
     whole_arm = lever_arm_of(levers, coordinate_joints or followers, followers)
 
     @wp.func(inline=True)
@@ -141,6 +148,7 @@ def route_stretch_of(
         span = model.routes.span[muscle]
         own = model.paths.span[muscle]
         bends = bends_struct()
+        placed = placed_struct()
         pulls = pulls_struct()
         wraps = span.end_wrap - span.first_wrap
         for w in range(count):
@@ -148,20 +156,22 @@ def route_stretch_of(
         if wp.static(not wrench):
             for k in range(own.first_crossing, own.end_crossing):
                 arm[nonnegative(model.paths.of_muscle[nonnegative(k)].number)] = wp.vec3(0.0)
+        if wp.static(kept):
+            find(instance, span, placed, model, state, work)
         if wp.static(rows):
             if wraps > 0:
                 lay(instance, span, bends, model, state, work)
         elif wp.static(apart):
             for w in range(wraps):
-                bend(instance, w, span, bends, model, state, work)
+                bend(instance, w, span, bends, placed, model, work)
         elif wp.static(several):
             if wraps > 0:
-                settle(instance, span, bends, model, state, work, pulls, arm)
+                settle(instance, span, bends, placed, model, state, work, pulls, arm)
         elif wraps == 1:
-            bend(instance, 0, span, bends, model, state, work)
+            bend(instance, 0, span, bends, placed, model, work)
         total = PathState()
         total.fixed = at(model.paths.fixed_length, instance, muscle)
-        total.moving = walk(instance, span, bends, model, state, work, pulls, arm)
+        total.moving = walk(instance, span, bends, placed, model, state, work, pulls, arm)
         for k in range(span.first_lever, span.end_lever):
             if wp.static(wrench):
                 joint = nonnegative(model.routes.lever[nonnegative(k)].joint)

@@ -7,14 +7,14 @@ import warp as wp
 
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
-from warpmuscle.kernels.path.route_points import always, place_of, slopes_of, sometimes
+from warpmuscle.kernels.path.route_points import placed_of, placed_points_of
 from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE, cylinder_touch_of
 from warpmuscle.kernels.path.wrap_ellipsoid import ellipsoid_touch_of
 from warpmuscle.kernels.path.wrap_mujoco import mujoco_cylinder_touch, mujoco_sphere_touch
 from warpmuscle.kernels.path.wrap_sphere import smooth_sphere_touch, sphere_touch
 from warpmuscle.kernels.path.wrap_torus import torus_touch_of
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, THROUGH, Touch
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, at, nonnegative
 
 CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
 WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
@@ -35,6 +35,12 @@ class RouteKind(NamedTuple):
     branches: bool = False  # whether the ways to some points count more or less than others
     rows: bool = False  # whether some go over several surfaces between two of their points, see `route_rows.py`
     across: bool = False  # whether motions of points pull on segments between two bodies alone
+    points: int = 0  # for how many of a route there is room, where some wrap
+
+    @property
+    def places(self) -> int:
+        """Points whose places a lane keeps, see `route_points.placed_of`; 0: it finds each where it is asked for."""
+        return max(self.points, 1) if self.wraps > 0 and not self.rows else 0
 
     @property
     def as_opensim(self) -> bool:
@@ -122,34 +128,6 @@ def bend_after_of(count: int) -> Any:
 
 
 @cache
-def ends_of(conditions: bool) -> tuple[Any, Any]:
-    """The Warp functions of the last and of the first point between which a surface is gone round, that count.
-
-    Args:
-        conditions: whether some count only at times.
-    """
-    counts = sometimes if conditions else always
-
-    @wp.func(inline=True)
-    def last_counted(instance: int, first_point: int, wrap: RouteWrap, model: ModelRef, state: StateRef) -> int:
-        last = int(wrap.last)
-        while last > wrap.first and not counts(instance, first_point + last, model, state):
-            last -= 1
-        return last
-
-    @wp.func(inline=True)
-    def first_counted(
-        instance: int, first_point: int, wrap: RouteWrap, last: int, model: ModelRef, state: StateRef
-    ) -> int:
-        stop = int(wrap.first)
-        while stop < last and not counts(instance, first_point + stop, model, state):
-            stop += 1
-        return stop
-
-    return last_counted, first_counted
-
-
-@cache
 def bend_of(kind: RouteKind) -> Any:
     """The Warp function that lets a route go round one of its surfaces, where that is best.
 
@@ -157,20 +135,19 @@ def bend_of(kind: RouteKind) -> Any:
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
-    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
-    place, mujoco = place_of(kind.motions), kind.mujoco
+    room, mujoco = max(kind.places, 1), kind.mujoco
+    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
+    counts, place, interval = points.counts, points.place, points.interval
     touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
-    exact, rows, (last_counted, first_counted) = kind.exact, rows_of(count), ends_of(kind.conditions)
+    exact, rows = kind.exact, rows_of(count)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
     @wp.func(inline=True)
     def bend(
-        instance: int, w: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef,
-        work: ScratchRef,
+        instance: int, w: int, span: RouteSpan, bends: wp.ref[bends_struct], placed: wp.ref[placed_struct],
+        model: ModelRef, work: ScratchRef,
     ) -> int:  # fmt: skip
         routes = model.routes
-        slopes = slopes_struct()
-        first_point = span.first_point
         origin = span.origin
         wraps = span.end_wrap - span.first_wrap
         wrap = routes.wrap[nonnegative(span.first_wrap + w)]
@@ -178,10 +155,11 @@ def bend_of(kind: RouteKind) -> Any:
         body = work.rotation[nonnegative(wrap.body)]
         center = body * own.position + offset_between(wrap.body, origin, work)
         axes = body * own.rotation
-        last = last_counted(instance, first_point, wrap, model, state)
-        stop = first_counted(instance, first_point, wrap, last, model, state)
+        between = interval(placed, wrap.first, wrap.last)
+        last = between[1]
+        stop = int(between[0])
         point = int(stop)
-        here = wp.transpose(axes) * (place(instance, first_point + stop, origin, model, state, work, slopes) - center)
+        here = wp.transpose(axes) * (place(placed, stop) - center)
         from_surface = int(NOWHERE)
         result = int(FREE)
         where = int(EXACT)
@@ -200,10 +178,9 @@ def bend_of(kind: RouteKind) -> Any:
                 to_surface = routes.wrap[span.first_wrap + onto].surface
             else:
                 point += 1
-                while not counts(instance, first_point + point, model, state):
+                while not counts(placed, point):
                     point += 1
-                reached = place(instance, first_point + point, origin, model, state, work, slopes)
-                there = wp.transpose(axes) * (reached - center)
+                there = wp.transpose(axes) * (place(placed, point) - center)
             if from_surface == NOWHERE or from_surface != to_surface:
                 touch = Touch()
                 if wp.static(mujoco):

@@ -1,7 +1,7 @@
 """Points of routes: when they count, and where they are."""
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import warp as wp
 
@@ -11,7 +11,7 @@ from warpmuscle.kernels.body.limits import ball_angles
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
-from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef, at, nonnegative
+from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
 
 
 @func
@@ -90,3 +90,65 @@ def place_of(motions: int) -> Any:
         return work.rotation[nonnegative(plan.body)] * local + offset_between(plan.body, origin, work)
 
     return place
+
+
+@cache
+def placed_of(count: int) -> Any:
+    """The structure of a route's points, with room for so many, as they are now: each place is found once a step."""
+
+    @wp.struct
+    class Placed:
+        place: wp.types.matrix(shape=(count, 3), dtype=float)  # m, from the route's origin, world axes
+        counts: int  # a bit a point that counts now
+
+    return Placed
+
+
+class PlacedPoints(NamedTuple):
+    """Warp functions on the points of a route."""
+
+    find: Any  # (instance, span, placed, model, state, work): puts in all that count
+    counts: Any  # (placed, point of the route) -> bool
+    place: Any  # (placed, point of the route) -> vec3
+    interval: Any  # (placed, first, last) -> the first and the last point between these that count
+
+
+@cache
+def placed_points_of(count: int, motions: int, conditions: bool) -> PlacedPoints:
+    """The functions for routes of so many points; motions, conditions: see `RouteKind`."""
+    placed_struct, place, slopes_struct = placed_of(count), place_of(motions), slopes_of(max(motions, 1))
+    counts_now = sometimes if conditions else always
+
+    @wp.func_native(snippet="for (int axis = 0; axis < 3; ++axis) placed.place.data[k][axis] = value[axis];")
+    def put(placed: wp.ref[placed_struct], k: int, value: wp.vec3): ...
+
+    @wp.func_native(snippet="const auto& row = placed.place.data[k]; return wp::vec3(row[0], row[1], row[2]);")
+    def place_at(placed: wp.ref[placed_struct], k: int) -> wp.vec3: ...
+
+    @wp.func(inline=True)
+    def counts_at(placed: wp.ref[placed_struct], k: int) -> bool:
+        return (placed.counts >> k) & 1 == 1
+
+    @wp.func(inline=True)
+    def interval(placed: wp.ref[placed_struct], first: int, last: int) -> wp.vec2i:
+        high = int(last)
+        while high > first and not counts_at(placed, high):
+            high -= 1
+        low = int(first)
+        while low < high and not counts_at(placed, low):
+            low += 1
+        return wp.vec2i(low, high)
+
+    @wp.func(inline=True)
+    def find(
+        instance: int, span: RouteSpan, placed: wp.ref[placed_struct], model: ModelRef, state: StateRef,
+        work: ScratchRef,
+    ):  # fmt: skip
+        slopes = slopes_struct()
+        placed.counts = 0
+        for k in range(span.end_point - span.first_point):
+            if counts_now(instance, span.first_point + k, model, state):
+                placed.counts = placed.counts | (1 << k)
+                put(placed, k, place(instance, span.first_point + k, span.origin, model, state, work, slopes))
+
+    return PlacedPoints(find, counts_at, place_at, interval)

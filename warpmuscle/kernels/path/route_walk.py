@@ -17,7 +17,14 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
-from warpmuscle.kernels.path.route_points import always, place_of, slopes_of, sometimes
+from warpmuscle.kernels.path.route_points import (
+    always,
+    place_of,
+    placed_of,
+    placed_points_of,
+    slopes_of,
+    sometimes,
+)
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
@@ -163,6 +170,42 @@ def in_branches(instance: int, span: RouteSpan, stop: int, next_point: int, mode
 
 
 @cache
+def stops_of(kind: RouteKind, moving: bool) -> tuple[Any, Any]:
+    """The Warp functions that say whether a point of a route counts, and where it is: from what a lane has kept.
+
+    Args:
+        moving: whether is asked how fast points move, too. Places of those that do are then found once more.
+    """
+    room, slopes_struct = max(kind.places, 1), slopes_of(max(kind.motions, 1))
+    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
+    counts_now, place_now = sometimes if kind.conditions else always, place_of(kind.motions)
+    kept, counts_at, place_at = kind.places > 0, points.counts, points.place
+
+    @wp.func(inline=True)
+    def counts(
+        instance: int, span: RouteSpan, stop: int, placed: wp.ref[placed_struct], model: ModelRef, state: StateRef
+    ) -> bool:
+        if wp.static(kept):
+            return counts_at(placed, stop)
+        return counts_now(instance, span.first_point + stop, model, state)
+
+    @wp.func(inline=True)
+    def place(
+        instance: int, span: RouteSpan, stop: int, placed: wp.ref[placed_struct], model: ModelRef, state: StateRef,
+        work: ScratchRef, slopes: wp.ref[slopes_struct],
+    ) -> wp.vec3:  # fmt: skip
+        if wp.static(kept):
+            if wp.static(moving):
+                point = model.routes.point[nonnegative(span.first_point + stop)]
+                if point.end_motion > point.first_motion:
+                    return place_now(instance, span.first_point + stop, span.origin, model, state, work, slopes)
+            return place_at(placed, stop)
+        return place_now(instance, span.first_point + stop, span.origin, model, state, work, slopes)
+
+    return counts, place
+
+
+@cache
 def walk_of(
     kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
 ) -> Any:
@@ -172,9 +215,10 @@ def walk_of(
         acting: whether it gives the moment arms, too. coordinate_joints, followers, wrench: as of
             `path.segments_stretch_of`; directions are in rows behind those of the moments.
     """
-    count = max(kind.wraps, 1)
-    bends_struct, bend_after, place = bends_of(count), bend_after_of(count), place_of(kind.motions)
-    counts, slopes_struct = sometimes if kind.conditions else always, slopes_of(max(kind.motions, 1))
+    count, placed_struct = max(kind.wraps, 1), placed_of(max(kind.places, 1))
+    bends_struct, bend_after = bends_of(count), bend_after_of(count)
+    counts, place = stops_of(kind, acting and kind.motions > 0 and not wrench)
+    slopes_struct = slopes_of(max(kind.motions, 1))
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
     act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
@@ -182,8 +226,8 @@ def walk_of(
 
     @wp.func(inline=True)
     def walk(
-        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], model: ModelRef, state: StateRef, work: ScratchRef,
-        pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
+        instance: int, span: RouteSpan, bends: wp.ref[bends_struct], placed: wp.ref[placed_struct], model: ModelRef,
+        state: StateRef, work: ScratchRef, pulls: wp.ref[pulls_struct], arm: wp.array[wp.vec3],
     ) -> float:  # fmt: skip
         total = wp.float32(0.0)
         slopes = slopes_struct()
@@ -210,9 +254,9 @@ def walk_of(
                 stop = WRAP_BIT + onto
             else:
                 next_point += 1
-                if not counts(instance, span.first_point + stop, model, state):
+                if not counts(instance, span, stop, placed, model, state):
                     continue
-                b = place(instance, span.first_point + stop, span.origin, model, state, work, slopes)
+                b = place(instance, span, stop, placed, model, state, work, slopes)
                 reached = b
                 fixed = model.routes.point[span.first_point + stop].fixed
             if wp.static(motions and across):

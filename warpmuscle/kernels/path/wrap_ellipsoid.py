@@ -26,63 +26,65 @@ NEWTON_STEPS = 10
 SETTLED = 1.0e-6  # share of the unit sphere's squared radius by which a place may miss it
 TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that still counts as outside it
 SMALLEST = 1.0e-12
+ENDLESS = 1.0e30
 LEAST_SHARE = 1.0e-3  # of radii that something goes round
 ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
 
 @func(inline=False)
-def nearest_multiplier(p: wp.vec3, r: wp.vec3, across: int) -> float:
+def nearest_multiplier(p: wp.vec3, r: wp.vec3, across: int, guess: float) -> float:
     """The t with which r^2 p / (t + r^2) is the point of an ellipsoid with radii r that is nearest to p.
 
-    Newton's method, from the left, on 1 over the root of sum (r p / (t + r^2))^2, which is nearly linear in t and
-    concave (Conn, Gould and Toint 2000, Trust-Region Methods, section 7.3; for the ellipsoid Eberly 2013).
+    Newton's method on 1 over the root of sum (r p / (t + r^2))^2, which is nearly linear in t and concave, so that it
+    comes from the left, after the first step at the latest (Conn, Gould and Toint 2000, Trust-Region Methods, section
+    7.3; for the ellipsoid Eberly 2013).
 
     Args:
-        across: an axis that is left out; -1: none.
+        across: an axis that is left out; -1: none. guess: where it may begin; else where the first term alone is 1.
     """
-    size = r
-    place = p
-    if across >= 0:
-        place[across] = 0.0
-        size[across] = 0.0
-    square = wp.cw_mul(size, size)
-    lever = wp.cw_mul(size, wp.vec3(wp.abs(place[0]), wp.abs(place[1]), wp.abs(place[2])))
-    t = wp.float32(-1.0e30)
-    for k in range(3):
-        if k != across:
-            t = wp.max(t, lever[k] - square[k])
+    square = wp.cw_mul(r, r)
+    lever = wp.cw_mul(r, wp.vec3(wp.abs(p[0]), wp.abs(p[1]), wp.abs(p[2])))
+    least = wp.length(lever) - wp.max(square[0], wp.max(square[1], square[2]))
+    if across >= 0:  # as if it were endless along this axis
+        square = wp.vec3(
+            wp.where(across == 0, ENDLESS, square[0]), wp.where(across == 1, ENDLESS, square[1]),
+            wp.where(across == 2, ENDLESS, square[2]),
+        )  # fmt: skip
+        least = -ENDLESS
+    apart = lever - square
+    least = wp.max(least, wp.max(apart[0], wp.max(apart[1], apart[2])))
+    t = wp.max(least, guess)
     for _ in range(NEWTON_STEPS):
-        total = wp.float32(0.0)
-        slope = wp.float32(0.0)
-        for k in range(3):
-            if k != across:
-                away = 1.0 / wp.max(t + square[k], SMALLEST)
-                x = lever[k] * away
-                total += x * x
-                slope += x * x * away
-        if total - 1.0 <= SETTLED:
+        away = wp.vec3(
+            1.0 / wp.max(t + square[0], SMALLEST), 1.0 / wp.max(t + square[1], SMALLEST),
+            1.0 / wp.max(t + square[2], SMALLEST),
+        )  # fmt: skip
+        x = wp.cw_mul(lever, away)
+        squares = wp.cw_mul(x, x)
+        total = squares[0] + squares[1] + squares[2]
+        if wp.abs(total - 1.0) <= SETTLED:
             break
-        t += (wp.sqrt(total) - 1.0) * total / wp.max(slope, SMALLEST)
+        t = wp.max(least, t + (wp.sqrt(total) - 1.0) * total / wp.max(wp.dot(squares, away), SMALLEST))
     return t
 
 
 @func
 def nearest_on_ellipsoid(p: wp.vec3, r: wp.vec3, across: int) -> wp.vec3:
     """The point of an ellipsoid with radii r that is nearest to p, or if `across` is an axis of its section there."""
-    t = nearest_multiplier(p, r, across)
-    found = wp.vec3(0.0)
-    for k in range(3):
-        if k != across:
-            square = r[k] * r[k]
-            found[k] = square * p[k] / wp.max(t + square, SMALLEST)
-    return found
+    t = nearest_multiplier(p, r, across, -ENDLESS)
+    square = wp.cw_mul(r, r)
+    found = wp.cw_mul(square, p)
+    return wp.vec3(
+        wp.where(across == 0, 0.0, found[0] / wp.max(t + square[0], SMALLEST)),
+        wp.where(across == 1, 0.0, found[1] / wp.max(t + square[1], SMALLEST)),
+        wp.where(across == 2, 0.0, found[2] / wp.max(t + square[2], SMALLEST)),
+    )  # fmt: skip
 
 
 @func
-def outward_at_nearest(p: wp.vec3, r: wp.vec3) -> wp.vec3:
-    """The unit normal of an ellipsoid at its point nearest to p, to which it leads from a p inside."""
-    t = nearest_multiplier(p, r, -1)
+def outward_at_nearest(p: wp.vec3, r: wp.vec3, t: float) -> wp.vec3:
+    """The unit normal of an ellipsoid at its point nearest to p, to which it leads from a p inside; t: see above."""
     square = wp.cw_mul(r, r)
     away = wp.vec3(
         wp.max(t + square[0], SMALLEST), wp.max(t + square[1], SMALLEST), wp.max(t + square[2], SMALLEST)
@@ -131,12 +133,15 @@ def fan_by_gauss(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
     """The sum of the directions from a chord within the ellipsoid to that, by Gauss's rule."""
     turns = turning_place(start, chord, r)
     total = wp.vec3(0.0)
+    t = wp.float32(-ENDLESS)
     for k in range(2 * FAN_PLACES):
         before = k < FAN_PLACES
         own = gauss_place(wp.where(before, k, k - FAN_PLACES))
         share = wp.where(before, turns, 1.0 - turns)
         place = wp.where(before, 0.0, turns) + share * 0.5 * (1.0 + own[0])
-        total += outward_at_nearest(start + chord * place, r) * (share * own[1])
+        p = start + chord * place
+        t = nearest_multiplier(p, r, -1, t)
+        total += outward_at_nearest(p, r, t) * (share * own[1])
     return total
 
 
@@ -144,8 +149,11 @@ def fan_by_gauss(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
 def fan_of_samples(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> wp.vec3:
     """The same over OpenSim's places."""
     total = wp.vec3(0.0)
+    t = wp.float32(-ENDLESS)
     for k in range(1, SAMPLES - 1):
-        total += outward_at_nearest(start + chord * (float(k) / float(SAMPLES)), r)
+        p = start + chord * (float(k) / float(SAMPLES))
+        t = nearest_multiplier(p, r, -1, t)
+        total += outward_at_nearest(p, r, t)
     return total
 
 
