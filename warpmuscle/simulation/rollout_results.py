@@ -20,7 +20,7 @@ from warpmuscle.scene.parameters import substitute
 from warpmuscle.simulation.batch import Batch
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.inputs import Inputs
-from warpmuscle.simulation.memory import InstanceBytes, instance_bytes
+from warpmuscle.simulation.memory import InstanceBytes, instance_bytes, struct_bytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.outcome import Outcome
 from warpmuscle.simulation.recorder import Recorder, frame_bytes
@@ -45,6 +45,10 @@ class RolloutResults(Batch):
     def instance_bytes(self) -> InstanceBytes:
         """Bytes of device memory per additional instance."""
         return instance_bytes(self.scene, self.structure)
+
+    @property
+    def held_bytes(self) -> int:
+        return struct_bytes(self.state, self.model, self._extensions.struct)
 
     @property
     def recording_bytes(self) -> int:
