@@ -4,8 +4,8 @@
     python tools/bench_journal.py --candidates 20000 --population 100
 
 Candidates get their costs from a formula instead of a simulation, so that nothing but the search and its files takes
-time. One process runs a search to its end. Another one runs the same search, and is killed (SIGKILL) after a part of its
-generations; what it left is resumed. Both results must be the same to the bit, or this ends with exit code 1.
+time. One process runs a search to its end. Another one runs the same search, and is killed (SIGKILL) after a part of
+its generations; what it left is resumed. Both results must be the same to the bit, or this ends with exit code 1.
 """
 
 from __future__ import annotations
@@ -116,10 +116,11 @@ def main(
         begin, cpu = time.perf_counter(), time.process_time()
         optimize(given, candidates, 1, output=plain, batches=lambda _: formula, **asked)
         wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
+        count = formula.evaluated
         print(
-            f"{formula.evaluated} candidates, {population} a generation: {wall:.1f} s, {1e6 * cpu / formula.evaluated:.1f} "
-            f"us of processor time a candidate; the journal had {formula.most / 1e6:.1f} MB at most, "
-            f"{formula.appended / formula.evaluated:.0f} bytes a candidate; the file has {plain.stat().st_size / 1e6:.1f} MB"
+            f"{count} candidates, {population} a generation: {wall:.1f} s, {1e6 * cpu / count:.1f} us of processor time "
+            f"a candidate; the journal had {formula.most / 1e6:.1f} MB at most, {formula.appended / count:.0f} bytes a "
+            f"candidate; the file has {plain.stat().st_size / 1e6:.1f} MB"
         )
         after = int(part * candidates / population)
         sys.stdout.flush()
