@@ -118,8 +118,8 @@ def main(
         wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
         count = formula.evaluated
         print(
-            f"{count} candidates, {population} a generation: {wall:.1f} s, {1e6 * cpu / count:.1f} us of processor time "
-            f"a candidate; the journal had {formula.most / 1e6:.1f} MB at most, {formula.appended / count:.0f} bytes a "
+            f"{count} candidates, {population} a generation: {wall:.1f} s, {1e6 * cpu / count:.1f} us of processor "
+            f"time a candidate; the journal had {formula.most / 1e6:.1f} MB at most, {formula.appended / count:.0f} bytes a "
             f"candidate; the file has {plain.stat().st_size / 1e6:.1f} MB"
         )
         after = int(part * candidates / population)
