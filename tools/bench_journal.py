@@ -119,7 +119,7 @@ def main(
         count = formula.evaluated
         print(
             f"{count} candidates, {population} a generation: {wall:.1f} s, {1e6 * cpu / count:.1f} us of processor "
-            f"time a candidate; the journal had {formula.most / 1e6:.1f} MB at most, {formula.appended / count:.0f} bytes a "
+            f"time each; the journal had {formula.most / 1e6:.1f} MB at most, {formula.appended / count:.0f} bytes a "
             f"candidate; the file has {plain.stat().st_size / 1e6:.1f} MB"
         )
         after = int(part * candidates / population)
