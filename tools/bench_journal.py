@@ -47,7 +47,8 @@ class Formula:
         most: bytes of the journal at most. appended: bytes that it grew by, in all. evaluated: candidates.
     """
 
-    device, largest, at_once, term_names = "cpu", 1_000_000, 0, (TERM,)
+    device, largest, at_once = "cpu", 1_000_000, 0
+    term_names: tuple[str, ...] = (TERM,)
 
     def __init__(self, scene: Scene, output: Path, kill_after: int | None = None) -> None:
         """Prepare; `kill_after` so many generations the process kills itself."""

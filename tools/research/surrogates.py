@@ -38,12 +38,12 @@ SMALLEST = 8  # candidates of a generation that can be ranked
 def ranks(costs: Floats) -> Floats:
     """Ranks with mean 0 and variance 1."""
     order = np.argsort(np.argsort(costs, kind="stable"), kind="stable").astype(float)
-    return (order - order.mean()) / max(float(order.std()), 1e-12)
+    return np.asarray((order - order.mean()) / max(float(order.std()), 1e-12))
 
 
 def squared_distances(one: Floats, other: Floats) -> Floats:
     """Of all rows of one array to all of another."""
-    return np.maximum((one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2.0 * one @ other.T, 0.0)
+    return np.asarray(np.maximum((one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2.0 * one @ other.T, 0.0))
 
 
 def nearest(known: Floats, costs: Floats, asked: Floats) -> Floats:

@@ -35,6 +35,7 @@ class RolloutResults(Batch):
     numeric: Scene
     _few: Scene  # the same with a row for several instances that have equal numbers
     state: structs.State
+    model: structs.Model
     _extensions: Extensions
     _inputs: Inputs
     _recorder: Recorder
