@@ -34,7 +34,9 @@ def test_bytes_of_an_instance_are_those_that_are_allocated(scene):
     values = np.tile(start_values(scene), (41, 1)) * np.linspace(1.0, 1.001, 41)[:, None]  # rows alike would be one
     many.set_parameters(values)
     assert struct_bytes(many.model) - shared == 40 * many.instance_bytes.model
-    assert MultiDeviceRollout(scene, 3, ["cpu", "cpu"]).instance_bytes == many.instance_bytes
+    several = MultiDeviceRollout(scene, 3, ["cpu", "cpu"])
+    assert several.instance_bytes == many.instance_bytes
+    assert several.held_bytes >= one.held_bytes >= many.instance_bytes.total
 
 
 def test_a_million_bipeds_with_all_muscles_and_parameters_fit_a_gpu():
@@ -77,3 +79,10 @@ def test_batches_of_an_optimisation_are_as_large_as_fits(monkeypatch):
     assert BatchEvaluator(short_walk(), "cpu", 1).largest == 100
     monkeypatch.setattr(memory, "free_memory", lambda device: 0)
     assert BatchEvaluator(short_walk(), "cpu", 1).largest == 1
+
+
+def test_where_there_is_room_for_more_nobody_finds_out_what_an_instance_takes(monkeypatch):
+    held = Rollout(short_walk(), 1, "cpu").held_bytes
+    monkeypatch.setattr(memory, "free_memory", lambda device: 2.001 * evaluation.CPU_BATCH * held / memory.USABLE)
+    monkeypatch.setattr(Rollout, "instance_bytes", None)
+    assert BatchEvaluator(short_walk(), "cpu", 1).largest == evaluation.CPU_BATCH

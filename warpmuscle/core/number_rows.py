@@ -14,6 +14,9 @@ def rows(nested: Any) -> Floats:
 
     rows is 1 if all are floats, n otherwise.
     """
+    alike = _alike(nested)
+    if alike is not None:
+        return alike
     leaves: list[Any] = []
     shape = _shape(nested, leaves)
     count = max((len(leaf) for leaf in leaves if isinstance(leaf, np.ndarray)), default=1)
@@ -21,6 +24,21 @@ def rows(nested: Any) -> Floats:
     for i, leaf in enumerate(leaves):
         table[:, i] = leaf
     return table.reshape(count, *shape)
+
+
+def _alike(nested: Any) -> Floats | None:
+    """The same where all are floats, or all are arrays, as nearly all of a scene is; else None."""
+    depth, first = 0, nested
+    while isinstance(first, (list, tuple)) and first:
+        depth, first = depth + 1, first[0]
+    depth += isinstance(first, (list, tuple))  # an empty one
+    try:
+        table = np.array(nested, dtype=np.float64)
+    except ValueError:  # some of them are arrays
+        return None
+    if table.ndim == depth:
+        return table[None]
+    return np.ascontiguousarray(np.moveaxis(table, -1, 0)) if table.ndim == depth + 1 else None
 
 
 def first_row(nested: Any) -> Floats:

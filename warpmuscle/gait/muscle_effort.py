@@ -47,9 +47,7 @@ def spent(recording: Recording, scene: Scene) -> Spent | None:
     Returns:
         None without muscles, or where these have no curves of the package: ideal, legacy, or with custom curves.
     """
-    kind = scene.muscle_model
-    custom_curves = kind.active_force_length or kind.passive_force_length or kind.force_velocity
-    if not recording.muscle_names or not recording.frames or kind.ideal or kind.legacy or custom_curves:
+    if not _has_costs(recording, scene):
         return None
     rest = first_number(basal_rate(scene.objective))
     mass = body_mass(scene.character)
@@ -68,12 +66,12 @@ def bhargava_costs(recording: Recording, scene: Scene, speed: float) -> dict[str
     """
     objective = replace(scene.objective, metabolic_model="bhargava", metabolic_work=None, basal_rate=None)
     scene = replace(scene, objective=objective)
-    net = spent(recording, scene)
-    if net is None:
+    if not _has_costs(recording, scene):
         return {}
-    power = _passive_and_power(recording, scene, effort.BHARGAVA_STRICT)[1].sum(axis=1).mean()
-    strict = first_number(basal_rate(objective)) + float(power) / body_mass(scene.character)
-    return {BHARGAVA_NET: cost_of_transport(net.power, speed), BHARGAVA_STRICT: cost_of_transport(strict, speed)}
+    rest, mass = first_number(basal_rate(objective)), body_mass(scene.character)
+    _, powers = _passive_and_powers(recording, scene, [effort.BHARGAVA, effort.BHARGAVA_STRICT])
+    net, strict = (rest + float(power.sum(axis=1).mean()) / mass for power in powers)
+    return {BHARGAVA_NET: cost_of_transport(net, speed), BHARGAVA_STRICT: cost_of_transport(strict, speed)}
 
 
 def cost_of_transport(power: float, speed: float) -> float | None:
@@ -86,21 +84,36 @@ def muscle_power(recording: Recording, scene: Scene) -> Floats:
     return _passive_and_power(recording, scene)[1]
 
 
-def _passive_and_power(recording: Recording, scene: Scene, formula: int | None = None) -> tuple[Floats, Floats]:
-    """Passive forces, N, and metabolic power, W, (F, M) each; by the formula of the objective, if none is given."""
+def _has_costs(recording: Recording, scene: Scene) -> bool:
+    """Whether a motion has muscles, with curves of the package."""
+    kind = scene.muscle_model
+    custom_curves = kind.active_force_length or kind.passive_force_length or kind.force_velocity
+    return bool(recording.muscle_names and recording.frames) and not (kind.ideal or kind.legacy or custom_curves)
+
+
+def _passive_and_power(recording: Recording, scene: Scene) -> tuple[Floats, Floats]:
+    """Passive forces, N, and metabolic power by the formula of the objective, W, (F, M) each."""
+    passive, powers = _passive_and_powers(recording, scene, [_MODELS[scene.objective.metabolic_model]])
+    return passive, powers[0]
+
+
+def _passive_and_powers(recording: Recording, scene: Scene, formulas: list[int]) -> tuple[Floats, list[Floats]]:
+    """Passive forces, N, and metabolic power by each formula, W, (F, M) each."""
     model = muscles_model(scene, recording.muscle_names, "cpu")
     muscles = [scene.character.muscles[name] for name in recording.muscle_names]
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
     quantities = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
-    passive, power = (wp.zeros_like(quantities[0]) for _ in range(2))
-    wp.launch(
-        effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model)),
-        dim=quantities[0].shape,
-        inputs=[model, _MODELS[scene.objective.metabolic_model] if formula is None else formula, *quantities],
-        outputs=[passive, power],
-        device="cpu",
-    )
-    return passive.numpy().astype(float), power.numpy().astype(float)
+    kernel = effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model))
+    passive, powers = wp.zeros_like(quantities[0]), [wp.zeros_like(quantities[0]) for _ in formulas]
+    for formula, power in zip(formulas, powers, strict=True):
+        wp.launch(
+            kernel,
+            dim=quantities[0].shape,
+            inputs=[model, formula, *quantities],
+            outputs=[passive, power],
+            device="cpu",
+        )
+    return passive.numpy().astype(float), [power.numpy().astype(float) for power in powers]
 
 
 def trembling(time: Floats, activation: Floats, above: float = TREMBLING) -> float | None:

@@ -22,6 +22,8 @@ NONE = "that is no number, or beyond all bounds"
 
 def cause_words(numbers: Integers, scene: Scene, structure: Structure) -> tuple[str, ...]:
     """For each instance what ended it, in words, from its number; nothing where it was no such part."""
+    if not numbers.any():  # as nearly always, of thousands of instances
+        return ("",) * len(numbers)
     known = {int(number): _words(int(number), scene, structure) if number else "" for number in set(numbers.tolist())}
     return tuple(known[number] for number in numbers.tolist())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -248,9 +248,16 @@ def _suiting(device: str | None, trials: CandidateBatch) -> int:
     """Simulations in a batch that suits the devices: as many as keep them busy, and as fit into their memory."""
     devices = find_devices(device)
     usual = CPU_BATCH if devices[0].is_cpu else GPU_BATCH
-    needed = _KEPT * trials.batch.instance_bytes.total
-    fitting = [instances_that_fit(needed, single) for single in devices]
+    # What an instance takes is found out by two more models, and not needed where there is room for more than that.
+    fitting = _fitting(devices, trials.batch.held_bytes)
+    if any(count is not None and count < usual for count in fitting):
+        fitting = _fitting(devices, trials.batch.instance_bytes.total)
     return len(devices) * min([usual, *(count for count in fitting if count is not None)])
+
+
+def _fitting(devices: Sequence[Any], bytes_an_instance: int) -> list[int | None]:
+    """How many such instances each of these devices has memory for, as often as batches are kept."""
+    return [instances_that_fit(_KEPT * bytes_an_instance, single) for single in devices]
 
 
 def _recordable(trials: CandidateBatch) -> int:

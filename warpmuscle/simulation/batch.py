@@ -86,6 +86,10 @@ class Batch(Protocol):
         """Bytes of device memory per additional instance."""
 
     @property
+    def held_bytes(self) -> int:
+        """Bytes of memory that state and model take on the first device; an additional instance takes no more."""
+
+    @property
     def recording_bytes(self) -> int:
         """Memory on the device that every further instance takes all of whose motion is recorded."""
 

@@ -236,6 +236,10 @@ class MultiDeviceRollout(Batch):
         return self.rollouts[0].instance_bytes
 
     @property
+    def held_bytes(self) -> int:
+        return self.rollouts[0].held_bytes
+
+    @property
     def recording_bytes(self) -> int:
         return self.rollouts[0].recording_bytes
 

@@ -20,7 +20,7 @@ from warpmuscle.scene.parameters import substitute
 from warpmuscle.simulation.batch import Batch
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.inputs import Inputs
-from warpmuscle.simulation.memory import InstanceBytes, instance_bytes
+from warpmuscle.simulation.memory import InstanceBytes, instance_bytes, struct_bytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.outcome import Outcome
 from warpmuscle.simulation.recorder import Recorder, frame_bytes
@@ -35,6 +35,7 @@ class RolloutResults(Batch):
     numeric: Scene
     _few: Scene  # the same with a row for several instances that have equal numbers
     state: structs.State
+    model: structs.Model
     _extensions: Extensions
     _inputs: Inputs
     _recorder: Recorder
@@ -45,6 +46,10 @@ class RolloutResults(Batch):
     def instance_bytes(self) -> InstanceBytes:
         """Bytes of device memory per additional instance."""
         return instance_bytes(self.scene, self.structure)
+
+    @property
+    def held_bytes(self) -> int:
+        return struct_bytes(self.state, self.model, self._extensions.struct)
 
     @property
     def recording_bytes(self) -> int:

@@ -91,8 +91,7 @@ class RolloutSettings(RolloutResults):
             values = named_values(values, self.parameters, self._values, self.instances)
         array = checked_values(values, self.instances, len(self.parameters))
         if array.ndim == 2 and self.instances > memory.FEW:
-            held = memory.struct_bytes(self.state, self.model, self._extensions.struct)
-            memory.check_memory(self.instances, self.instance_bytes.total, self.device, held)
+            memory.check_memory(self.instances, self.instance_bytes.total, self.device, self.held_bytes)
         before = self._numeric, self._few
         try:
             if self._following is not None:
