@@ -6,8 +6,8 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
-
 from damaging.c3d_file import plate_channels, write_c3d
+
 from warpmuscle.core.errors import SignalError
 from warpmuscle.inverse.files import read_markers
 from warpmuscle.inverse.laboratory.axes import axes_of_c3d
@@ -37,9 +37,9 @@ def stance() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def written(
     path: Path, kind: int = 2, room: str = "z up, y forward", of_foot: bool = False, offset: float = 0.0,
-    zero: tuple[int, int] = (1, 0), units: str = "", turned: bool = False, **changes: object,
+    zero: tuple[int, int] = (1, 0), units: str = "", turned: bool = False, belt: bool = False, **changes: object,
 ) -> Path:  # fmt: skip
-    """A file with a walk of two points over one plate; `changes` are of FORCE_PLATFORM."""
+    """A file with a walk of three points over one plate; `changes` are of FORCE_PLATFORM."""
     axes = ROOMS[room]
     force, point, moment = (one @ axes.T for one in stance())
     point, moment = 1000.0 * point, 1000.0 * moment
@@ -56,11 +56,13 @@ def written(
     own = {"USED": 1, "TYPE": np.array([kind]), "ZERO": np.array(zero), "CORNERS": corners.T[:, :, None],
            "ORIGIN": origin[:, None], "CHANNEL": (2 + np.arange(count))[:, None]} | more | changes  # fmt: skip
     time = np.arange(FRAMES) / RATE
-    points = np.stack([time + 0.5, np.full(FRAMES, 1.0), np.full(FRAMES, 0.1)], axis=1)[:, None]
-    points = 1000.0 * np.concatenate([points, points + [0.1, 0.5, 0.2]], axis=1) @ axes.T
+    way = np.zeros(FRAMES) if belt else time  # of the body; on a belt the foot goes backwards
+    points = np.stack(np.broadcast_arrays(way + 0.5, 1.0, 0.1), axis=1)[:, None]
+    foot = np.stack(np.broadcast_arrays(way - time + 1.0, 0.1, 0.1), axis=1)[:, None]
+    points = 1000.0 * np.concatenate([points, points + np.array([0.1, 0.5, 0.2]), foot], axis=1) @ axes.T
     emg = np.linspace(-1.0, 1.0, FRAMES * SAMPLES)
     return write_c3d(
-        path, points, ["RHIP", "RHAND"], RATE, np.column_stack([emg, channels + offset]),
+        path, points, ["RHIP", "RHAND", "RHEEL"], RATE, np.column_stack([emg, channels + offset]),
         ["emg", *(f"F{k}" for k in range(count))], ["V", *([units] * count if units else words)],
         {"FORCE_PLATFORM": {k: v for k, v in own.items() if v is not None}},
         scale=[0.5] * (count + 1), offset=[3] * (count + 1),
@@ -89,7 +91,7 @@ def test_plates_tell_forces_and_axes_in_any_room(tmp_path, room):
     up, _, ahead = room.partition(" up, ")
     assert axes_of_c3d(path) == (up, ahead.removesuffix(" forward"))
     markers = read_markers(path)
-    np.testing.assert_allclose(markers.positions[0], [[0.5, 1.0, 0.1], [0.6, 1.5, 0.3]], atol=1e-6)
+    np.testing.assert_allclose(markers.positions[0], [[0.5, 1.0, 0.1], [0.6, 1.5, 0.3], [1.0, 0.1, 0.1]], atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3, 4])
@@ -111,6 +113,12 @@ def test_forces_are_those_on_the_foot_whichever_the_plate_tells_and_however_it_l
     if "kind" in changes:  # half its distances change places with its edges
         changes = changes | {"ORIGIN": np.array(ORIGINS[3])[:, None]}
     check(read_loads(written(tmp_path / "walk.c3d", **changes)))
+
+
+def test_a_walk_on_a_belt_goes_where_feet_come_from(tmp_path):
+    path = written(tmp_path / "walk.c3d", room="z up, -x forward", belt=True)
+    assert axes_of_c3d(path) == ("z", "-x")
+    assert axes_of_c3d(path, up="z") == ("z", "-x")
 
 
 def test_origins_without_their_sign_are_below_the_surface(tmp_path):
@@ -138,7 +146,7 @@ def corners_of(folder: Path) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "changes, said",
+    ("changes", "said"),
     [
         ({"TYPE": np.array([5])}, "plate 1 is of TYPE 5; those of 1 to 4 are read"),
         ({"kind": 4, "CAL_MATRIX": None}, "plate 1, of TYPE 4, needs a CAL_MATRIX of 6 x 6"),
@@ -155,11 +163,12 @@ def test_what_a_plate_lacks_is_said_in_a_line(tmp_path, changes, said):
     path = written(tmp_path / "walk.c3d", **changes)
     with pytest.raises(SignalError, match=said) as caught:
         read_loads(path)
-    assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    "changes, said",
+    ("changes", "said"),
     [
         ({"units": "V"}, "plate 1 has channels in 'V', which are taken for N and N mm"),
         (

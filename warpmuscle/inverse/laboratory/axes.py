@@ -12,7 +12,7 @@ from warpmuscle.markers.arm import AXES
 from warpmuscle.synergy.c3d import C3dRoom, read_room
 
 LEVEL = 0.9  # cosine of the angle between a plate's normal and an axis, from which on it is that axis
-WALKED = 0.1  # of the extent of all points, by which their centre moves at least where a body walks
+WALKED = 0.1  # of the extent of all points, by which a body walks at least
 
 
 def axes_of_c3d(path: Path, up: str | None = None, forward: str | None = None) -> tuple[str, str]:
@@ -59,22 +59,33 @@ def _up(room: C3dRoom | None) -> str:
 
 
 def _forward(room: C3dRoom | None, up: str) -> str:
-    """The level axis along which points move most, if they walk; else that to the right on the screen, else x."""
-    level = [axis for axis in range(3) if axis != AXES.get(up, 1)]
+    """The level axis along which points walk most; else that to the right on the screen, else x."""
+    axis = AXES.get(up, 1)
+    level = [other for other in range(3) if other != axis]
     if room is not None:
-        places = room.positions[:, :, level].reshape(len(room.positions), -1, 2)
-        seen = np.isfinite(places).all(axis=2)
-        kept = np.flatnonzero(seen.any(axis=1))
-        always = seen[kept].all(axis=0) if len(kept) else np.zeros(0, bool)
-        if len(kept) > 1 and always.any():
-            moved = places[kept[-1]][always].mean(axis=0) - places[kept[0]][always].mean(axis=0)
-            extent = float(np.ptp(room.positions[kept[0]][always], axis=0).max()) if always.sum() > 1 else 0.0
-            most = int(np.argmax(np.abs(moved)))
-            if extent > 0.0 and abs(moved[most]) > WALKED * extent:
-                return ("-" if moved[most] < 0.0 else "") + "xyz"[level[most]]
-        if room.screen[0] in AXES and AXES[room.screen[0]] in level:
+        walked, extent = _walked(room.positions, axis, -1.0 if up[0] == "-" else 1.0)
+        most = int(np.argmax(np.abs(walked[level])))
+        if extent > 0.0 and abs(walked[level][most]) > WALKED * extent:
+            return ("-" if walked[level][most] < 0.0 else "") + "xyz"[level[most]]
+        if AXES.get(room.screen[0]) in level:
             return room.screen[0]
     return "xyz"[level[0]]
+
+
+def _walked(positions: Floats, axis: int, sign: float) -> tuple[Floats, float]:
+    """How far all points move past the lowest one (3,), which stands on the floor or a belt; and their extent."""
+    before, after = positions[:-1], positions[1:]
+    moved = after - before
+    seen = np.isfinite(moved).all(axis=2)
+    rows = np.flatnonzero(seen.sum(axis=1) > 1)
+    if not len(rows):
+        return np.zeros(3), 0.0
+    moved, seen = np.where(seen[..., None], moved, 0.0)[rows], seen[rows]
+    heights = np.where(seen, sign * (before + after)[rows, :, axis], np.inf)
+    low = moved[np.arange(len(rows)), np.argmin(heights, axis=1)]
+    mean = moved.sum(axis=1) / seen.sum(axis=1)[:, None]
+    body = before[rows[0]][seen[0]]
+    return (mean - low).sum(axis=0), float(np.ptp(body, axis=0).max())
 
 
 def _normals(corners: Floats) -> Floats:
