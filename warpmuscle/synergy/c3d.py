@@ -165,8 +165,8 @@ def read_plates(path: Path) -> C3dPlates | None:
         found[key] = _ordered(content.get(f"plate_{key}"), size)
         if len(found[key]) < used:
             raise SignalError(f"FORCE_PLATFORM:USED says {used}, but {key} is of {len(found[key])}", file=path)
-    channels = np.asarray(content.get("plate_CHANNEL", np.zeros((0, 0))), np.float64)
-    channels = channels.reshape(len(channels), -1, order="F") if channels.ndim else channels.reshape(1, 1)
+    channels = np.asarray(content.get("plate_CHANNEL", np.zeros(0)), np.float64)
+    channels = channels.reshape(len(channels) if channels.ndim else 1, -1) if channels.size else np.zeros((0, 0))
     if channels.shape[1] < used:
         raise SignalError(f"FORCE_PLATFORM:USED says {used}, but CHANNEL is of {channels.shape[1]}", file=path)
     zero = np.ravel(content.get("plate_ZERO", np.zeros(2)))

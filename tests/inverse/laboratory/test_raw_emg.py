@@ -40,6 +40,15 @@ def test_envelopes_follow_the_effort_from_0_to_1(tmp_path, samples):
     np.testing.assert_allclose(found.times[[0, -1]], [0.0, 2.0 - 1.0 / (100.0 * samples)])
 
 
+def test_rectified_volts_are_no_envelope_yet(tmp_path):
+    time = np.arange(4000) / 2000.0
+    noise = np.random.default_rng(3).normal(size=len(time))
+    values = np.abs(1e-4 * effort(time) * noise)[:, None] * [1.0, 0.5]
+    with pytest.warns(TrialWarning, match="raw EMG is divided"):
+        found = read_emg(written(tmp_path / "walk.c3d", 20, values), MUSCLES)
+    assert np.corrcoef(found.values[:, 0], effort(time))[0, 1] > 0.9
+
+
 def test_channels_called_as_muscles_are_theirs_and_envelopes_stay(tmp_path):
     values = np.linspace(0.0, 1.0, 400)[:, None] * [0.25, 0.5]
     found = read_emg(written(tmp_path / "walk.c3d", 2, values), MUSCLES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING
 
 from warpmuscle.core.errors import Error
@@ -51,7 +52,6 @@ def read_all_loads(
     paths: list[Path], motions: list[Path], up: str | None, forward: str | None, needed: bool
 ) -> list[Loads | None]:
     """Loads of all trials; without any, if they are needed, those of the plates of a C3D that has the markers."""
-    from warpmuscle.inverse.laboratory.c3d_plates import loads_of_c3d
     from warpmuscle.inverse.loads import read_loads
 
     count = len(motions)
@@ -59,9 +59,24 @@ def read_all_loads(
         given = f"{number_of(len(paths), 'time')} for {number_of(count, 'motion')}"
         raise Error(f"--loads is given {given}; give it once, or once for each")
     if not paths:
-        return [loads_of_c3d(path, up, forward) if needed and path.suffix.lower() == C3D else None for path in motions]
+        return [_own_plates(path, up, forward) if needed and path.suffix.lower() == C3D else None for path in motions]
     found: list[Loads | None] = [read_loads(path, up=up, forward=forward) for path in paths]
     return found * count if len(found) == 1 else found
+
+
+def _own_plates(path: Path, up: str | None, forward: str | None) -> Loads | None:
+    """Loads of the plates of a C3D, which says so if it has none."""
+    from warpmuscle.inverse.laboratory.c3d_plates import loads_of_c3d
+    from warpmuscle.inverse.trial import TrialWarning
+
+    found = loads_of_c3d(path, up, forward)
+    if found is None:
+        warnings.warn(
+            f"{path} has no force plates, and there is no --loads: what the ground carries is left to the root, and "
+            "moments of legs are wrong by it",
+            TrialWarning, stacklevel=2,
+        )  # fmt: skip
+    return found
 
 
 def predicted_loads(

@@ -14,7 +14,9 @@ from warpmuscle.core.errors import SignalError
 from warpmuscle.inverse.trial import TrialWarning
 from warpmuscle.synergy.emg import Chain, band_passed, envelope
 from warpmuscle.synergy.recordings import read_signals
+from warpmuscle.synergy.signals import Signals
 
+LEAST = 0.01  # that an envelope comes to, whose greatest effort is 1; volts do not
 WITHIN = 0.9  # of half the sampling rate, that a band reaches at most
 
 
@@ -24,7 +26,8 @@ def envelopes_of_c3d(
     """Muscles (K,), times (T,) s, from 0 on, and envelopes (T, K) from 0 to 1 of the analog channels of a file.
 
     Raw EMG is band-passed, rectified and low-passed by the defaults of `synergy.emg.Chain`, and divided by its greatest
-    value. Channels that are from 0 to 1 throughout are taken for envelopes as they are.
+    value; what is nowhere negative is rectified already. Channels that are from 0 to 1 throughout, and not as small as
+    volts are, are taken for envelopes as they are.
 
     Args:
         muscles: of the model. channels: names of channels by muscle; without, channels have the names of muscles.
@@ -50,16 +53,8 @@ def envelopes_of_c3d(
         )
     signals = read_signals(path, list(dict.fromkeys(channels.values())))
     values = signals.values
-    raw = bool((values < 0.0).any() or (values > 1.0).any())
-    if raw:
-        usual = Chain()
-        assert usual.band is not None
-        highest = min(usual.band[1], 0.5 * WITHIN * signals.rate)
-        if highest <= usual.band[0]:
-            raise signals.error(f"EMG is sampled {signals.rate:g} times a second, too few for its band from "
-                                f"{usual.band[0]:g} Hz on")  # fmt: skip
-        chain = replace(usual, band=(usual.band[0], highest))
-        values = envelope(band_passed(signals, chain), chain).values
+    if (values < 0.0).any() or (values > 1.0).any() or (values.max(axis=0) < LEAST).any():
+        values = _envelopes(signals)
         values = values / values.max(axis=0)
         warnings.warn(
             f"{path}: raw EMG is divided by its greatest value in this trial: where that is less than a greatest "
@@ -68,3 +63,18 @@ def envelopes_of_c3d(
         )  # fmt: skip
     at = [signals.names.index(name) for name in channels.values()]
     return tuple(channels), signals.time, np.asarray(values[:, at])
+
+
+def _envelopes(signals: Signals) -> Floats:
+    """Raw or rectified EMG low-passed (T, K)."""
+    chain = Chain()
+    if (signals.values < 0.0).any():
+        assert chain.band is not None
+        lowest, highest = chain.band[0], min(chain.band[1], 0.5 * WITHIN * signals.rate)
+        if highest <= lowest:
+            raise signals.error(
+                f"EMG is sampled {signals.rate:g} times a second, too few for its band from {lowest:g} Hz on"
+            )
+        chain = replace(chain, band=(lowest, highest))
+        signals = band_passed(signals, chain)
+    return envelope(signals, chain).values
