@@ -72,7 +72,8 @@ def write_laboratory(trial: Trial, own: Laboratory, path: Path) -> None:
     first = np.cumsum([1, *(one.shape[1] for one in columns)])
     channels = [np.pad(first[k] + np.arange(columns[k].shape[1]), (0, 8 - columns[k].shape[1])) for k in (0, 1)]
     plates: dict[str, Any] = {
-        "USED": 2, "TYPE": np.array(KINDS), "ZERO": np.array([1, 0]), "CORNERS": np.stack([one.T for one in corners], 2),
+        "USED": 2, "TYPE": np.array(KINDS), "ZERO": np.array([1, 0]),
+        "CORNERS": np.stack([one.T for one in corners], axis=2),
         "ORIGIN": np.stack([ORIGINS[kind] for kind in KINDS], axis=1), "CHANNEL": np.stack(channels, axis=1),
     }  # fmt: skip
     for change in own.parameters:

@@ -105,6 +105,7 @@ def inverse(
     _check_outputs(output, report, sto)
     start_warp()
     from warpmuscle.inverse.activations import ActivationOptions
+    from warpmuscle.inverse.as_opensim.differences import choices
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
 
@@ -129,8 +130,14 @@ def inverse(
             options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted, exact_rates=exact_rates,
             tracking=_tracking(options, window, not no_reserves, not no_residuals, ground),
         )  # fmt: skip
-    about = _about(model, wanted, options, filter)
+        about = _about(model, wanted, options, filter)
+        about |= dict(
+            choices(body, wanted, trials, forces, times, filter=filter, options=options, exact_rates=exact_rates)
+        )
     _give(found, output, sto, about, body)
+    for name in ("rates", "pennation"):
+        if name in about:
+            out.print(about[name], markup=False)
     _page(report, body, found, forces, signals, about)
 
 
