@@ -3,7 +3,7 @@
 For docs/how-to/recordings-to-muscles.md.
 
 Subjects are drawn: OpenSim scales each body of a known walker by factors of its own along three axes, alike left and
-right, and its markers with them, to another mass; its coordinates are those of the known walk, markers where OpenSim has
+right, and its markers with them, to another mass; coordinates are those of the known walk, markers where OpenSim has
 them then. Each body keeps its share of the mass, as `wm.scale` takes it to, unless `--masses` says otherwise. OpenSim
 and reference data are needed.
 
