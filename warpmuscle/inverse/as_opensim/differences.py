@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from warpmuscle.inverse.dynamics import inverse_dynamics
 from warpmuscle.inverse.static_optimization import static_optimization
 from warpmuscle.inverse.trial import Coordinates, Loads
 
+Found = TypeVar("Found")
 TRIALS, FRAMES = 4, 10  # looked at, of all trials and of each; a change is a few times greater between them at most
 
 
@@ -63,7 +64,8 @@ def _of_rates(
 ) -> Choice:  # fmt: skip
     """On accelerations beyond knees that turn about three axes."""
     opensims, right = (
-        inverse_dynamics(body, motions, loads, filter=cutoff, times=times, exact_rates=one) for one in (False, True)
+        _listed(inverse_dynamics(body, motions, loads, filter=cutoff, times=times, exact_rates=one))
+        for one in (False, True)
     )
     off = np.concatenate([np.abs(a.values - b.values) for a, b in zip(opensims, right, strict=True)]).max(axis=0)
     turns = [k for k, unit in enumerate(opensims[0].units) if unit == "N m"]
@@ -82,8 +84,9 @@ def _of_pennation(
     fields = {name: getattr(options, name) for name in options.__dataclass_fields__}
     fields |= {"rates": False, "emg_weight": 0.0}  # frames far from each other are solved by themselves
     without, counted = (
-        static_optimization(body, motions, loads, filter=cutoff, times=times, exact_rates=exact,
-                            **fields | {"pennation": one}) for one in (False, True)
+        _listed(static_optimization(body, motions, loads, filter=cutoff, times=times, exact_rates=exact,
+                                    **fields | {"pennation": one}))
+        for one in (False, True)
     )  # fmt: skip
     off = np.concatenate([np.abs(a.activation - b.activation) for a, b in zip(without, counted, strict=True)])
     most = off.max(axis=0)
@@ -94,3 +97,8 @@ def _of_pennation(
     return Choice(
         "pennation", f"the pennation of {count} of Millard is left out, as in OpenSim; with it (--pennation) {other}"
     )
+
+
+def _listed(found: Found | list[Found]) -> list[Found]:
+    """What was found of several trials."""
+    return found if isinstance(found, list) else [found]

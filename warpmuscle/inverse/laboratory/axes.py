@@ -76,7 +76,7 @@ def _walked(positions: Floats, axis: int, sign: float) -> tuple[Floats, float]:
     """How far all points move past the lowest one (3,), which stands on the floor or a belt; and their extent."""
     before, after = positions[:-1], positions[1:]
     moved = after - before
-    seen = np.isfinite(moved).all(axis=2)
+    seen = np.asarray(np.isfinite(moved).all(axis=2))
     rows = np.flatnonzero(seen.sum(axis=1) > 1)
     if not len(rows):
         return np.zeros(3), 0.0
@@ -93,4 +93,4 @@ def _normals(corners: Floats) -> Floats:
     first, second, third, fourth = np.moveaxis(corners, 1, 0) if len(corners) else np.zeros((4, 0, 3))
     normal = np.cross(third - first, fourth - second)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+    return np.asarray(np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0))

@@ -94,13 +94,13 @@ def _signals(path: Path, found: C3dPlates, number: int, name: str) -> Floats:
             file=path,
         )
     signals = found.values[:, chosen]
-    matrix = np.eye(count)
+    matrix: Floats = np.eye(count)
     if kind == CALIBRATED:
         if found.matrices.shape[:2] != (count, count) or found.matrices.size < (number + 1) * count * count:
             raise SignalError(f"{name}, of TYPE {kind}, needs a CAL_MATRIX of {count} x {count}", file=path)
         matrix = found.matrices.reshape(count, count, -1)[:, :, number]
     factors = _factors(path, found, chosen, kind, name)
-    return _without_baseline(path, found, signals, matrix, factors, name) @ matrix.T * factors
+    return np.asarray(_without_baseline(path, found, signals, matrix, factors, name) @ matrix.T * factors)
 
 
 def _without_baseline(
@@ -122,7 +122,7 @@ def _without_baseline(
             TrialWarning, stacklevel=5,
         )  # fmt: skip
         return signals
-    return signals - offset
+    return np.asarray(signals - offset)
 
 
 def _factors(path: Path, found: C3dPlates, chosen: Integers, kind: int, name: str) -> Floats:
