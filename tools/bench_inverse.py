@@ -35,7 +35,7 @@ from warpmuscle.inverse.reactions.joint_reactions import reactions_of
 from warpmuscle.inverse.static_optimization import Launch, Solver, activations_of
 from warpmuscle.inverse.trial import Coordinates, Loads
 
-OPENSIMS = 41  # frames that OpenSim's tools do
+OPENSIMS = 41  # frames that OpenSim's static optimisation does
 NOISE = 0.01  # of a coordinate's range, by which strides differ
 
 
@@ -86,18 +86,20 @@ def write(trials: list[tuple[Coordinates, Loads]], body: BodyModel, folder: Path
     return found
 
 
-def opensim_seconds(model: Path, motion: Path, loads: Path, times: Any) -> dict[str, float]:
-    """Processor time a frame, s, of OpenSim's inverse dynamics and static optimisation of a motion.
+def opensim_seconds(model: Path, motion: Path, loads: Path, times: Any, step: int) -> float:
+    """Processor time a frame, s, of OpenSim's static optimisation of a motion.
 
-    The start of a tool does not count: two runs of some and of twice as many frames are taken from each other.
+    The start of the tool does not count: two runs of some and of twice as many frames are taken from each other.
+
+    Args:
+        times: of the motion's frames. step: every so manieth is optimised, as far apart as those of strides.
     """
     import opensim
 
     opensim.Logger.setLevelString("off")
-    found = {}
     with TemporaryDirectory() as folder:
-        reserves = opensim.ForceSet()
-        coordinates = opensim.Model(str(model)).getCoordinateSet()
+        reserves, loaded = opensim.ForceSet(), opensim.Model(str(model))
+        coordinates = loaded.getCoordinateSet()
         for k in range(coordinates.getSize()):
             name = coordinates.get(k).getName()
             one = opensim.CoordinateActuator(name)
@@ -108,37 +110,24 @@ def opensim_seconds(model: Path, motion: Path, loads: Path, times: Any) -> dict[
             reserves.cloneAndAppend(one)
         file = Path(folder) / "reserves.xml"
         reserves.printToXML(str(file))
-        half = len(times) // 2
-        for name, work in (("inverse dynamics", _opensim_dynamics), ("static optimisation", _opensim_activations)):
-            took = []
-            for end in (times[half], times[-1]):
-                start = time.process_time()
-                work(opensim, model, motion, loads, float(times[0]), float(end), folder, file)
-                took.append(time.process_time() - start)
-            found[name] = (took[1] - took[0]) / (len(times) - 1 - half)
-    return found
-
-
-def _opensim_dynamics(
-    opensim: Any, model: Path, motion: Path, loads: Path, begin: float, end: float, folder: str, reserves: Path
-) -> None:
-    tool, loaded = opensim.InverseDynamicsTool(), opensim.Model(str(model))
-    loaded.initSystem()
-    tool.setModel(loaded)
-    tool.setCoordinatesFileName(str(motion))
-    tool.setExternalLoadsFileName(str(loads))
-    excluded = opensim.ArrayStr()
-    excluded.append("Muscles")
-    tool.setExcludedForces(excluded)
-    tool.setLowpassCutoffFrequency(-1.0)
-    tool.setStartTime(begin)
-    tool.setEndTime(end)
-    tool.setResultsDir(folder)
-    tool.run()
+        half, took = len(times) // (2 * step) * step, []
+        for end in (times[half], times[-1]):
+            start = time.process_time()
+            _opensim_activations(opensim, model, motion, loads, float(times[0]), float(end), folder, file, step)
+            took.append(time.process_time() - start)
+    return (took[1] - took[0]) / ((len(times) - 1 - half) // step)
 
 
 def _opensim_activations(
-    opensim: Any, model: Path, motion: Path, loads: Path, begin: float, end: float, folder: str, reserves: Path
+    opensim: Any,
+    model: Path,
+    motion: Path,
+    loads: Path,
+    begin: float,
+    end: float,
+    folder: str,
+    reserves: Path,
+    every: int,
 ) -> None:
     tool = opensim.AnalyzeTool()
     tool.setModelFilename(str(model))
@@ -148,8 +137,6 @@ def _opensim_activations(
     files.append(str(reserves))
     tool.setForceSetFiles(files)
     tool.setReplaceForceSet(False)
-    tool.setLoadModelAndInput(True)
-    tool.setStartTime(begin)
     tool.setFinalTime(end)
     tool.setInitialTime(begin)
     tool.setLowpassCutoffFrequency(-1.0)
@@ -157,10 +144,7 @@ def _opensim_activations(
     wanted = opensim.StaticOptimization()
     wanted.setStartTime(begin)
     wanted.setEndTime(end)
-    wanted.setStepInterval(1)
-    wanted.setUseModelForceSet(True)
-    wanted.setActivationExponent(2)
-    wanted.setUseMusclePhysiology(True)
+    wanted.setStepInterval(every)
     tool.updAnalysisSet().cloneAndAppend(wanted)
     file = Path(folder) / "setup.xml"
     tool.printToXML(str(file))
@@ -234,11 +218,11 @@ def main(
         kinematics(marker_model or model, markers, strides_, device)
     memory(body)
     if opensim:
-        times = recorded.times[: min(len(recorded.times), OPENSIMS)]
-        theirs = opensim_seconds(model.resolve(), motion.resolve(), loads.resolve(), times)
-        for name, seconds in theirs.items():
-            print(f"| OpenSim's {name}, one core, a frame | {seconds:.3g} | {1.0 / seconds:,.1f} |")
-        print(f"\nthe whole chain is {theirs['static optimisation'] * n / whole:,.0f} times as fast as OpenSim's")
+        step = max(round(float(np.diff(trials[0][0].times).mean() / np.diff(recorded.times).mean())), 1)
+        times = recorded.times[: (OPENSIMS - 1) * step + 1]
+        seconds = opensim_seconds(model.resolve(), motion.resolve(), loads.resolve(), times, step)
+        print(f"| OpenSim's static optimisation, one core, a frame | {seconds:.3g} | {1 / seconds:.1f} |")
+        print(f"\nthe whole chain is {seconds * n / whole:,.0f} times as fast as OpenSim's")
 
 
 def kinematics(model: Path, markers: Path, count: int, device: str | None) -> None:
