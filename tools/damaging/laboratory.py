@@ -189,6 +189,7 @@ def _bytes_of_plates(trial: Trial, rng: Random) -> None:
     trial.edit("c3d", change)
 
 
+ABSENT = r"channel .* is not there"
 LOAD = r"weight|swings|far from|nearer to|push forwards|pull the body down|beyond its edge|at an arm"
 LABORATORY: list[Damage] = [
     _set("TYPE", np.array([5, 2]), r"of TYPE 5"), _set("TYPE", np.array([2, 21]), r"of TYPE 21"),
@@ -197,9 +198,9 @@ LABORATORY: list[Damage] = [
     _set("TYPE", None, r"TYPE is of 0"), _set("TYPE", np.array([2, 2]), LOAD),
     _set("USED", 5, r"USED says 5"), _set("USED", 0, r"no force plates"), _set("USED", -1, r"no force plates"),
     _set("USED", None, r"no force plates"), _set("USED", 1, LOAD),
-    _set("CHANNEL", lambda x: x + 90, r"names channel"), _set("CHANNEL", lambda x: x * 0, r"names channel"),
+    _set("CHANNEL", lambda x: x + 90, ABSENT), _set("CHANNEL", lambda x: x * 0, ABSENT),
     _set("CHANNEL", lambda x: x[:4], r"needs 6 channels"), _set("CHANNEL", None, r"CHANNEL is of 0"),
-    _set("CHANNEL", lambda x: x[:, :1], r"CHANNEL is of 1"), _set("CHANNEL", lambda x: -x, r"names channel"),
+    _set("CHANNEL", lambda x: x[:, :1], r"CHANNEL is of 1"), _set("CHANNEL", lambda x: -x, ABSENT),
     _parameter("channels of one plate shuffled", _shuffled_channels, LOAD),
     _parameter("the two plates in the other order", _swapped_plates, None),
     _set("CORNERS", lambda x: 0.0 * x, r"rectangle"), _set("CORNERS", lambda x: x * np.nan, r"finite numbers"),

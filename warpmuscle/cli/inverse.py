@@ -29,7 +29,24 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.trial import Loads
 
 SHOWN = 5  # of a list of frames
+CHOICES = "rates", "pennation"  # of ways in which OpenSim is not exact
 NOTED = 1.0e-3  # N m or N, of what acts beside muscles
+
+LoadFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--loads", help="External loads' .xml, or forces in .mot, .sto, .csv or .c3d. One for all, or one each."
+    ),
+]
+EmgFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles, or raw in .c3d. One a motion."),
+]
+Channels = Annotated[
+    list[str] | None,
+    typer.Option(metavar="MUSCLE=NAME", help="Analog channel of a muscle in an --emg that is a .c3d."),
+]
+NoPlates = Annotated[bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")]
 
 
 def inverse(
@@ -38,25 +55,12 @@ def inverse(
         list[Path],
         typer.Argument(metavar="MOTION...", help="Coordinates: .mot, .sto or .csv; or markers: .trc or .c3d."),
     ],
-    loads: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--loads", help="External loads' .xml, or forces in .mot, .sto, .csv or .c3d. One for all, or one each."
-        ),
-    ] = None,
-    emg: Annotated[
-        list[Path] | None,
-        typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles, or raw in .c3d. One a motion."),
-    ] = None,
-    channel: Annotated[
-        list[str] | None,
-        typer.Option(metavar="MUSCLE=NAME", help="Analog channel of a muscle in an --emg that is a .c3d."),
-    ] = None,
+    loads: LoadFiles = None,
+    emg: EmgFiles = None,
+    channel: Channels = None,
     up: Annotated[str | None, typer.Option(help="Axis of markers and of .c3d that is up, such as z.")] = None,
     forward: Annotated[str | None, typer.Option(help="Axis of them that is forward, such as -x.")] = None,
-    no_plates: Annotated[
-        bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")
-    ] = False,
+    no_plates: NoPlates = False,
     steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr, track.")] = "id,so,jr",
     setup: Annotated[
         Path | None, typer.Option(help="Set-up file of OpenSim's InverseKinematicsTool, for markers.")
@@ -117,11 +121,8 @@ def inverse(
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
         fitted, trials = read_motions(motions, body, setup, device, up, forward)
-        needed = bool(set(wanted) - {"ik"})
-        forces = (
-            predicted_loads(body, trials, loads, filter) if no_plates
-            else read_all_loads(loads or [], motions, up, forward, needed)
-        )  # fmt: skip
+        predicted = predicted_loads(body, trials, loads, filter) if no_plates else None
+        forces = predicted or read_all_loads(loads or [], motions, up, forward, wanted != ("ik",))
         signals = read_all_emg(emg or [], len(motions), body, channel or [])
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
@@ -135,9 +136,6 @@ def inverse(
             choices(body, wanted, trials, forces, times, filter=filter, options=options, exact_rates=exact_rates)
         )
     _give(found, output, sto, about, body)
-    for name in ("rates", "pennation"):
-        if name in about:
-            out.print(about[name], markup=False)
     _page(report, body, found, forces, signals, about)
 
 
@@ -202,6 +200,9 @@ def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict
     for trial in found:
         _tell(trial)
         _tell_tracked(trial)
+    for name in CHOICES:
+        if name in about:
+            out.print(about[name], markup=False)
     if output is not None:
         write_result(output, found, about, body)
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)

@@ -142,7 +142,7 @@ def read_room(path: Path) -> C3dRoom:
     """Points, corners of force plates and axes of the screen; raises SignalError, see `read_c3d`."""
     _, _, content = _read(path, "POINT", "points")
     values = np.asarray(content["values"], np.float64).transpose(2, 1, 0)
-    used, corners = _whole(content.get("plate_USED")), _ordered(content.get("plate_CORNERS"), 12)
+    used, corners = _count_of_plates(content.get("plate_USED")), _ordered(content.get("plate_CORNERS"), 12)
     screen = [str(word).strip().lower().lstrip("+") for word in content["screen"]]
     right, above = screen if len(screen) == 2 else ("", "")
     return C3dRoom(values, corners[:used].reshape(-1, 4, 3), (right, above))
@@ -155,7 +155,7 @@ def read_plates(path: Path) -> C3dPlates | None:
         SignalError: see `read_c3d`; or a parameter of the plates is missing, or has another size than they need.
     """
     frames, samples, content = _read(path, "ANALOG", "analog channels")
-    used = _whole(content.get("plate_USED"))
+    used = _count_of_plates(content.get("plate_USED"))
     if used < 1:
         return None
     values = np.asarray(content["values"], np.float64).T
@@ -190,7 +190,7 @@ def _unit(content: dict[str, Any]) -> str:
     return str(content["unit"][0]).strip() if content["unit"].size else "mm"
 
 
-def _whole(value: Any) -> int:
+def _count_of_plates(value: Any) -> int:
     """A number of plates; 0 of none."""
     number = np.ravel(value)[:1] if value is not None else np.zeros(0)
     return int(number[0]) if len(number) and np.isfinite(number[0]) else 0

@@ -127,7 +127,7 @@ def test_origins_without_their_sign_are_below_the_surface(tmp_path):
 
 def test_the_baseline_is_taken_off_where_the_plate_is_empty(tmp_path):
     check(read_loads(written(tmp_path / "walk.c3d", offset=7.0, zero=(1, 4))))
-    with pytest.warns(TrialWarning, match=r"plate 1 carries \d+ N in frames 12 to 18.*none is taken off"):
+    with pytest.warns(TrialWarning, match=r"\d+ N act on plate 1 in frames 12 to 18.*none is taken off"):
         check(read_loads(written(tmp_path / "late.c3d", zero=(12, 18))))
 
 
@@ -151,7 +151,7 @@ def corners_of(folder: Path) -> np.ndarray:
         ({"TYPE": np.array([5])}, "plate 1 is of TYPE 5; those of 1 to 4 are read"),
         ({"kind": 4, "CAL_MATRIX": None}, "plate 1, of TYPE 4, needs a CAL_MATRIX of 6 x 6"),
         ({"CHANNEL": np.arange(3)[:, None]}, "plate 1, of TYPE 2, needs 6 channels, CHANNEL has 3"),
-        ({"CHANNEL": (90 + np.arange(6))[:, None]}, "plate 1 names channel 90, and there are 7 analog channels"),
+        ({"CHANNEL": (90 + np.arange(6))[:, None]}, "channel 90 of plate 1 is not there: there are 7 analog channels"),
         ({"CORNERS": np.zeros((3, 4, 1))}, "the CORNERS of plate 1 do not span a rectangle"),
         ({"CORNERS": np.full((3, 4, 1), np.nan)}, "FORCE_PLATFORM:CORNERS has something else than finite numbers"),
         ({"ORIGIN": None}, "FORCE_PLATFORM:USED says 1, but ORIGIN is of 0"),

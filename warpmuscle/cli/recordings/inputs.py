@@ -59,12 +59,12 @@ def read_all_loads(
         given = f"{number_of(len(paths), 'time')} for {number_of(count, 'motion')}"
         raise Error(f"--loads is given {given}; give it once, or once for each")
     if not paths:
-        return [_own_plates(path, up, forward) if needed and path.suffix.lower() == C3D else None for path in motions]
+        return [_plates_in(path, up, forward) if needed and path.suffix.lower() == C3D else None for path in motions]
     found: list[Loads | None] = [read_loads(path, up=up, forward=forward) for path in paths]
     return found * count if len(found) == 1 else found
 
 
-def _own_plates(path: Path, up: str | None, forward: str | None) -> Loads | None:
+def _plates_in(path: Path, up: str | None, forward: str | None) -> Loads | None:
     """Loads of the plates of a C3D, which says so if it has none."""
     from warpmuscle.inverse.laboratory.c3d_plates import loads_of_c3d
     from warpmuscle.inverse.trial import TrialWarning

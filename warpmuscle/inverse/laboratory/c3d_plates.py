@@ -84,13 +84,14 @@ def _signals(path: Path, found: C3dPlates, number: int, name: str) -> Floats:
     kind, count = found.types[number], CHANNELS[found.types[number]]
     if len(found.channels) < count:
         raise SignalError(
-            f"{name}, of TYPE {kind}, needs {count} channels, CHANNEL has {len(found.channels)}", file=path
+            f"{name}, of TYPE {kind}, needs {number_of(count, 'channel')}, CHANNEL has {len(found.channels)}", file=path
         )
     chosen = found.channels[:count, number].astype(int) - 1
     wrong = chosen[(chosen < 0) | (chosen >= found.values.shape[1])]
     if len(wrong):
         raise SignalError(
-            f"{name} names channel {wrong[0] + 1}, and there are {number_of(found.values.shape[1], 'analog channel')}",
+            f"channel {wrong[0] + 1} of {name} is not there: there are "
+            f"{number_of(found.values.shape[1], 'analog channel')}",
             file=path,
         )
     signals = found.values[:, chosen]
@@ -117,7 +118,7 @@ def _without_baseline(
     through = unloaded[4:].sum() if len(unloaded) == CHANNELS[3] else unloaded[2]
     if abs(through) > LOADED:
         warnings.warn(
-            f"{path}: {name} carries {abs(through):.0f} N in frames {first} to {last}, which FORCE_PLATFORM:ZERO gives "
+            f"{path}: {abs(through):.0f} N act on {name} in frames {first} to {last}, which FORCE_PLATFORM:ZERO gives "
             "for its baseline: none is taken off, so that an offset of the plate would stay in its forces",
             TrialWarning, stacklevel=5,
         )  # fmt: skip
