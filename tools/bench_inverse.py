@@ -6,7 +6,8 @@
 
 The motion is cut into strides of so many frames, again and again, each a little other than those before, which are
 written as files of motions and loads; the whole chain starts from these. Every rate is of the best of some runs,
-kernels being compiled. With `--opensim` OpenSim does the same frames by its own tools, on one core.
+kernels being compiled; on a CPU it is by processor time. With `--opensim` OpenSim does frames of the motion by its own
+tools, on one core and by processor time, too, and the chain is put beside its static optimisation.
 """
 
 from __future__ import annotations
@@ -34,17 +35,19 @@ from warpmuscle.inverse.reactions.joint_reactions import reactions_of
 from warpmuscle.inverse.static_optimization import Launch, Solver, activations_of
 from warpmuscle.inverse.trial import Coordinates, Loads
 
+OPENSIMS = 41  # frames that OpenSim's static optimisation does
 NOISE = 0.01  # of a coordinate's range, by which strides differ
 
 
-def best(work: Callable[[], Any], runs: int = 3) -> float:
-    """Shortest time of several runs, s."""
+def best(work: Callable[[], Any], device: Any, runs: int = 3) -> float:
+    """Shortest time of several runs, s; on a CPU, which others may use, too, of the processor."""
+    clock = time.process_time if device.is_cpu else time.perf_counter
     found = []
     for _ in range(runs):
-        start = time.perf_counter()
+        start = clock()
         work()
         wp.synchronize()
-        found.append(time.perf_counter() - start)
+        found.append(clock() - start)
     return min(found)
 
 
@@ -83,29 +86,69 @@ def write(trials: list[tuple[Coordinates, Loads]], body: BodyModel, folder: Path
     return found
 
 
-def opensim_rates(model: Path, motion: Path, loads: Path, end: float) -> dict[str, float]:
-    """Seconds that OpenSim's tools take for inverse dynamics and static optimisation of a motion up to a time."""
+def opensim_seconds(model: Path, motion: Path, loads: Path, times: Any, step: int) -> float:
+    """Processor time a frame, s, of OpenSim's static optimisation of a motion.
+
+    The start of the tool does not count: two runs of some and of twice as many frames are taken from each other.
+
+    Args:
+        times: of the motion's frames. step: every so manieth is optimised, as far apart as those of strides.
+    """
     import opensim
 
-    opensim.Logger.setLevelString("error")
-    found = {}
+    opensim.Logger.setLevelString("off")
     with TemporaryDirectory() as folder:
-        tool = opensim.InverseDynamicsTool()
-        loaded = opensim.Model(str(model))
-        loaded.initSystem()
-        tool.setModel(loaded)
-        tool.setCoordinatesFileName(str(motion))
-        tool.setExternalLoadsFileName(str(loads))
-        excluded = opensim.ArrayStr()
-        excluded.append("Muscles")
-        tool.setExcludedForces(excluded)
-        tool.setLowpassCutoffFrequency(-1.0)
-        tool.setEndTime(end)
-        tool.setResultsDir(folder)
-        start = time.perf_counter()
-        tool.run()
-        found["ID"] = time.perf_counter() - start
-    return found
+        reserves, loaded = opensim.ForceSet(), opensim.Model(str(model))
+        coordinates = loaded.getCoordinateSet()
+        for k in range(coordinates.getSize()):
+            name = coordinates.get(k).getName()
+            one = opensim.CoordinateActuator(name)
+            one.setName(f"{name}_reserve")
+            one.setOptimalForce(100.0 if name.startswith("pelvis") else 1.0)
+            one.setMinControl(-1000.0)
+            one.setMaxControl(1000.0)
+            reserves.cloneAndAppend(one)
+        file = Path(folder) / "reserves.xml"
+        reserves.printToXML(str(file))
+        half, took = len(times) // (2 * step) * step, []
+        for end in (times[half], times[-1]):
+            start = time.process_time()
+            _opensim_activations(opensim, model, motion, loads, float(times[0]), float(end), folder, file, step)
+            took.append(time.process_time() - start)
+    return (took[1] - took[0]) / ((len(times) - 1 - half) // step)
+
+
+def _opensim_activations(
+    opensim: Any,
+    model: Path,
+    motion: Path,
+    loads: Path,
+    begin: float,
+    end: float,
+    folder: str,
+    reserves: Path,
+    every: int,
+) -> None:
+    tool = opensim.AnalyzeTool()
+    tool.setModelFilename(str(model))
+    tool.setCoordinatesFileName(str(motion))
+    tool.setExternalLoadsFileName(str(loads))
+    files = opensim.ArrayStr()
+    files.append(str(reserves))
+    tool.setForceSetFiles(files)
+    tool.setReplaceForceSet(False)
+    tool.setFinalTime(end)
+    tool.setInitialTime(begin)
+    tool.setLowpassCutoffFrequency(-1.0)
+    tool.setResultsDir(folder)
+    wanted = opensim.StaticOptimization()
+    wanted.setStartTime(begin)
+    wanted.setEndTime(end)
+    wanted.setStepInterval(every)
+    tool.updAnalysisSet().cloneAndAppend(wanted)
+    file = Path(folder) / "setup.xml"
+    tool.printToXML(str(file))
+    opensim.AnalyzeTool(str(file)).run()
 
 
 def main(
@@ -142,16 +185,16 @@ def main(
         def read_all() -> None:
             read[:] = [(read_coordinates(one, body.scene), read_loads(other)) for one, other in paths]
 
-        row("files read", best(read_all, 1))
+        row("files read", best(read_all, body.device, 1))
         bodies = [plate.body for plate in forces.plates]
         named = [(one, told(other, bodies)) for one, other in read]
         motions, all_loads = [one for one, _ in named], [other for _, other in named]
-        row("splines, states and loads", best(lambda: prepare(body, motions, all_loads, None, None)))
+        row("splines, states and loads", best(lambda: prepare(body, motions, all_loads, None, None), body.device))
         prepared = prepare(body, motions, all_loads, None, None)
-        row("inverse dynamics alone", best(lambda: body.dynamics(prepared.states, prepared.loads)))
-        row("inverse dynamics, from arrays", best(lambda: inverse_dynamics(body, motions, all_loads)))
+        row("inverse dynamics alone", best(lambda: body.dynamics(prepared.states, prepared.loads), body.device))
+        row("inverse dynamics, from arrays", best(lambda: inverse_dynamics(body, motions, all_loads), body.device))
         row("muscles: paths, moment arms, forces", best(lambda: [
-            body.muscle_frames(prepared.states, part) for part in body.chunks(n)]))  # fmt: skip
+            body.muscle_frames(prepared.states, part) for part in body.chunks(n)], body.device))  # fmt: skip
         dynamics = body.dynamics(prepared.states, prepared.loads)
         effort = dynamics.effort + dynamics.followed
         alone, again = solves(body, prepared, effort)
@@ -159,25 +202,27 @@ def main(
         print(f"| of it frames that are solved again, in double precision | {again:.3g} | |")
         row(
             "static optimisation with muscles",
-            best(lambda: activations_of(body, prepared, ActivationOptions(), (), effort)),
+            best(lambda: activations_of(body, prepared, ActivationOptions(), (), effort), body.device),
         )
         acting = activations_of(body, prepared, ActivationOptions(), (), effort)
-        row("joint reactions", best(lambda: reactions_of(body, prepared, acting), 2))
+        row("joint reactions", best(lambda: reactions_of(body, prepared, acting), body.device, 2))
 
         def chain() -> None:
             read_all()
             own = [told(two, bodies) for _, two in read]
             activations_of(body, prepare(body, [one for one, _ in read], own, None, None), ActivationOptions())
 
-        row("whole chain, files to activations", best(chain, 2))
+        whole = best(chain, body.device, 2)
+        row("whole chain, files to activations", whole)
     if markers is not None:
         kinematics(marker_model or model, markers, strides_, device)
     memory(body)
     if opensim:
-        end = float(recorded.times[min(len(recorded.times), 200) - 1])
-        count = int((recorded.times <= end).sum())
-        for name, seconds in opensim_rates(model, motion, loads, end).items():
-            print(f"| OpenSim {name}, {count} frames | {seconds:.3g} | {count / seconds:,.0f} |")
+        step = max(round(float(np.diff(trials[0][0].times).mean() / np.diff(recorded.times).mean())), 1)
+        times = recorded.times[: (OPENSIMS - 1) * step + 1]
+        seconds = opensim_seconds(model.resolve(), motion.resolve(), loads.resolve(), times, step)
+        print(f"| OpenSim's static optimisation, one core, a frame | {seconds:.3g} | {1 / seconds:.1f} |")
+        print(f"\nthe whole chain is {seconds * n / whole:,.0f} times as fast as OpenSim's")
 
 
 def kinematics(model: Path, markers: Path, count: int, device: str | None) -> None:
@@ -192,7 +237,10 @@ def kinematics(model: Path, markers: Path, count: int, device: str | None) -> No
         for _ in range(count)
     ]
     inverse_kinematics(scene, trials[:1], device=device)
-    seconds, n = best(lambda: inverse_kinematics(scene, trials, device=device), 2), count * len(recorded.times)
+    seconds, n = (
+        best(lambda: inverse_kinematics(scene, trials, device=device), wp.get_device(device), 2),
+        count * len(recorded.times),
+    )
     print(f"| inverse kinematics, {n} frames, {len(recorded.names)} markers | {seconds:.3g} | {n / seconds:,.0f} |")
 
 
@@ -228,7 +276,7 @@ def solves(body: BodyModel, prepared: Any, effort: Any) -> tuple[float, float]:
             one.mend()
 
     whole()
-    return (found := best(whole)), max(found - best(first), 0.0)
+    return (found := best(whole, body.device)), max(found - best(first, body.device), 0.0)
 
 
 if __name__ == "__main__":

@@ -55,6 +55,7 @@ def test_two_trials_become_one_file_and_opensims(folder, tmp_path):
     assert "walk: 30 frames, residuals up to" in done.stdout
     with h5py.File(tmp_path / "out.h5") as file:
         assert list(file["trials"]) == ["walk", "run"]
+        said = file.attrs["pennation"]
         group = file["trials/run"]
         assert group["activation"].shape == (30, 10)
         assert group["activation"].attrs["units"] == "1"
@@ -62,6 +63,8 @@ def test_two_trials_become_one_file_and_opensims(folder, tmp_path):
         scales = [dimension[0].name.rpartition("/")[2] for dimension in group["reaction_force"].dims]
         assert scales == ["time", "joint", "axis"]
         activation = group["activation"][()]
+    assert said.startswith("the pennation of ")
+    assert said in " ".join(done.stdout.split())
     at = motion(30, seed=1)
     wanted = static_optimization(
         folder / "small.osim", at, loads(at.times), reserve={"": 5.0, "knee_angle": 10.0}, device="cpu"

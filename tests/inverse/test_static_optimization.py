@@ -6,6 +6,8 @@ import pytest
 from opensim_table import table
 from small_leg import loads, motion, small_leg
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.inverse.activations import ActivationOptions
+from warpmuscle.inverse.as_opensim.differences import choices
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.files import read_coordinates
@@ -54,6 +56,21 @@ def test_fibres_of_millard_pull_at_no_angle_as_in_opensim_unless_asked_for(body)
         assert strength / own == pytest.approx(theirs / cosine, rel=1e-5)
         assert width == 0.0 or (strength > own).all()
     assert any(body.muscle(name).pennation for name in body.muscles)
+
+
+def test_whether_pennation_counts_is_told_with_what_the_other_way_changes(body):
+    at = motion(8)
+    given = loads(at.times)
+    found = [static_optimization(body, at, given, reserve=10.0, pennation=one).activation for one in (False, True)]
+    most = np.abs(found[0] - found[1]).max()
+    assert most > 1e-3
+    for one, words in ((False, "is left out, as in OpenSim; with it (--pennation)"), (True, "counts; without it")):
+        options = ActivationOptions(reserve=10.0, pennation=one)
+        (choice,) = choices(body, ("so",), [at], [given], [at.times], options=options)
+        assert words in choice.sentence
+        assert f"differ by up to {most:.2g} (" in choice.sentence
+    for steps, options in ((("id",), ActivationOptions()), (("so",), ActivationOptions(elastic=True))):
+        assert choices(body, steps, [at], [given], [at.times], options=options) == []
 
 
 def test_pennate_muscles_are_as_in_opensim(reference_data, tmp_path):

@@ -13,6 +13,8 @@ import numpy as np
 from fuzzing.judge import Verdict, judged
 
 from damaging.damage import Damage
+from damaging.laboratory import EMG as ELECTRODES
+from damaging.laboratory import LABORATORY
 from damaging.markers import C3D, TRC
 from damaging.setups import ELSEWHERE, MODEL, SETUP
 from damaging.tables import COORDINATES, EMG, LOADS
@@ -21,8 +23,9 @@ from damaging.trial import NAMES, Trial
 KINDS: dict[str, list[Damage]] = {
     "markers": TRC + ELSEWHERE["markers"], "c3d": C3D, "coordinates": COORDINATES + ELSEWHERE["coordinates"],
     "loads": LOADS + ELSEWHERE["loads"] + ELSEWHERE["described"], "emg": EMG + ELSEWHERE["emg"], "setup": SETUP,
-    "model": MODEL,
+    "model": MODEL, "laboratory": LABORATORY,
 }  # fmt: skip
+MEASURED = ("soleus_r", "tib_ant_r")  # muscles of OpenSim's walk
 ALIKE = {"rad": 0.1, "N": 0.1}  # rad by which coordinates, and part of its range by which an array may differ
 NAMED = "|".join([*map(re.escape, NAMES.values()), "the motion", "the force '"])  # what an error must name one of
 SHOWN = 600  # characters of what was said
@@ -53,7 +56,11 @@ def command(kind: str) -> list[str]:
     loads = ["--loads", NAMES["described"]]
     if kind in ("markers", "c3d"):
         on = loads if kind == "markers" else []  # times of C3D begin at 0
-        return ["inverse", "model.osim", NAMES[kind], *on, "--steps", "ik,id", *output]
+        return ["inverse", "model.osim", NAMES[kind], *on, "--steps", "ik,id" if on else "ik", *output]
+    if kind == "laboratory":
+        of = [f"--channel={muscle}={name}" for muscle, name in zip(MEASURED, ELECTRODES, strict=True)]
+        named = ["--emg", NAMES["c3d"], *of, "--steps", "ik,id,so", "--reserve", "50", "--filter", "6"]
+        return ["inverse", "model.osim", NAMES["c3d"], *named, *output]
     if kind == "setup":
         return ["inverse", "model.osim", NAMES["markers"], "--setup", NAMES["setup"], "--steps", "ik", *output]
     more = ["--emg", NAMES["emg"], "--steps", "id,so", "--reserve", "50"] if kind == "emg" else ["--steps", "id"]

@@ -57,10 +57,18 @@ class Trial:
     unit: str = "mm"
     counts: tuple[str, str] | None = None  # that the head of the markers promises; None: those that there are
     edits: list[tuple[str, Edit]] = field(default_factory=list)  # by key of NAMES
+    recorded: Any = None  # see `laboratory`
 
     def edit(self, what: str, change: Edit) -> None:
         """Change the bytes of a file once it is written."""
         self.edits.append((what, change))
+
+    def laboratory(self) -> Any:
+        """What a C3D of it has beside markers, `laboratory.Laboratory`, for changes of that."""
+        from damaging.laboratory import Laboratory
+
+        self.recorded = self.recorded or Laboratory()
+        return self.recorded
 
     def keep_markers(self, frames: Any) -> None:
         """Leave only these frames of the markers, in this order."""
@@ -72,6 +80,10 @@ class Trial:
         (folder / NAMES["markers"]).write_text(self._trc())
         if kind == "c3d":
             self._write_c3d(folder / NAMES["c3d"])
+        if kind == "laboratory":
+            from damaging.laboratory import write_laboratory
+
+            write_laboratory(self, self.laboratory(), folder / NAMES["c3d"])
         for what, text in (
             ("coordinates", self.coordinates.storage()), ("loads", self.loads.storage()),
             ("described", self._described()), ("emg", self.emg.rows(",")),

@@ -39,6 +39,9 @@ WALKS = {  # model, coordinates, loads, begin and end, whether reserves act
         "inverse/synthetic_walk/subject01/grf.mot", (None, None), True,
     ),
 }  # fmt: skip
+WALKS["80 muscles, second subject"] = (
+    *(path.replace("subject01", "subject02") for path in WALKS["80 muscles"][:3]), (None, None), True,
+)  # fmt: skip
 WALKS["92 muscles, no reserves"] = (*WALKS["92 muscles"][:4], False)
 
 

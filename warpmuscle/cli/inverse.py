@@ -13,6 +13,7 @@ import typer
 
 from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable
 from warpmuscle.cli.console import log, out
+from warpmuscle.cli.recordings.inputs import predicted_loads, read_all_emg, read_all_loads, read_motions, reserves_of
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
@@ -22,15 +23,30 @@ if TYPE_CHECKING:
     from warpmuscle.inverse.activations import ActivationOptions
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.emg import Emg
-    from warpmuscle.inverse.kinematics import Kinematics
     from warpmuscle.inverse.output import Trial
     from warpmuscle.inverse.simulated_ground.ground_run import GroundRun
     from warpmuscle.inverse.tracking.tracker import TrackingOptions
-    from warpmuscle.inverse.trial import Coordinates, Loads
+    from warpmuscle.inverse.trial import Loads
 
-MARKERS = (".trc", ".c3d")  # files of markers rather than coordinates
 SHOWN = 5  # of a list of frames
+CHOICES = "rates", "pennation"  # of ways in which OpenSim is not exact
 NOTED = 1.0e-3  # N m or N, of what acts beside muscles
+
+LoadFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--loads", help="External loads' .xml, or forces in .mot, .sto, .csv or .c3d. One for all, or one each."
+    ),
+]
+EmgFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles, or raw in .c3d. One a motion."),
+]
+Channels = Annotated[
+    list[str] | None,
+    typer.Option(metavar="MUSCLE=NAME", help="Analog channel of a muscle in an --emg that is a .c3d."),
+]
+NoPlates = Annotated[bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")]
 
 
 def inverse(
@@ -39,18 +55,12 @@ def inverse(
         list[Path],
         typer.Argument(metavar="MOTION...", help="Coordinates: .mot, .sto or .csv; or markers: .trc or .c3d."),
     ],
-    loads: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--loads", help="External loads' .xml, or forces in .mot, .sto or .csv. One for all, or one each."
-        ),
-    ] = None,
-    emg: Annotated[
-        list[Path] | None, typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles. One a motion.")
-    ] = None,
-    no_plates: Annotated[
-        bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")
-    ] = False,
+    loads: LoadFiles = None,
+    emg: EmgFiles = None,
+    channel: Channels = None,
+    up: Annotated[str | None, typer.Option(help="Axis of markers and of .c3d that is up, such as z.")] = None,
+    forward: Annotated[str | None, typer.Option(help="Axis of them that is forward, such as -x.")] = None,
+    no_plates: NoPlates = False,
     steps: Annotated[str, typer.Option(help="What is found: ik, id, so, jr, track.")] = "id,so,jr",
     setup: Annotated[
         Path | None, typer.Option(help="Set-up file of OpenSim's InverseKinematicsTool, for markers.")
@@ -99,19 +109,21 @@ def inverse(
     _check_outputs(output, report, sto)
     start_warp()
     from warpmuscle.inverse.activations import ActivationOptions
+    from warpmuscle.inverse.as_opensim.differences import choices
     from warpmuscle.inverse.body_model import BodyModel
     from warpmuscle.inverse.steps import frames_of, run_steps, steps_of
 
     wanted = steps_of(steps)
     options = ActivationOptions(
         power=power, weight=_weight(weight), physiology=not isometric, passive=passive, pennation=pennation,
-        reserve=_reserves(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
+        reserve=reserves_of(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
     with _notes(), log.status("reading") as shown:
         body = BodyModel(model, device, trust=trust)
-        fitted, trials = _motions(motions, body, setup, device)
-        forces = _predicted(body, trials, loads, filter) if no_plates else _loads(loads or [], len(motions))
-        signals = _emg(emg or [], len(motions), body)
+        fitted, trials = read_motions(motions, body, setup, device, up, forward)
+        predicted = predicted_loads(body, trials, loads, filter) if no_plates else None
+        forces = predicted or read_all_loads(loads or [], motions, up, forward, wanted != ("ik",))
+        signals = read_all_emg(emg or [], len(motions), body, channel or [])
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
@@ -119,7 +131,10 @@ def inverse(
             options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted, exact_rates=exact_rates,
             tracking=_tracking(options, window, not no_reserves, not no_residuals, ground),
         )  # fmt: skip
-    about = _about(model, wanted, options, filter)
+        about = _about(model, wanted, options, filter)
+        about |= dict(
+            choices(body, wanted, trials, forces, times, filter=filter, options=options, exact_rates=exact_rates)
+        )
     _give(found, output, sto, about, body)
     _page(report, body, found, forces, signals, about)
 
@@ -185,6 +200,9 @@ def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict
     for trial in found:
         _tell(trial)
         _tell_tracked(trial)
+    for name in CHOICES:
+        if name in about:
+            out.print(about[name], markup=False)
     if output is not None:
         write_result(output, found, about, body)
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)
@@ -209,81 +227,6 @@ class _notes(warnings.catch_warnings):
         warnings.simplefilter("always", UserWarning)
         warnings.simplefilter("ignore", SceneWarning)  # of free runs, which nothing here is
         warnings.showwarning = show  # type: ignore[assignment]
-
-
-def _motions(
-    paths: list[Path], body: BodyModel, setup: Path | None, device: str | None
-) -> tuple[list[Kinematics | None], list[Coordinates]]:
-    """What fits the markers of files, and the coordinates of all."""
-    fitted = [_fitted(path, body, setup, device) for path in paths]
-    return fitted, [_motion(path, body, own) for path, own in zip(paths, fitted, strict=True)]
-
-
-def _fitted(path: Path, body: BodyModel, setup: Path | None, device: str | None) -> Kinematics | None:
-    """What fits the markers of a file; None of a file of coordinates."""
-    if path.suffix.lower() not in MARKERS:
-        return None
-    from warpmuscle.inverse.kinematics import inverse_kinematics
-
-    return inverse_kinematics(body.scene, path, setup=setup, device=device)
-
-
-def _motion(path: Path, body: BodyModel, fitted: Kinematics | None) -> Coordinates:
-    """Coordinates of a file, or those that fit its markers."""
-    from warpmuscle.inverse.files import read_coordinates
-
-    return read_coordinates(path, body.scene) if fitted is None else fitted.coordinates
-
-
-def _loads(paths: list[Path], count: int) -> list[Loads | None]:
-    """Loads of all trials."""
-    from warpmuscle.inverse.loads import read_loads
-
-    if len(paths) not in (0, 1, count):
-        given = f"{number_of(len(paths), 'time')} for {number_of(count, 'motion')}"
-        raise Error(f"--loads is given {given}; give it once, or once for each")
-    found: list[Loads | None] = [read_loads(path) for path in paths]
-    return found * count if len(found) == 1 else found or [None] * count
-
-
-def _predicted(
-    body: BodyModel, motions: list[Coordinates], loads: list[Path] | None, cutoff: float | None
-) -> list[Loads | None]:
-    """Ground forces of all trials that the motions need."""
-    from warpmuscle.inverse.without_plates.ground_forces import ground_forces
-
-    if loads:
-        raise Error("--no-plates finds the ground's forces, so --loads gives none; leave one of them out")
-    return [ground_forces(body, motion, cutoff) for motion in motions]
-
-
-def _emg(paths: list[Path], count: int, body: BodyModel) -> list[Emg | None]:
-    """EMG of all trials."""
-    from warpmuscle.inverse.emg import read_emg
-
-    if len(paths) not in (0, count):
-        raise Error(
-            f"--emg is given {number_of(len(paths), 'time')} for {number_of(count, 'motion')}; give it once for each"
-        )
-    return [read_emg(path, body.muscles) for path in paths] or [None] * count
-
-
-def _reserves(given: list[str]) -> float | dict[str, float]:
-    """Strengths of reserves: one for all, or by name beside it."""
-    from warpmuscle.inverse.activations import RESERVE
-
-    common, named = RESERVE, {}
-    for text in given:
-        name, equals, value = text.rpartition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            raise Error(f"--reserve {text!r}: {value!r} is not a number; write 0.1 or knee_angle_r=10") from None
-        if equals:
-            named[name.strip()] = number
-        else:
-            common = number
-    return {"": common} | named if named else common
 
 
 def _plain(options: Any) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.inverse.laboratory.raw_emg import envelopes_of_c3d
 from warpmuscle.inverse.plausibility.motions import time_notes
 from warpmuscle.inverse.trial import TrialWarning, checked_names, checked_numbers, checked_times, of_file, put_fields
 from warpmuscle.synergy.tables import read_table
@@ -51,11 +52,14 @@ class Emg:
         return np.stack([np.interp(times, self.times, column) for column in self.values.T], axis=1)
 
 
-def read_emg(path: str | Path, muscles: Sequence[str]) -> Emg:
+def read_emg(path: str | Path, muscles: Sequence[str], channels: Mapping[str, str] | None = None) -> Emg:
     """Envelopes from a `.sto`, `.mot` or `.csv`, whose columns have the names of muscles; others are left aside.
 
+    Raw EMG of a `.c3d` is made envelopes, see `laboratory.raw_emg`.
+
     Args:
-        muscles: of the model.
+        muscles: of the model. channels: of a `.c3d`, names of its analog channels by muscle; without, they have the
+            names of muscles.
 
     Warns:
         TrialWarning: columns that no muscle has the name of, envelopes that are zero throughout, holes in time.
@@ -63,6 +67,12 @@ def read_emg(path: str | Path, muscles: Sequence[str]) -> Emg:
     Raises:
         SignalError: the file cannot be read, has no times or muscles, or values that are not from 0 to 1.
     """
+    if Path(path).suffix.lower() == ".c3d":
+        found = envelopes_of_c3d(path, muscles, channels)
+        with of_file(path):
+            return Emg(*found)
+    if channels:
+        raise SignalError("names of channels are told of a .c3d only; name its columns as muscles", file=path)
     table = read_table(path)
     names = [name.strip() for name in table.names]
     if "time" not in names:

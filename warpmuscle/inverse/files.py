@@ -12,6 +12,7 @@ from warpmuscle.core.errors import ResultError, SignalError
 from warpmuscle.core.files import replace_file
 from warpmuscle.formats.npz import LARGEST_ANGLE
 from warpmuscle.formats.sto import rows_text, storage_text
+from warpmuscle.inverse.laboratory.axes import axes_of_c3d, check_axes, to_ground
 from warpmuscle.inverse.plausibility.motions import unit_notes
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning, of_file
 from warpmuscle.markers.arm import AXES
@@ -23,26 +24,30 @@ from warpmuscle.synergy.columns import TIMES, plain_name
 from warpmuscle.synergy.tables import STORAGE, read_table
 
 WRITTEN = (".mot", ".sto", ".csv")
+C3D = ".c3d"
 
 
-def read_markers(path: str | Path, unit: str | None = None, up: str = "y", forward: str = "x") -> Markers:
+def read_markers(
+    path: str | Path, unit: str | None = None, up: str | None = None, forward: str | None = None
+) -> Markers:
     """The markers of a `.trc`, `.c3d`, `.csv` or other file that `warpmuscle.markers.files` reads, in ground axes.
 
     Args:
         unit: of positions: m, cm, mm, ft or in; by default what the file says.
-        up, forward: which axes of the file these are, such as `z` or `-x`.
+        up, forward: which axes of the file these are, such as `z` or `-x`; by default y and x, and of a `.c3d` those
+            that its force plates and the way of its points tell.
 
     Raises:
         SignalError: the file cannot be read or holds no markers; an axis is none, or both are the same one.
     """
-    for word, axis in (("up", up), ("forward", forward)):
-        if axis not in AXES:
-            raise SignalError(f"{word}: axis {axis!r} is none of x, y, z, -x, -y, -z")
-    if AXES[up] == AXES[forward]:
-        raise SignalError(f"up and forward must be two axes, not {up!r} and {forward!r}")
-    found = read_file(path, unit)
-    above, ahead = ((-1.0 if name[0] == "-" else 1.0) * np.eye(3)[AXES[name]] for name in (up, forward))
-    turn = np.stack([ahead, above, np.cross(ahead, above)])
+    if Path(path).suffix.lower() == C3D:
+        found = read_file(path, unit)
+        up, forward = axes_of_c3d(Path(path), up, forward)
+    else:
+        up, forward = up or "y", forward or ("x" if up is None or AXES.get(up) != 0 else "y")
+        check_axes(up, forward)
+        found = read_file(path, unit)
+    turn = to_ground(up, forward)
     twice = next((name for k, name in enumerate(found.names) if name in found.names[:k]), None)
     if twice is not None:
         raise SignalError(f"two markers are called {twice!r}; rename one", file=path)

@@ -20,6 +20,7 @@ from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.osim.elements import Element, parse
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
+from warpmuscle.inverse.laboratory.c3d_plates import loads_of_c3d
 from warpmuscle.inverse.plausibility.ground_forces import Applied
 from warpmuscle.inverse.reactions.joint_frames import body_frames
 from warpmuscle.inverse.trial import Loads, Plate, of_file
@@ -46,17 +47,25 @@ class _Described(NamedTuple):
     point_on: str | None = None
 
 
-def read_loads(path: str | Path, data: str | Path | None = None) -> Loads:
-    """Forces of an external-loads `.xml`, or of a `.mot`, `.sto` or `.csv` whose plates have no bodies yet.
+def read_loads(
+    path: str | Path, data: str | Path | None = None, *, up: str | None = None, forward: str | None = None
+) -> Loads:
+    """Forces of an external-loads `.xml`, or of a `.mot`, `.sto`, `.csv` or `.c3d` whose plates have no bodies yet.
 
     Args:
         data: the table in place of that which the `.xml` names, which is looked for there and beside it.
+        up, forward: axes of a `.c3d`, see `files.read_markers`; others are in ground axes.
 
     Raises:
         SceneError: the `.xml` cannot be read. SignalError: the table cannot be read, lacks columns of a force or holds
-            something else than numbers.
+            something else than numbers; a `.c3d` has no force plates, or some of a kind that is not known.
     """
     path = Path(path)
+    if path.suffix.lower() == ".c3d":
+        plates = loads_of_c3d(path, up, forward)
+        if plates is None:
+            raise SignalError("has no force plates; give a file that has the forces", file=path)
+        return plates
     if path.suffix.lower() != ".xml":
         table = read_table(path)
         return _loads(table, _guessed(table))

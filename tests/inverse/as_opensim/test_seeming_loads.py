@@ -8,6 +8,7 @@ import warpmuscle as wm
 from opensim_table import table
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.formats.sto import storage_text
+from warpmuscle.inverse.as_opensim.differences import choices
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import prepare
 from warpmuscle.inverse.trial import Coordinates
@@ -111,6 +112,18 @@ def test_loads_are_those_of_simbodys_acceleration_to_rounding(model):
     expected = np.array([seeming(q, one) for q, one in zip(at.values, rate, strict=True)])
     order = [int(body.map.speed[body.map.names.index(name)]) for name in NAMES]
     assert np.abs(added[:, order] - expected).max() < 2e-5 * np.abs(expected).max() + 1e-5
+
+
+def test_which_rates_were_taken_is_told_with_what_others_change(model):
+    body, at = BodyModel(model, "cpu"), motion(20)
+    theirs, exact = (wm.inverse_dynamics(body, at, exact_rates=one).values for one in (False, True))
+    most = np.abs(theirs - exact)[np.unique(np.linspace(0, 19, 10).astype(int))].max()
+    for one, words in ((False, "are OpenSim's; with exact ones"), (True, "are exact; with those of OpenSim")):
+        (choice,) = choices(body, ("id",), [at], [None], [at.times], exact_rates=one)
+        assert choice.name == "rates"
+        assert words in choice.sentence
+        assert f"differ by up to {most:.2g} N m" in choice.sentence
+    assert choices(body, ("ik", "track"), [at], [None], [at.times]) == []
 
 
 def test_bodies_of_other_programs_and_simple_knees_have_none(tmp_path):

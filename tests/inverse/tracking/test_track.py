@@ -1,5 +1,7 @@
 """Simulations that follow recordings: known excitations, runs by themselves, OpenSim's CMC, and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,23 @@ def test_excitations_run_the_motion_by_themselves(elbow):
         rollout.step(round(WINDOW / body.scene.time_step), excitations=row[None].astype(np.float32))
         angle.append(float(rollout.state.coordinates.numpy()[0, 7]))
     assert np.array(angle) == pytest.approx(found.values[:, 0], abs=1e-4)
+
+
+def test_actuators_that_start_half_active_do_not_pull_in_every_window(leg, tmp_path):
+    actuator = (
+        '<ActivationCoordinateActuator name="knee"><coordinate>knee_angle</coordinate>'
+        "<optimal_force>80</optimal_force></ActivationCoordinateActuator></objects>\n</ForceSet>"
+    )
+    path = small_leg(tmp_path)
+    changed = re.sub(r"</objects>\s*</ForceSet>", actuator, path.read_text())
+    assert actuator in changed
+    path.write_text(changed)
+    driven, recorded = BodyModel(path, "cpu"), motion(30)
+    assert "exp(" in driven.scene.forces["knee"].expressions["effort"]
+    options = {"reserve": 5.0, "window": 0.01, "end": 0.1}
+    found, wanted = (track(one, recorded, loads(recorded.times), **options) for one in (driven, leg))
+    np.testing.assert_array_equal(found.values, wanted.values)
+    np.testing.assert_array_equal(found.effort, wanted.effort)
 
 
 def test_a_leg_with_loads_is_followed_in_space(leg):

@@ -41,7 +41,7 @@ def seeming_loads(body: BodyModel, states: States, values: Floats, speeds: Float
     Args:
         values, speeds: (n, K) of the model's coordinates, rad and m, and their rates.
     """
-    joints = _turned(body)
+    joints = turned_joints(body)
     if not joints or not len(values):
         return None
     nothing = BodyLoads([], *(np.zeros((len(values), 0, 3)) for _ in range(3)))
@@ -61,7 +61,7 @@ def seeming_loads(body: BodyModel, states: States, values: Floats, speeds: Float
     return BodyLoads(numbers, *(np.stack(vectors, axis=1) for vectors in (forces, points, moments)))
 
 
-def _turned(body: BodyModel) -> list[_Turned]:
+def turned_joints(body: BodyModel) -> list[_Turned]:
     """The joints of a model that OpenSim turns so; those of other programs' models are none."""
     found: list[_Turned] = []
     if body.scene.opensim is None:

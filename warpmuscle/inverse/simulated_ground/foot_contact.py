@@ -19,6 +19,7 @@ from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import rotate
 from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.recordings.motion import scene_with_feet
+from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.inverse.without_plates.contact_points import heel_and_toes
 from warpmuscle.scene import Ground, Scene, Sphere
 from warpmuscle.scene.character.shapes import ContactMaterial
@@ -101,5 +102,11 @@ def scene_on_ground(body: BodyModel, feet: tuple[Foot, Foot], sole: Floats | Non
         no_progress=0.0, custom=[],
     )  # fmt: skip
     return msgspec.structs.replace(
-        scene, character=character, ground=ground, failure=failure, controller=None, motion={}
+        scene,
+        character=character,
+        ground=ground,
+        failure=failure,
+        controller=None,
+        motion={},
+        forces=without_timed(scene.forces),
     )

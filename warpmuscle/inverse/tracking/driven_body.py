@@ -13,6 +13,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.status import Status
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
+from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad
 from warpmuscle.scene import Force
 from warpmuscle.scene.joints import joint_type, root_type
@@ -52,9 +53,9 @@ class DrivenBody:
             scene.failure, com_height=0.0, heading=0.0, body_contact=False, leg_crossing=0.0, self_collision=0.0,
             no_progress=0.0, custom=[],
         )  # fmt: skip
+        forces = without_timed(scene.forces) | self._forces()
         self._scene = msgspec.structs.replace(
-            scene, forces=dict(scene.forces) | self._forces(), failure=failure, duration=duration + self.window,
-            controller=None, motion={},
+            scene, forces=forces, failure=failure, duration=duration + self.window, controller=None, motion={},
         )  # fmt: skip
         record = range(instances) if recorded else ()
         self.rollout = Rollout(self._scene, instances, str(body.device), record=record)
