@@ -55,6 +55,11 @@ def _of_muscle(instance: int, m: int, w: MuscleWork, model: Model, given: Gain, 
 
 
 @wp.func
+def _of_place(instance: int, m: int, w: MuscleWork, model: Model, given: Gain) -> float:
+    return given.gain * float(10 * instance + m)
+
+
+@wp.func
 def _accelerates(instance: int, model: Model, state: State, work: Scratch) -> float:
     return wp.length(centre_acceleration(instance, model.body_count - 1, model, work))
 
@@ -68,6 +73,7 @@ def _too_long(instance: int, model: Model, state: State, work: Scratch, given: G
 steps = Declaration(function=_of_steps, memory=2, unit="1", description="steps, counted")
 joint = Declaration(function=_of_joint, parameters=Gain, memory=1, defaults={"power": 1.0}, limits={"gain": (0.0, 9.0)})
 muscle = Declaration(function=_of_muscle, parameters=Gain, memory=1, defaults={"power": 1.0})
+of_place = Declaration(function=_of_place, parameters=Gain, defaults={"power": 1.0})
 accelerates = Declaration(function=_accelerates, stage="accelerations", sign="earned", unit="m/s")
 too_long = Declaration(function=_too_long, parameters=Gain, memory=1, defaults={"power": 1.0})
 of_cycles = Declaration(function=_accelerates, stage="accelerations", follows_cycles=True)
@@ -85,7 +91,12 @@ undeclared = Declaration(function=_of_joint, memory=1)
 scoped = Declaration(function=_of_steps, memory=2, scope="muscle")
 misnamed = Declaration(function=_of_joint, parameters=Gain, memory=1, defaults={"gian": 1.0})
 '''
-GAINS = {"joint": CustomPart({"gain": 2.0}, {"knee": {"gain": 3.0, "power": 2.0}}), "muscle": CustomPart({"gain": 0.5})}
+OF_MUSCLES = {"hip": 0.5, "knee": 0.7, "both": 1.1}
+GAINS = {
+    "joint": CustomPart({"gain": 2.0}, {"knee": {"gain": 3.0, "power": 2.0}}),
+    "muscle": CustomPart({"gain": 1.0}, {name: {"gain": gain} for name, gain in OF_MUSCLES.items()}),
+    "of_place": CustomPart({"gain": 0.5}, {"both": {"gain": 0.8}}),
+}
 N = 200  # steps
 
 
@@ -112,10 +123,9 @@ class TestRuns:
 
     @pytest.fixture(scope="class")
     def rollout(self) -> Rollout:
-        gains = {"joint": CustomPart({"gain": Free(2.0, 0.0, 4.0)}, GAINS["joint"].each), "muscle": GAINS["muscle"]}
-        own = scene(
-            ("steps", "joint", "muscle", "accelerates"), ("too_long",), too_long=CustomPart({"gain": 1e9}), **gains
-        )
+        gains = GAINS | {"joint": CustomPart({"gain": Free(2.0, 0.0, 4.0)}, GAINS["joint"].each)}
+        terms = ("steps", "joint", "muscle", "of_place", "accelerates")
+        own = scene(terms, ("too_long",), too_long=CustomPart({"gain": 1e9}), **gains)
         return Rollout(own, 2, "cpu", trust=True)
 
     def test_memories_count_the_steps_of_an_instance_of_each_joint_and_of_each_muscle(self, rollout: Rollout):
@@ -127,8 +137,16 @@ class TestRuns:
         joints = {name: 3.0 * k if name == "knee" else 2.0 * k for name in rollout.names.joints}
         wanted = sum((values**2 if name == "knee" else values).sum() for name, values in joints.items())
         assert terms[f"{NAME}:joint"] == pytest.approx([h * wanted] * 2, rel=1e-5)
-        muscles = len(rollout.structure.actuation.muscles)
-        assert terms[f"{NAME}:muscle"] == pytest.approx([h * muscles * (0.5 * k).sum()] * 2, rel=1e-5)
+        assert terms[f"{NAME}:muscle"] == pytest.approx([h * sum(OF_MUSCLES.values()) * k.sum()] * 2, rel=1e-5)
+
+    def test_a_part_of_each_muscle_is_told_its_instance_and_its_muscle(self, rollout: Rollout):
+        rollout.reset()
+        rollout.run()
+        muscles = rollout.structure.actuation.muscles
+        gains = np.array([0.8 if name == "both" else 0.5 for name in muscles])
+        wanted = [0.1 * gains @ (10 * instance + np.arange(len(muscles))) for instance in range(2)]
+        assert len(muscles) == 3
+        assert rollout.terms()[f"{NAME}:of_place"] == pytest.approx(wanted, rel=1e-5)
 
     def test_a_memory_begins_anew_with_its_instance_alone(self, rollout: Rollout):
         rollout.reset()

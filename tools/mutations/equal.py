@@ -103,6 +103,8 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
     ("warpmuscle/kernels/control/walking/torques.py",
      "right = wp.quat_rotate_inv(frame, work.position[leg_of(1, model).shank] - work.position[leg_of(1, model).thigh])",
      "2"): "every side but the left one is the right one",
+    ("warpmuscle/kernels/algebra/bending.py", "square = np.zeros(DEGREE + 1)", "(DEGREE + 1 + 1)"):
+        "one more coefficient that is none, and cut off behind",
     ("warpmuscle/kernels/algebra/bending.py", "square = np.zeros(DEGREE + 1)", "2"):
         "one more coefficient that is none, and cut off behind",
     ("warpmuscle/kernels/control/reflex.py",

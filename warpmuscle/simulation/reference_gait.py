@@ -13,7 +13,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.core.pose import conjugate, multiply
+from warpmuscle.core.pose import conjugate, multiply, normalized
 from warpmuscle.formats import load
 from warpmuscle.model.build import ReferenceGait
 from warpmuscle.model.structure import Structure
@@ -176,4 +176,4 @@ def _means(orientation: Floats, rows: Any) -> Floats:
         full = here[np.linalg.norm(total[here], axis=1) > 0.0]
         nearest = full[np.abs(here[:, None] - full[None]).argmin(axis=1)]
         total[here] = total[nearest]
-    return np.asarray(total / np.linalg.norm(total, axis=1, keepdims=True))
+    return normalized(total)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.pose import normalized
 from warpmuscle.scene import Box
 from warpmuscle.scene.initial_pose import plain_vector
 
@@ -111,4 +112,4 @@ def _directions(level: int) -> Floats:
     grid = [(i, j, k) for i in range(-steps, steps + 1) for j in range(-steps, steps + 1)
             for k in range(-steps, steps + 1) if abs(i) + abs(j) + abs(k) == steps]  # fmt: skip
     points = np.array(grid, dtype=np.float64)
-    return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))
+    return normalized(points)

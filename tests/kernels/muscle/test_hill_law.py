@@ -4,13 +4,18 @@ import numpy as np
 import warp as wp
 from probes import filled
 
-from warpmuscle.kernels.muscle.hill_law import follow_blended, follow_excited, follow_smoothly
+from warpmuscle.kernels.curve.curves import LEE
+from warpmuscle.kernels.muscle.contraction import RIGID
+from warpmuscle.kernels.muscle.hill_law import HILL, follow_blended, follow_excited, follow_smoothly
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
 from warpmuscle.kernels.muscle_structs import Muscles
 from warpmuscle.kernels.structs import Model, State
 
 RISE, FALL, STEP = 0.012, 0.05, 0.004  # s
 WIDTHS = 0.0, 0.4
+FLOORS = np.float32([[0.1, 0.25]])
+FLOORED = HILL.activate(MuscleKind(LEE, RIGID, HILL, floored=True))
 
 
 @wp.kernel(enable_backward=False)
@@ -49,3 +54,32 @@ def test_activations_relax_at_the_rate_of_their_law():
     laws = [np.where(u > a, up, down), blended, by_excitation, groote]
     for got, tau in zip([*smooth.numpy(), excited.numpy(), between.numpy()], laws, strict=True):
         np.testing.assert_allclose(got, u + (a - u) * np.exp(-STEP / tau), atol=2e-6)
+
+
+@wp.kernel(enable_backward=False)
+def floored(model: Model, state: State, rise: float, fall: float, given: wp.array2d[float], after: wp.array2d[float]):
+    m, i = wp.tid()
+    muscle = MuscleStep()
+    muscle.row.rise_time = rise
+    muscle.row.fall_time = fall
+    muscle.activation = given[0, i]
+    muscle.excitation = given[1, i]
+    wp.static(FLOORED)(0, m, muscle, model, state)
+    after[m, i] = muscle.activation
+
+
+def test_a_floor_holds_activations_up_before_and_after_a_step():
+    """max(f, a') with a' from max(f, a), at Thelen's (2003) rate of the held-up activation, each muscle's own floor."""
+    a, u = np.random.default_rng(4).random((2, 60)) * [[0.4], [1.0]]
+    u[:20] *= 0.05  # below the floors
+    model = filled(
+        Model, time_step=STEP, muscles=filled(Muscles, count=2, scaled_rates=1, shape={"minimum_activation": FLOORS}),
+    )  # fmt: skip
+    after = wp.zeros((2, 60), dtype=float, device="cpu")
+    given = wp.array(np.float32([a, u]), device="cpu")
+    wp.launch(floored, (2, 60), [model, State(), RISE, FALL, given], [after], device="cpu")
+    for floor, got in zip(FLOORS[0], after.numpy(), strict=True):
+        start = np.maximum(floor, a)
+        tau = np.where(u > start, RISE * (0.5 + 1.5 * start), FALL / (0.5 + 1.5 * start))
+        np.testing.assert_allclose(got, np.maximum(floor, u + (start - u) * np.exp(-STEP / tau)), atol=2e-6)
+        assert min((a < floor).sum(), (u < floor).sum(), (a > floor).sum()) >= 5

@@ -152,6 +152,26 @@ def test_a_ball_near_the_edge_of_a_box_is_pushed_once():
     assert first == pytest.approx(STIFF * 0.001 / 2.0 * 0.5 * STEP, rel=0.02)
 
 
+def test_the_end_of_a_bar_and_the_corner_of_a_box_push_each_other_once():
+    """Where each is the nearest place of its object to the other; the bar goes on towards the box's other end."""
+    half, radius = np.array([0.05, 0.05, 1.0]), 0.05
+    end, along = half + np.array([0.03, 0.03, 0.01]), np.array([0.55, 0.55, -1.5])
+    length = float(np.linalg.norm(along))
+    along /= length
+    across = np.cross([0.0, 1.0, 0.0], along)
+    turn = about(across / np.linalg.norm(across), float(np.arccos(along[1])))
+    bar = CapsuleObject(
+        mass=2.0, length=length, radius=radius, position=tuple(end + 0.5 * length * along), orientation=tuple(turn),
+        restitution=0.0, friction=0.0, touches=["box"],
+    )  # fmt: skip
+    box = BoxObject(size=tuple(2.0 * half), position=(0.0, 0.0, 0.0), fixed=True)
+    _, motion = played(together({"bar": bar, "box": box}, duration=0.002), 2000.0)
+    gap = end - half
+    distance = float(np.linalg.norm(gap))
+    wanted = STIFF * (radius - distance) / 2.0 * 0.5 * STEP * gap / distance  # after half a step
+    np.testing.assert_allclose(motion["bar"].velocity[1], wanted, rtol=0.03)
+
+
 def test_objects_that_do_not_name_each_other_pass_through():
     objects = {
         "one": BallObject(velocity=(0.0, 0.0, 3.0), position=(0.0, 1.0, -0.5)),

@@ -129,7 +129,7 @@ def slid_heights(
 def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
     """The Warp function `cylinder_touch`; `smooth`: of one off which no path jumps; `as_opensim`: see above."""
 
-    @func(inline=False)
+    @func
     def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
         """How a segment from a to b, m, goes round a cylinder.
 

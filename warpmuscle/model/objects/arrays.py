@@ -114,7 +114,7 @@ def _columns(scene: Scene, names: Topology, solid: AnyObject) -> dict[str, Float
     axle = solid.hinge or Hinge()
     axis = rows(list(axle.axis))
     columns = {
-        "axis": axis / np.linalg.norm(axis, axis=-1, keepdims=True), "pivot": rows(list(axle.position)),
+        "axis": normalized(axis), "pivot": rows(list(axle.position)),
         "bearing": rows([axle.damping]),
         "mass": rows([solid.mass]), "inertia": inertia(solid), "half": half, "radius": radius[:, None],
         "rounding": rounding[:, None], "reach": np.linalg.norm(half, axis=1)[:, None] + radius[:, None],

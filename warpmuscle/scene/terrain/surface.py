@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
+from warpmuscle.core.pose import normalized
 from warpmuscle.scene import Ground
 from warpmuscle.scene.ground import Plane, plane
 from warpmuscle.scene.terrain.grid import Grid
@@ -65,7 +66,7 @@ class Surface(NamedTuple):
         _, along_x, along_z = self.lie.rise(x, z)
         steep = normal / normal[..., 1:2]
         steep = np.stack([steep[..., 0] - along_x, np.ones(shape), steep[..., 2] - along_z], axis=-1)
-        return np.asarray(steep / np.linalg.norm(steep, axis=-1, keepdims=True))
+        return normalized(steep)
 
     def above(self, places: ArrayLike) -> Floats:
         """Distance of places (..., 3), m, from the plane that touches the ground below each: m, negative inside."""

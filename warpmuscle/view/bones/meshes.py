@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.pose import normalized
 from warpmuscle.view.hulls import Mesh
 
 CAP = ((1.0, 0.0), (0.72, 0.7), (0.0, 1.0))  # of a tube's end: radius and way beyond it, in its radius
@@ -49,8 +50,7 @@ def ellipsoid(center: Floats, radii: Sequence[float], turn: Floats | None = None
         axis=-1,
     ).reshape(-1, 3)
     size, axes = np.asarray(radii, dtype=np.float64), np.eye(3) if turn is None else turn
-    normals = sphere / size
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = normalized(sphere / size)
     return center + (sphere * size) @ axes.T, normals @ axes.T, _grid(rows, sectors)
 
 
