@@ -22,6 +22,7 @@ class Tile:
     high_x: float
     low_z: float
     high_z: float
+    walls: int  # along which axes it may have any: see `contact.walls`
 
 
 @wp.struct

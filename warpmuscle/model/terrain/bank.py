@@ -12,7 +12,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.contact.terrain import ENDLESS_TOP
 from warpmuscle.scene import Ground, Terrain
 from warpmuscle.scene.terrain.grid import Axis, Grid
-from warpmuscle.scene.terrain.surface import as_text, grid_at
+from warpmuscle.scene.terrain.surface import as_text, grid_at, walls_of
 from warpmuscle.scene.terrain.tiles import Patch
 
 _banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array]] = {}  # the last one of each device
@@ -58,6 +58,7 @@ def _tiles(terrain: Terrain, grids: list[Grid], device: Any) -> wp.array:
     columns: dict[str, Any] = {
         "first": starts(grid.heights.size for grid in grids)[:-1], "rows": sizes[:, 0], "columns": sizes[:, 1],
         "first_patch": patches[:-1], "end_patch": patches[1:],
+        "walls": [walls_of(tile) for tile in terrain.tiles],
     }  # fmt: skip
     for name, axes, points in (("x", [g.x for g in grids], sizes[:, 1]), ("z", [g.z for g in grids], sizes[:, 0])):
         columns |= _axis(name, axes, points)
