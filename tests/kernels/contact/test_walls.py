@@ -6,7 +6,7 @@ import pytest
 import warp as wp
 from test_terrain import BALL, G, block, ground
 
-from warpmuscle.kernels.contact.walls import sphere_plane
+from warpmuscle.kernels.contact.walls import sphere_plane, ways_of
 from warpmuscle.kernels.structs import Model
 from warpmuscle.scene import Terrain
 from warpmuscle.scene.terrain.tiles import Profile
@@ -20,18 +20,21 @@ LINE = np.array([(-9.0, 0.0), *CORNERS, (9.0, 0.06)])
 
 @wp.kernel(enable_backward=False)
 def ask(model: Model, points: wp.array[wp.vec3], radius: float, planes: wp.array2d[wp.vec4]):
-    i, way = wp.tid()
+    i = wp.tid()
     m = model
-    plane = sphere_plane(0, way, wp.vec3(0.0, 1.0, 0.0), points[i][1], wp.vec3(0.0), points[i], radius, 0.0, m)
-    planes[i, way] = wp.vec4(plane.normal[0], plane.normal[1], plane.normal[2], plane.height)
+    up, height, arm, point = wp.vec3(0.0, 1.0, 0.0), points[i][1], wp.vec3(0.0), points[i]
+    ways = ways_of(0, up, height, arm, point, radius, 0.0, m)
+    for way in range(ways):
+        plane = sphere_plane(0, way, ways, up, height, arm, point, radius, 0.0, m)
+        planes[i, way] = wp.vec4(plane.normal[0], plane.normal[1], plane.normal[2], plane.height)
 
 
 def asked(terrain: Terrain, points: np.ndarray, radius: float) -> np.ndarray:
     """Normals of the five planes of spheres about these points, and distances from them, m: (n, 5, 4)."""
     model = Rollout(block(ground(terrain)), 1, "cpu").model
-    planes = wp.zeros((len(points), 5), dtype=wp.vec4, device="cpu")
+    planes = wp.full((len(points), 5), wp.vec4(9.0), dtype=wp.vec4, device="cpu")
     given = wp.array(points.astype(np.float32), dtype=wp.vec3, device="cpu")
-    wp.launch(ask, (len(points), 5), [model, given, radius, planes], device="cpu")
+    wp.launch(ask, len(points), [model, given, radius, planes], device="cpu")
     return planes.numpy().astype(float)
 
 

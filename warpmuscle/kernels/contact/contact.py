@@ -23,7 +23,7 @@ from warpmuscle.kernels.contact.terrain import (
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import WAYS, plane_of_body
+from warpmuscle.kernels.contact.walls import plane_of_body, ways_of_body
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -116,8 +116,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
             if wp.static(rises):
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > 0.0
                 if wp.static(walls):  # noqa: SIM102, with `and` it would be compiled in all the same
-                    if near and point.radius > 0.0:
-                        ways = WAYS
+                    if near:
+                        ways = ways_of_body(instance, body, point.place, point.radius, 0.0, model, work)
             for way in range(ways):
                 if wp.static(rises):
                     normal = plane.normal
@@ -125,7 +125,9 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
                     up = plane_up
                     if near:  # else it is above all ground
                         if wp.static(walls):
-                            below = plane_of_body(instance, body, way, point.place, point.radius, 0.0, model, work)
+                            below = plane_of_body(
+                                instance, body, way, ways, point.place, point.radius, 0.0, model, work
+                            )
                         else:
                             below = footing_below(instance, body, point.place, point.radius, model, work)
                         normal = below.normal

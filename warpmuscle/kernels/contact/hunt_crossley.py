@@ -28,7 +28,7 @@ from warpmuscle.kernels.contact.terrain import (
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import WAYS, plane_of_body
+from warpmuscle.kernels.contact.walls import plane_of_body, ways_of_body
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -117,8 +117,8 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
                 margin = at(contacts.material, instance, k).margin
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > -margin
                 if wp.static(walls):  # noqa: SIM102, as in `contact.point_contacts_of`
-                    if near and point.radius > 0.0:
-                        ways = WAYS
+                    if near:
+                        ways = ways_of_body(instance, body, point.place, point.radius, margin, model, work)
             for way in range(ways):
                 material = at(contacts.material, instance, k)
                 if wp.static(rises):
@@ -127,7 +127,9 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
                     up = plane_up
                     if near:
                         if wp.static(walls):
-                            below = plane_of_body(instance, body, way, point.place, point.radius, margin, model, work)
+                            below = plane_of_body(
+                                instance, body, way, ways, point.place, point.radius, margin, model, work
+                            )
                         else:
                             below = footing_below(instance, body, point.place, point.radius, model, work)
                         normal = below.normal

@@ -14,6 +14,7 @@ from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 from warpmuscle.kernels.terrain_structs import TilePlace
 
 ALONG_Z, ALONG_X = wp.constant(1), wp.constant(2)  # bits of `Tile.walls`
+NEAR = (0.03, 0.2)  # m beside a cell, within which the highest ground is known beforehand
 WAYS = wp.constant(5)  # what is below, and four directions with walls
 STEEP = wp.constant(1.0)  # slope of a wall, at least
 NOTHING = wp.constant(1.0e30)  # m, height over a plane that is none
@@ -138,20 +139,52 @@ def foot_of_wall(instance: int, point: wp.vec3, reach: float, model: ModelRef) -
 
 
 @func
-def sphere_plane(
-    instance: int, way: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, margin: float,
+def ways_of(
+    instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, margin: float,
     model: ModelRef,
+) -> int:  # fmt: skip
+    """In how many ways a sphere may touch the ground: 0, 1: below alone, or `WAYS`. Arguments as of `sphere_plane`."""
+    place = at(model.contacts.terrain.place, instance, 0)
+    tile = model.contacts.terrain.tile[place.tile]
+    reach = radius + margin
+    if tile.walls == 0 or radius == 0.0:
+        return 1
+    if place.scale < 0.0 or reach > wp.static(NEAR[1]):
+        return WAYS
+    own = in_tile(point[0], point[2], place)
+    x = (own[0] - tile.x) * tile.per_x
+    z = (own[1] - tile.z) * tile.per_z
+    s = wp.clamp(x, tile.low_x, tile.high_x)
+    t = wp.clamp(z, tile.low_z, tile.high_z)
+    beyond_x = tile.walls & ALONG_X != 0 and wp.abs(x - s) > reach * tile.per_x
+    beyond_z = tile.walls & ALONG_Z != 0 and wp.abs(z - t) > reach * tile.per_z
+    if beyond_x or beyond_z:
+        return 1  # beyond the tile's edge it is as at the edge
+    k = tile.first + wp.min(int(t), tile.rows - 2) * tile.columns + wp.min(int(s), tile.columns - 2)
+    crest = place.scale * model.contacts.terrain.crest[wp.where(reach > wp.static(NEAR[0]), 1, 0), k]
+    incline = wp.sqrt(wp.max(1.0 - normal[1] * normal[1], 0.0)) / normal[1]
+    over = (height + wp.dot(normal, arm)) / normal[1]
+    if over > crest + (1.0 + 2.0 * incline) * reach:
+        return 0
+    here = place.scale * tile_surface(own[0], own[1], tile, model.contacts.terrain.height)[0]
+    return wp.where(crest > here + LEVEL, WAYS, 1)
+
+
+@func
+def sphere_plane(
+    instance: int, way: int, ways: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float,
+    margin: float, model: ModelRef,
 ) -> Footing:  # fmt: skip
     """The plane that a sphere touches below its middle, or in one of the directions that `tile_way` tells.
 
     Args:
-        way: 0: below. normal, height, arm: as of `footing`. point: the middle, m, world. radius: m. margin: m, from
-            where on contacts count before they touch.
+        way: 0: below. ways: see `ways_of`. normal, height, arm: as of `footing`. point: the middle, m, world.
+        radius: m. margin: m, from where on contacts count before they touch.
     """
     if way > 0:
         return wall_beside(instance, way, normal, height, arm, point, radius + margin, model)
     moved = wp.vec3(0.0)
-    if radius > 0.0:
+    if ways > 1:
         moved = foot_of_wall(instance, point, radius, model)
     if moved[0] == 0.0 and moved[2] == 0.0:
         return nearest_footing(instance, normal, height, arm, point, radius, model)
@@ -163,11 +196,23 @@ def sphere_plane(
 
 
 @func
-def plane_of_body(
-    instance: int, body: int, way: int, place: wp.vec3, radius: float, margin: float, model: ModelRef, work: ScratchRef
-) -> Footing:
-    """The same of a sphere in the axes of its body, m from the joint."""
+def ways_of_body(
+    instance: int, body: int, place: wp.vec3, radius: float, margin: float, model: ModelRef, work: ScratchRef
+) -> int:
+    """As `ways_of` of a sphere in the axes of its body, m from the joint."""
     arm = work.rotation[body] * place
     normal = at(model.contacts.normal, instance, 0)
     height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
-    return sphere_plane(instance, way, normal, height, arm, work.position[body] + arm, radius, margin, model)
+    return ways_of(instance, normal, height, arm, work.position[body] + arm, radius, margin, model)
+
+
+@func
+def plane_of_body(
+    instance: int, body: int, way: int, ways: int, place: wp.vec3, radius: float, margin: float, model: ModelRef,
+    work: ScratchRef,
+) -> Footing:  # fmt: skip
+    """As `sphere_plane` of the same."""
+    arm = work.rotation[body] * place
+    normal = at(model.contacts.normal, instance, 0)
+    height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
+    return sphere_plane(instance, way, ways, normal, height, arm, work.position[body] + arm, radius, margin, model)
