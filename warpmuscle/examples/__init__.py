@@ -118,7 +118,7 @@ EXAMPLES = {
         shipped("reaching.toml", "fetch.toml", "fetch.py"),
     ),
     "creatures": Example(
-        "animals as short descriptions, of which `warpmuscle creature build` makes scenes, and what searches made of them",
+        "animals as short descriptions, of which `creature build` makes scenes, and what searches found",
         shipped(*(f"{name}{end}.toml" for name in ("kangaroo", "ostrich", "pony", "walker") for end in ("", "_found"))),
     ),
     "terrain": Example(

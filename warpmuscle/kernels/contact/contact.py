@@ -17,13 +17,12 @@ from warpmuscle.kernels.contact.soft_constraint import constraint_force
 from warpmuscle.kernels.contact.terrain import (
     FLAT,
     Footing,
-    footing_below,
     has_patches,
     has_walls,
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import plane_of_body, ways_of_body
+from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -83,7 +82,7 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         terrain: whether the ground is FLAT, RISES, or is PATCHED or WALLED besides, see `terrain.py`.
         moves: whether it moves along itself, see `belts.py`.
     """
-    rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
+    rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -115,21 +114,15 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
             ways = wp.int32(1)
             if wp.static(rises):
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > 0.0
-                if wp.static(walls):  # noqa: SIM102, with `and` it would be compiled in all the same
-                    if near:
-                        ways = ways_of_body(instance, body, point.place, point.radius, 0.0, model, work)
+                if near:
+                    ways = ways_at(instance, body, point.place, point.radius, 0.0, model, work)
             for way in range(ways):
                 if wp.static(rises):
                     normal = plane.normal
                     height = plane.height
                     up = plane_up
                     if near:  # else it is above all ground
-                        if wp.static(walls):
-                            below = plane_of_body(
-                                instance, body, way, ways, point.place, point.radius, 0.0, model, work
-                            )
-                        else:
-                            below = footing_below(instance, body, point.place, point.radius, model, work)
+                        below = plane_at(instance, body, way, ways, point.place, point.radius, 0.0, model, work)
                         normal = below.normal
                         height = below.height
                         up = wp.transpose(work.rotation[body]) * normal

@@ -22,13 +22,12 @@ from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus
 from warpmuscle.kernels.contact.terrain import (
     FLAT,
     Footing,
-    footing_below,
     has_patches,
     has_walls,
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import plane_of_body, ways_of_body
+from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -86,7 +85,7 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 @cache
 def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
-    rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
+    rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
 
     @wp.func
     def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -116,9 +115,8 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
             if wp.static(rises):
                 margin = at(contacts.material, instance, k).margin
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > -margin
-                if wp.static(walls):  # noqa: SIM102, as in `contact.point_contacts_of`
-                    if near:
-                        ways = ways_of_body(instance, body, point.place, point.radius, margin, model, work)
+                if near:
+                    ways = ways_at(instance, body, point.place, point.radius, margin, model, work)
             for way in range(ways):
                 material = at(contacts.material, instance, k)
                 if wp.static(rises):
@@ -126,12 +124,7 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
                     height = plane.height
                     up = plane_up
                     if near:
-                        if wp.static(walls):
-                            below = plane_of_body(
-                                instance, body, way, ways, point.place, point.radius, margin, model, work
-                            )
-                        else:
-                            below = footing_below(instance, body, point.place, point.radius, model, work)
+                        below = plane_at(instance, body, way, ways, point.place, point.radius, margin, model, work)
                         normal = below.normal
                         height = below.height
                         up = wp.transpose(work.rotation[body]) * normal

@@ -6,9 +6,20 @@ the ground at the foot of the wall, so that a sphere in a corner rests on both. 
 touch nothing before they are in it.
 """
 
+from functools import cache
+from typing import Any
+
 import warp as wp
 
-from warpmuscle.kernels.contact.terrain import Footing, footing, in_tile, nearest_footing, rise_at, tile_surface
+from warpmuscle.kernels.contact.terrain import (
+    Footing,
+    footing,
+    footing_below,
+    in_tile,
+    nearest_footing,
+    rise_at,
+    tile_surface,
+)
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 from warpmuscle.kernels.terrain_structs import TilePlace
@@ -216,3 +227,29 @@ def plane_of_body(
     normal = at(model.contacts.normal, instance, 0)
     height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
     return sphere_plane(instance, way, ways, normal, height, arm, work.position[body] + arm, radius, margin, model)
+
+
+@cache
+def ground_about(walls: bool) -> tuple[Any, Any]:
+    """The Warp functions of the ways in which a sphere of a body may touch the ground, and of its plane in each.
+
+    Args:
+        walls: as `ways_of_body` and `plane_of_body`; else below its middle alone.
+    """
+    if walls:
+        return ways_of_body, plane_of_body
+
+    @wp.func
+    def one_way(
+        instance: int, body: int, place: wp.vec3, radius: float, margin: float, model: ModelRef, work: ScratchRef
+    ) -> int:
+        return 1
+
+    @wp.func
+    def below(
+        instance: int, body: int, way: int, ways: int, place: wp.vec3, radius: float, margin: float, model: ModelRef,
+        work: ScratchRef,
+    ) -> Footing:  # fmt: skip
+        return footing_below(instance, body, place, radius, model, work)
+
+    return one_way, below
