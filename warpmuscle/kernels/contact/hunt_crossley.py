@@ -27,7 +27,7 @@ from warpmuscle.kernels.contact.terrain import (
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import ground_about
+from warpmuscle.kernels.contact.walls import WAYS, ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -86,6 +86,7 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
     rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
+    most = WAYS if has_walls(terrain) else 1
 
     @wp.func
     def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -111,13 +112,13 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
             plane_up = up
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
-            ways = wp.int32(1)
             if wp.static(rises):
+                ways = wp.int32(0)
                 margin = at(contacts.material, instance, k).margin
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > -margin
                 if near:
                     ways = ways_at(instance, body, point.place, point.radius, margin, model, work)
-            for way in range(ways):
+            for way in range(wp.static(most)):  # written out, so that one way alone is as no loop
                 material = at(contacts.material, instance, k)
                 if wp.static(rises):
                     normal = plane.normal

@@ -26,7 +26,7 @@ from warpmuscle.kernels.terrain_structs import TilePlace
 
 ALONG_Z, ALONG_X = wp.constant(1), wp.constant(2)  # bits of `Tile.walls`
 NEAR = (0.03, 0.2)  # m beside a cell, within which the highest ground is known beforehand
-WAYS = wp.constant(5)  # what is below, and four directions with walls
+WAYS = 5  # what is below, and four directions with walls
 STEEP = wp.constant(1.0)  # slope of a wall, at least
 NOTHING = wp.constant(1.0e30)  # m, height over a plane that is none
 MOST = wp.constant(64)  # cells beside a sphere that are looked at
@@ -161,7 +161,7 @@ def ways_of(
     if tile.walls == 0 or radius == 0.0:
         return 1
     if place.scale < 0.0 or reach > wp.static(NEAR[1]):
-        return WAYS
+        return wp.static(WAYS)
     own = in_tile(point[0], point[2], place)
     x = (own[0] - tile.x) * tile.per_x
     z = (own[1] - tile.z) * tile.per_z
@@ -178,7 +178,7 @@ def ways_of(
     if over > crest + (1.0 + 2.0 * incline) * reach:
         return 0
     here = place.scale * tile_surface(own[0], own[1], tile, model.contacts.terrain.height)[0]
-    return wp.where(crest > here + LEVEL, WAYS, 1)
+    return wp.where(crest > here + LEVEL, wp.static(WAYS), 1)
 
 
 @func
@@ -192,6 +192,11 @@ def sphere_plane(
         way: 0: below. ways: see `ways_of`. normal, height, arm: as of `footing`. point: the middle, m, world.
         radius: m. margin: m, from where on contacts count before they touch.
     """
+    if way >= ways:
+        none = Footing()
+        none.normal = normal
+        none.height = NOTHING
+        return none
     if way > 0:
         return wall_beside(instance, way, normal, height, arm, point, radius + margin, model)
     moved = wp.vec3(0.0)
