@@ -22,7 +22,7 @@ from warpmuscle.kernels.contact.terrain import (
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import WAYS, ground_about
+from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -83,7 +83,7 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         moves: whether it moves along itself, see `belts.py`.
     """
     rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
-    most = WAYS if has_walls(terrain) else 1
+    walls = has_walls(terrain)
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -113,11 +113,13 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
             if wp.static(rises):
-                ways = wp.int32(0)
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > 0.0
+            ways = 1  # a constant, whose loop is written out
+            if wp.static(walls):
+                ways = wp.int32(0)
                 if near:
                     ways = ways_at(instance, body, point.place, point.radius, 0.0, model, work)
-            for way in range(wp.static(most)):  # written out, so that one way alone is as no loop
+            for way in range(ways):
                 if wp.static(rises):
                     normal = plane.normal
                     height = plane.height

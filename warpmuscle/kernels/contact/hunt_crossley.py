@@ -27,7 +27,7 @@ from warpmuscle.kernels.contact.terrain import (
     highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import WAYS, ground_about
+from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -86,7 +86,7 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
     rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
-    most = WAYS if has_walls(terrain) else 1
+    walls = has_walls(terrain)
 
     @wp.func
     def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -113,12 +113,14 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
             if wp.static(rises):
-                ways = wp.int32(0)
                 margin = at(contacts.material, instance, k).margin
                 near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > -margin
+            ways = 1  # a constant, whose loop is written out
+            if wp.static(walls):
+                ways = wp.int32(0)
                 if near:
                     ways = ways_at(instance, body, point.place, point.radius, margin, model, work)
-            for way in range(wp.static(most)):  # written out, so that one way alone is as no loop
+            for way in range(ways):
                 material = at(contacts.material, instance, k)
                 if wp.static(rises):
                     normal = plane.normal

@@ -192,11 +192,6 @@ def sphere_plane(
         way: 0: below. ways: see `ways_of`. normal, height, arm: as of `footing`. point: the middle, m, world.
         radius: m. margin: m, from where on contacts count before they touch.
     """
-    if way >= ways:
-        none = Footing()
-        none.normal = normal
-        none.height = NOTHING
-        return none
     if way > 0:
         return wall_beside(instance, way, normal, height, arm, point, radius + margin, model)
     moved = wp.vec3(0.0)
