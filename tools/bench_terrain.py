@@ -1,4 +1,5 @@
-"""What ground that is not flat costs: steps per second of a walk on the plane, on bumps, on a slope, and with patches.
+"""What ground that is not flat costs: steps per second of a walk on the plane, on bumps, on a slope, before stairs,
+and with patches.
 
     python tools/bench_terrain.py --device cuda:0 --instances 5120,65536
     python tools/bench_terrain.py                   one CPU core
@@ -20,7 +21,7 @@ from bench_body_contact import print_rates
 
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene, Terrain
-from warpmuscle.scene.terrain.tiles import Patch, Rough, Slope
+from warpmuscle.scene.terrain.tiles import Patch, Rough, Slope, Stairs
 
 NOISE = 0.02  # m/s, of the start
 
@@ -37,6 +38,7 @@ def variants(name: str) -> dict[str, Scene]:
         "plane": on(None),
         "bumps of 1 cm": on(Terrain([Rough(height=0.01, spacing=0.3)])),
         "slope of 1 degree": on(Terrain([Slope(np.radians(1.0))])),
+        "before stairs of 17 cm": on(Terrain([Stairs(start=3.5)])),
         "bumps with a patch": on(Terrain([Rough(height=0.01, spacing=0.3, patches=[patch])])),
     }
 

@@ -1,17 +1,23 @@
 """Muscles of creatures: within their boxes, alike on both sides, with fibres at their optimum in the standing pose."""
 
+from pathlib import Path
+
 import msgspec
 import numpy as np
 import pytest
 
+import warpmuscle.examples
 from small_creature import small_creature
-from warpmuscle.creatures.build import creature_scene
+from warpmuscle.creatures.build import creature_scene, read_creature
 from warpmuscle.creatures.skeleton import middle
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene.scene import InitialState
+from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.moment_arms import joint_range, moment_arms, muscle_geometry
+
+EXAMPLES = Path(warpmuscle.examples.__file__).parent / "files"
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +102,17 @@ def test_a_batch_has_muscles_of_each_instance_as_if_it_were_alone(scene):
         alone = stepped(scene, values[k : k + 1])
         for name in ("coordinates", "speeds"):
             np.testing.assert_array_equal(getattr(batch.state, name).numpy()[k], getattr(alone.state, name).numpy()[0])
+
+
+def test_a_path_over_two_joints_keeps_its_side_of_both():
+    """A hip flexor that straightens the knee: its two cylinders are gone round in their order."""
+    walker = creature_scene(read_creature(EXAMPLES / "walker.toml"))
+    generator = np.random.default_rng(1)
+    joints = topology(walker.character)
+    place = [joints.coordinate_start[joints.joints.index(name) + 1] for name in ("lHip", "lKnee")]
+    poses = np.repeat(standing(walker), 60, axis=0)
+    poses[:, place[0]], poses[:, place[1]] = generator.uniform(-1.0, 0.4, 60), generator.uniform(0.0, 1.6, 60)
+    _, arm = muscle_geometry(walker, poses)
+    own = arm[:, list(walker.character.muscles).index("lRF")]
+    across = own[:, [joints.speed_start[joints.joints.index(name) + 1] for name in ("lHip", "lKnee")]]
+    assert np.all(across < -0.019)  # forwards of both, as far as the cylinders are wide

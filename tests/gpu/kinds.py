@@ -33,7 +33,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.terrain.tiles import Patch, Rough
+from warpmuscle.scene.terrain.tiles import Patch, Rough, Stairs, Stones
 
 DURATION = 0.06  # s
 USER_MODULE = "parts_for_gpu_tests"
@@ -123,6 +123,14 @@ def on_bumps() -> Scene:
     scene = walk("walk56")
     patch = Patch((0.0, 0.5), (-0.5, 0.6), friction=0.3, stiffness=0.5)
     scene.ground.terrain = Terrain([Rough(height=0.01, spacing=0.1, patches=[patch])], yaw=0.3, x=0.1)
+    return scene
+
+
+def on_stones() -> Scene:
+    """A walk among stones and over a stair, whose walls are beside toes."""
+    scene = load("fwalk")
+    tiles = [Stones((0.3, 0.2), gap=0.05, height=0.02, depth=0.05), Stairs(rise=0.03, tread=0.2, start=0.3)]
+    scene.ground.terrain = Terrain(tiles, yaw=0.3, x=0.1)
     return scene
 
 
@@ -322,6 +330,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "collisions": lambda _: colliding(),
     "touching": lambda _: touching(),
     "terrain": lambda _: on_bumps(),
+    "terrain with walls": lambda _: on_stones(),
     "objects": lambda _: among_objects(),
     "objects on bumps": lambda _: objects_on_bumps(),
     "treadmill": lambda _: on_belts(),

@@ -8,6 +8,7 @@ Example: python tools/research/random_bodies.py fwalk --bodies 1000 --search 500
 import argparse
 import json
 import time
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -15,15 +16,21 @@ import numpy as np
 
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
-from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.options import MakeBatches
+from warpmuscle.optimization.progress import Tracker
+from warpmuscle.optimization.run import make_search_loop
+from warpmuscle.results.records import SearchOptions, best_of
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import with_values
 from warpmuscle.scene.sizes.batch_scene import batch_scene
 from warpmuscle.scene.sizes.sized import height_of, sized
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.sweep.shared_batches import run_in_one_batch
+from warpmuscle.sweep.union import searched_scenes, weighed_scenes
 
 HEIGHT, MASS_INDEX, MASS = (1.2, 2.0), (12.5, 32.5), (18.0, 130.0)  # m, kg/m^2, kg
 ARMS, TRUNK = (0.9, 1.2), (0.9, 1.3)  # factors on the arms' length, and on the trunk's mass
+AT_ONCE, POPULATION = 100, 20  # searches side by side, and candidates of a generation of each
 PATTERNS = {"arms": "*arm", "trunk": "torso"}
 
 
@@ -76,18 +83,39 @@ def searched(
     scene, begun = msgspec.structs.replace(scene, duration=seconds), time.perf_counter()
     falling = np.flatnonzero(~np.array(before["upright"]))
     found = {name: list(before[name]) for name in ("upright", "speed")}
-    scenes = []
-    for number in falling:
-        body = made(scene, bodies[number])
-        best = optimize(body, candidates, seed=1 + int(number), device=device).best
-        assert best is not None
-        scenes.append(with_values(body, np.asarray(best.params, dtype=float)))
+    scenes: list[Scene] = []
+    for first in range(0, len(falling), AT_ONCE):
+        part = falling[first : first + AT_ONCE]
+        sized_scenes = [made(scene, bodies[number]) for number in part]
+        scenes += side_by_side(sized_scenes, [1 + int(number) for number in part], candidates, device)
+        print(f"searched for {len(scenes)} of {len(falling)} bodies", flush=True)
     if scenes:
         again = tried(scene, scenes, device)
         for name in found:
             for number, value in zip(falling, again[name], strict=True):
                 found[name][number] = value
     return {**found, "seconds": time.perf_counter() - begun}
+
+
+def side_by_side(scenes: list[Scene], seeds: list[int], candidates: int, device: str | None) -> list[Scene]:
+    """Each scene with the best values that a search of its own found; all searches are in the same batches."""
+    weighed = [one for one in searched_scenes(weighed_scenes(scenes)) if isinstance(one, Scene)]
+    assert len(weighed) == len(scenes)
+    found = list(scenes)
+
+    def search(number: int, batches: MakeBatches) -> None:
+        options = SearchOptions("cma", candidates=candidates, population=POPULATION)
+        loop = make_search_loop(weighed[number], seeds[number], options, (), batches, Tracker(candidates, None, None))
+        loop.run(lambda generation: None)
+        best = best_of(loop.evaluations())
+        if best is not None:
+            found[number] = with_values(weighed[number], np.asarray(best.params, dtype=float))
+
+    errors = run_in_one_batch(weighed, [partial(search, number) for number in range(len(weighed))], device, None)
+    for error in errors:
+        if error is not None:
+            raise error
+    return found
 
 
 def figure(bodies: list[dict[str, float]], found: dict[str, dict], file: Path) -> None:

@@ -19,12 +19,15 @@ import typer
 import warpmuscle as wm
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Scene
+from warpmuscle.scene.initial_pose import plain_number
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import with_values
 from warpmuscle.simulation.rollout import Rollout
 
 SCENES = ["fwalk_water", "walk56_water"]
 DEEPEST = 1.3  # m, to the chest
 SECONDS, SETTLED = 10.0, 3.0  # s, of a walk, and from when on it is measured
+SAMPLED = 0.02  # s, between forces that are added up
 SEARCHED = 0.1  # m, between depths for which walks are searched
 SLOWEST = 0.2  # m/s, of those
 POPULATION = 20  # candidates a generation of each search
@@ -38,6 +41,7 @@ class Walks(NamedTuple):
     lasted: np.ndarray  # (n,) s
     speed: np.ndarray  # (n,) m/s, of those that stood
     effort: np.ndarray  # (n,) for each metre
+    borne: np.ndarray  # (n,) mean vertical force on both feet, body weights
 
 
 def gaits(scene: Scene, candidates: int, searches: int, device: str | None) -> tuple[np.ndarray, np.ndarray]:
@@ -69,12 +73,12 @@ def walks(name: str, depths: int, device: str | None, search: int, searches: int
     rollout.set_commands({"depth": depth})
     rollout.run(SETTLED)
     before, spent = place(rollout), effort(rollout)
-    rollout.run(SECONDS)
+    borne = borne_by_feet(rollout)
     stands = np.isin(rollout.status(), [wm.Status.RUNNING, wm.Status.COMPLETED])
     gone = place(rollout) - before
     return Walks(
         depth, stands, np.asarray(rollout.end_time()), gone / (SECONDS - SETTLED),
-        (effort(rollout) - spent) / np.maximum(gone, 1e-3),
+        (effort(rollout) - spent) / np.maximum(gone, 1e-3), borne,
     )  # fmt: skip
 
 
@@ -88,8 +92,19 @@ def effort(rollout: Rollout) -> np.ndarray:
     return np.asarray(rollout.state.torque_integral.numpy().sum(axis=1)) * rollout.scene.time_step
 
 
+def borne_by_feet(rollout: Rollout) -> np.ndarray:
+    """Mean vertical force on both feet until the end, body weights."""
+    times = round((SECONDS - SETTLED) / SAMPLED)
+    total = np.zeros(rollout.instances)
+    for _ in range(times):
+        rollout.run(SAMPLED)
+        total += rollout.state.foot_force.numpy()[..., 1].sum(axis=1)
+    weight = body_mass(rollout.scene.character) * plain_number(rollout.scene.gravity)
+    return np.asarray(total / (times * weight))
+
+
 def drawn(found: dict[str, Walks]) -> Any:
-    """Speed, effort and time until a fall over depth."""
+    """Speed, effort and weight on the feet over depth."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 3.0), layout="constrained")
@@ -98,8 +113,9 @@ def drawn(found: dict[str, Walks]) -> Any:
         label, stands = name.removesuffix("_water"), one.stands
         axes[0].plot(one.depth[stands], one.speed[stands], ".", ms=4, label=label)
         axes[1].plot(one.depth[stands], one.effort[stands], ".", ms=4, label=label)
-        axes[2].plot(one.depth, one.lasted, ".", ms=4, label=label)
-    for part, label in zip(axes, ("speed, m/s", "feedback torque, N m s/m", "time until a fall, s"), strict=True):
+        axes[2].plot(one.depth[stands], one.borne[stands], ".", ms=4, label=label)
+    axes[2].set_ylim(0.0, 1.1)
+    for part, label in zip(axes, ("speed, m/s", "feedback torque, N m s/m", "weight on the feet"), strict=True):
         part.set(xlabel="depth, m", ylabel=label, xlim=(0.0, DEEPEST))
         part.spines[["top", "right"]].set_visible(False)
     axes[0].legend(frameon=False)
@@ -123,8 +139,11 @@ def main(
             well = near & one.stands
             if well.any():
                 share, speed = f"{int(well.sum())} of {int(near.sum())}", one.speed[well].mean()
-                print(f"  {depth:.1f} m: {share}, {speed:.3f} m/s, {one.effort[well].mean():.0f} N m s/m")
-            else:
+                print(
+                    f"  {depth:.1f} m: {share}, {speed:.3f} m/s, {one.effort[well].mean():.0f} N m s/m, "
+                    f"{one.borne[well].mean():.2f} of the weight"
+                )
+            elif near.any():
                 print(f"  {depth:.1f} m: none, fell after {one.lasted[near].mean():.1f} s")
     drawn(found).savefig(output, dpi=150)
 

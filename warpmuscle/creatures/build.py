@@ -125,6 +125,6 @@ def _objective(creature: Creature) -> Objective:
         "effort_cubed": 1.0,
         "joint_limits": 0.1,
         "passive_force": 0.002,
-        "fibre_range": 300.0,
+        "fibre_range": 3000.0,
     }
     return msgspec.structs.replace(Objective(), target_speed=creature.gait.speed, failure_cost=FAILURE_COST, **weights)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
 
 NAMED_SIDES = {"front": (0.0, 0.0, 1.0), "back": (0.0, 0.0, -1.0), "up": (0.0, 1.0, 0.0), "down": (0.0, -1.0, 0.0)}
+WRAPPING: Final = "mujoco"  # over several joints in their order, which keeps a path on its side of each of them
 CYLINDER_LENGTH = 1.0  # m; paths never cross its ends
 SLACK_RANGE = 1.0  # fibre lengths, by which a slack length may be less or more than where a search begins
 LEAST_SLACK = 0.02  # of the length of the path
@@ -55,7 +56,7 @@ def muscles(creature: Creature, character: Character, poses: Poses) -> Character
             made[names[1]] = _other_side(creature, muscle, made[names[0]], *names)
     return Character(
         root=character.root, bodies=character.bodies, joints=character.joints, root_joint=character.root_joint,
-        feet=character.feet, muscles=made, surfaces=dict(surfaces), wrapping="smooth",
+        feet=character.feet, muscles=made, surfaces=dict(surfaces), wrapping=WRAPPING,
     )  # fmt: skip
 
 
@@ -75,7 +76,7 @@ def _surfaces(
             body=sided(carrier, side) if parent.paired else carrier,
             position=place(at - middle(parent)),
             radius=_within(bend.radius, bend.radius[0]), length=CYLINDER_LENGTH,
-            orientation=_facing(creature, bend), side="+x",
+            orientation=_facing(creature, bend), side_point=(2.0 * bend.radius[1], 0.0, 0.0),
         )  # fmt: skip
 
 
@@ -114,7 +115,8 @@ def _other_surface(creature: Creature, bend: Bend, left: CylinderSurface, key: s
     radius = Free(same_as=f"character.surfaces.{key}.radius") if isinstance(left.radius, Free) else left.radius
     return CylinderSurface(
         body=sided(carrier, "r") if creature.segments[carrier].paired else carrier,
-        position=(-x or 0.0, y, z), radius=radius, length=left.length, orientation=left.orientation, side=left.side,
+        position=(-x or 0.0, y, z), radius=radius, length=left.length, orientation=left.orientation,
+        side_point=left.side_point,
     )  # fmt: skip
 
 
@@ -129,7 +131,7 @@ def _length(
     side = "l" if is_paired(creature, muscle) else ""
     plain: dict[str, Surface] = {name: _plain_surface(surface) for name, surface in surfaces.items()}
     whole = Character(
-        root=character.root, bodies=character.bodies, joints=character.joints, surfaces=plain, wrapping="smooth"
+        root=character.root, bodies=character.bodies, joints=character.joints, surfaces=plain, wrapping=WRAPPING
     )
     points = []
     for point in muscle.path:
@@ -145,7 +147,7 @@ def _plain_surface(surface: CylinderSurface) -> CylinderSurface:
     assert radius is not None
     return CylinderSurface(
         body=surface.body, position=surface.position, radius=radius, length=surface.length,
-        orientation=surface.orientation, side=surface.side,
+        orientation=surface.orientation, side_point=surface.side_point,
     )  # fmt: skip
 
 

@@ -118,8 +118,8 @@ EXAMPLES = {
         shipped("reaching.toml", "fetch.toml", "fetch.py"),
     ),
     "creatures": Example(
-        "animals as short descriptions, of which `warpmuscle creature build` makes scenes",
-        shipped(*(f"{name}.toml" for name in ("kangaroo", "ostrich", "pony", "walker"))),
+        "animals as short descriptions, of which `creature build` makes scenes, and what searches found",
+        shipped(*(f"{name}{end}.toml" for name in ("kangaroo", "ostrich", "pony", "walker") for end in ("", "_found"))),
     ),
     "terrain": Example(
         "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",

@@ -22,6 +22,7 @@ class Tile:
     high_x: float
     low_z: float
     high_z: float
+    walls: int  # along which axes it may have any: see `contact.walls`
 
 
 @wp.struct
@@ -58,4 +59,5 @@ class Terrain:
     place: wp.array2d[TilePlace]  # (rows, 1)
     tile: wp.array[Tile]  # (tiles,)
     height: wp.array[float]  # m, over the plane of the ground
+    crest: wp.array2d[float]  # (2, heights) m, highest near each cell of tiles with walls, see `contact.walls.NEAR`
     patch: wp.array[Patch]  # (patches,)

@@ -12,11 +12,12 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES
+from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES, WALLED
 from warpmuscle.scene import Body, Character, Ground, Joint
 from warpmuscle.scene.constraints.pose import ROWS, row_count
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
 from warpmuscle.scene.masses import is_zero
+from warpmuscle.scene.terrain.surface import walls_of
 from warpmuscle.scene.topology import Topology, followed_drivers, followers, topology
 
 
@@ -94,7 +95,9 @@ def compiled_terrain(ground: Ground) -> int:
     """What a step has compiled in for ground that is not flat."""
     if ground.terrain is None:
         return int(FLAT)
-    return int(PATCHED if any(tile.patches for tile in ground.terrain.tiles) else RISES)
+    tiles = ground.terrain.tiles
+    walls = WALLED if any(walls_of(tile) for tile in tiles) else FLAT
+    return int((PATCHED if any(tile.patches for tile in tiles) else RISES) + walls)
 
 
 def has_turned_axes(body: Body) -> bool:

@@ -14,7 +14,15 @@ from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_
 from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.ground_plane import above_ground as above_ground
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, footing_below, highest_about, patch_below
+from warpmuscle.kernels.contact.terrain import (
+    FLAT,
+    Footing,
+    has_patches,
+    has_walls,
+    highest_about,
+    patch_below,
+)
+from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -71,10 +79,11 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
 
     Args:
         soft: whether points are soft constraints, see `soft_constraint.py`, or spring-dampers.
-        terrain: whether the ground is FLAT, RISES, or is PATCHED besides, see `terrain.py`.
+        terrain: whether the ground is FLAT, RISES, or is PATCHED or WALLED besides, see `terrain.py`.
         moves: whether it moves along itself, see `belts.py`.
     """
-    rises, patched = terrain != FLAT, terrain == PATCHED
+    rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
+    walls = has_walls(terrain)
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -104,45 +113,53 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
             if wp.static(rises):
-                normal = plane.normal
-                height = plane.height
-                up = plane_up
-                if point.radius - height - wp.dot(up, point.place) + highest > 0.0:  # else it is above all ground
-                    below = footing_below(instance, body, point.place, point.radius, model, work)
-                    normal = below.normal
-                    height = below.height
-                    up = wp.transpose(work.rotation[body]) * normal
-            depth = point.radius - height - wp.dot(up, point.place)
-            if depth > 0.0:
-                r = work.rotation[body] * point.place - point.radius * normal
-                velocity = middle + wp.cross(spin, r)
-                if wp.static(moves):
-                    velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
-                speed = wp.dot(normal, velocity)
-                friction = point.friction
-                if wp.static(patched):
-                    patch = patch_below(instance, work.position[body] + r, model)
-                    stiffness = ground.stiffness * patch.stiffness
-                    damping = ground.damping * patch.damping
-                    friction = wp.min(friction, patch.friction)
-                if wp.static(soft):
-                    constraint = at(contacts.soft, instance, 0)
-                    along = constraint_force(depth, speed, constraint, h)
-                    gives = h / constraint.softness
-                else:
-                    along = normal_force(depth, speed, stiffness, damping, h)
-                    gives = h * (damping + h * stiffness)
-                if along > 0.0:
-                    slip = velocity - normal * speed
-                    across = friction_damping(along, wp.length(slip), ground.tangential_damping, friction)
-                    force = normal * along - slip * across
-                    c = contact_tensor(normal, gives, h * across)
-                    b = cross_rows(r, c)
-                    total.a += minus_skew_product(b, r)
-                    total.b += b
-                    total.c += c
-                    total.force += force
-                    total.moment += wp.cross(r, force)
+                near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > 0.0
+            ways = 1  # a constant, whose loop is written out
+            if wp.static(walls):
+                ways = wp.int32(0)
+                if near:
+                    ways = ways_at(instance, body, point.place, point.radius, 0.0, model, work)
+            for way in range(ways):
+                if wp.static(rises):
+                    normal = plane.normal
+                    height = plane.height
+                    up = plane_up
+                    if near:  # else it is above all ground
+                        below = plane_at(instance, body, way, ways, point.place, point.radius, 0.0, model, work)
+                        normal = below.normal
+                        height = below.height
+                        up = wp.transpose(work.rotation[body]) * normal
+                depth = point.radius - height - wp.dot(up, point.place)
+                if depth > 0.0:
+                    r = work.rotation[body] * point.place - point.radius * normal
+                    velocity = middle + wp.cross(spin, r)
+                    if wp.static(moves):
+                        velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
+                    speed = wp.dot(normal, velocity)
+                    friction = point.friction
+                    if wp.static(patched):
+                        patch = patch_below(instance, work.position[body] + r, model)
+                        stiffness = ground.stiffness * patch.stiffness
+                        damping = ground.damping * patch.damping
+                        friction = wp.min(friction, patch.friction)
+                    if wp.static(soft):
+                        constraint = at(contacts.soft, instance, 0)
+                        along = constraint_force(depth, speed, constraint, h)
+                        gives = h / constraint.softness
+                    else:
+                        along = normal_force(depth, speed, stiffness, damping, h)
+                        gives = h * (damping + h * stiffness)
+                    if along > 0.0:
+                        slip = velocity - normal * speed
+                        across = friction_damping(along, wp.length(slip), ground.tangential_damping, friction)
+                        force = normal * along - slip * across
+                        c = contact_tensor(normal, gives, h * across)
+                        b = cross_rows(r, c)
+                        total.a += minus_skew_product(b, r)
+                        total.b += b
+                        total.c += c
+                        total.force += force
+                        total.moment += wp.cross(r, force)
         return total
 
     return point_contacts

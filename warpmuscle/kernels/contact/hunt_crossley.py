@@ -19,7 +19,15 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, footing_below, highest_about, patch_below
+from warpmuscle.kernels.contact.terrain import (
+    FLAT,
+    Footing,
+    has_patches,
+    has_walls,
+    highest_about,
+    patch_below,
+)
+from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -77,7 +85,8 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 @cache
 def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
-    rises, patched = terrain != FLAT, terrain == PATCHED
+    rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
+    walls = has_walls(terrain)
 
     @wp.func
     def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -103,48 +112,57 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
             plane_up = up
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
-            material = at(contacts.material, instance, k)
             if wp.static(rises):
-                normal = plane.normal
-                height = plane.height
-                up = plane_up
-                if point.radius - height - wp.dot(up, point.place) + highest > -material.margin:
-                    below = footing_below(instance, body, point.place, point.radius, model, work)
-                    normal = below.normal
-                    height = below.height
-                    up = wp.transpose(work.rotation[body]) * normal
-            depth = point.radius - height - wp.dot(up, point.place)
-            if depth > -material.margin:
-                if wp.static(patched):
-                    patch = patch_below(instance, work.position[body] + work.rotation[body] * point.place, model)
-                    material.hertz *= patch.stiffness
-                    material.dissipation *= patch.damping
-                    material.static_friction = wp.min(material.static_friction, patch.friction)
-                    material.dynamic_friction = wp.min(material.dynamic_friction, patch.friction)
-                r = work.rotation[body] * point.place - (point.radius - 0.5 * depth) * normal
-                velocity = middle + wp.cross(spin, r)
-                if wp.static(moves):
-                    velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
-                rate = -wp.dot(normal, velocity)
-                elastic = hertz_force(depth, material.hertz)
-                damped = dissipated(rate, material.dissipation)
-                slip = velocity + normal * rate
-                slipping = wp.length(slip)
-                if wp.static(smooth):
-                    elastic = smooth_hertz_force(depth, material.hertz, material.hertz_smoothing, material.constant)
-                    damped = smoothly_dissipated(rate, material.dissipation, material.hunt_crossley_smoothing)
-                    slipping = wp.sqrt(wp.length_sq(slip) + material.constant)
-                along = elastic[0] * damped[0]
-                across = along * friction_coefficient(slipping, material)
-                force = normal * along - slip * across
-                gives = h * elastic[0] * damped[1] + BETA * h * h * wp.max(elastic[1] * damped[0], 0.0)
-                c = contact_tensor(normal, gives, h * wp.max(across, 0.0))  # smooth contacts may pull a little
-                b = cross_rows(r, c)
-                total.a += minus_skew_product(b, r)
-                total.b += b
-                total.c += c
-                total.force += force
-                total.moment += wp.cross(r, force)
+                margin = at(contacts.material, instance, k).margin
+                near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > -margin
+            ways = 1  # a constant, whose loop is written out
+            if wp.static(walls):
+                ways = wp.int32(0)
+                if near:
+                    ways = ways_at(instance, body, point.place, point.radius, margin, model, work)
+            for way in range(ways):
+                material = at(contacts.material, instance, k)
+                if wp.static(rises):
+                    normal = plane.normal
+                    height = plane.height
+                    up = plane_up
+                    if near:
+                        below = plane_at(instance, body, way, ways, point.place, point.radius, margin, model, work)
+                        normal = below.normal
+                        height = below.height
+                        up = wp.transpose(work.rotation[body]) * normal
+                depth = point.radius - height - wp.dot(up, point.place)
+                if depth > -material.margin:
+                    if wp.static(patched):
+                        patch = patch_below(instance, work.position[body] + work.rotation[body] * point.place, model)
+                        material.hertz *= patch.stiffness
+                        material.dissipation *= patch.damping
+                        material.static_friction = wp.min(material.static_friction, patch.friction)
+                        material.dynamic_friction = wp.min(material.dynamic_friction, patch.friction)
+                    r = work.rotation[body] * point.place - (point.radius - 0.5 * depth) * normal
+                    velocity = middle + wp.cross(spin, r)
+                    if wp.static(moves):
+                        velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
+                    rate = -wp.dot(normal, velocity)
+                    elastic = hertz_force(depth, material.hertz)
+                    damped = dissipated(rate, material.dissipation)
+                    slip = velocity + normal * rate
+                    slipping = wp.length(slip)
+                    if wp.static(smooth):
+                        elastic = smooth_hertz_force(depth, material.hertz, material.hertz_smoothing, material.constant)
+                        damped = smoothly_dissipated(rate, material.dissipation, material.hunt_crossley_smoothing)
+                        slipping = wp.sqrt(wp.length_sq(slip) + material.constant)
+                    along = elastic[0] * damped[0]
+                    across = along * friction_coefficient(slipping, material)
+                    force = normal * along - slip * across
+                    gives = h * elastic[0] * damped[1] + BETA * h * h * wp.max(elastic[1] * damped[0], 0.0)
+                    c = contact_tensor(normal, gives, h * wp.max(across, 0.0))  # smooth contacts may pull a little
+                    b = cross_rows(r, c)
+                    total.a += minus_skew_product(b, r)
+                    total.b += b
+                    total.c += c
+                    total.force += force
+                    total.moment += wp.cross(r, force)
         return total
 
     return body_contacts

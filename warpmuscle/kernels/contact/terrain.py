@@ -1,7 +1,7 @@
 """Ground that is not flat: heights on a grid, bilinear between its points, over the plane of the ground.
 
-A contact is with the plane that touches the ground below it. That is the ground itself where this is straight; a
-sphere of radius r does not feel what is more than r n_y to its side before its middle is over it. A riser's plane goes
+A contact is with the plane that touches the ground below it. That is the ground itself where this is straight; what a
+sphere of radius r has more than r n_y to its side is asked of walls alone, see `walls.py`. The plane of an incline goes
 on above its edge, where there is no ground: what is clear of the ground at the foot of its perpendicular is told that.
 What is deep in the ground is pushed out by the nearest of the planes about it.
 """
@@ -17,6 +17,17 @@ ENDLESS_TOP = 1.0e30  # m, of tiles that rise without an end
 DEEP = wp.constant(0.02)  # m below the ground, from where on it is asked which way out is the easiest
 ABOUT = wp.constant(0.015)  # m from a point, and twice and three times that, the ground is then looked at
 FLAT, RISES, PATCHED = 0, 1, 2  # what a step has compiled in: nothing, heights, other kinds of ground besides
+WALLED = 4  # added to the last two: walls of tiles, see `walls.py`
+
+
+def has_patches(terrain: int) -> bool:
+    """Whether a step has patches of ground compiled in."""
+    return terrain & PATCHED != 0
+
+
+def has_walls(terrain: int) -> bool:
+    """Whether a step has walls beside spheres compiled in."""
+    return terrain & WALLED != 0
 
 
 @func

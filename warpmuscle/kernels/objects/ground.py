@@ -9,7 +9,7 @@ from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.body_contact import mobility
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, friction_damping, minus_skew_product
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, Footing, patch_below
+from warpmuscle.kernels.contact.terrain import FLAT, Footing, has_patches, patch_below
 from warpmuscle.kernels.object_structs import ObjectMotion, ObjectRow
 from warpmuscle.kernels.objects.bounce import bounce
 from warpmuscle.kernels.objects.nearest_ground import nearest_ground
@@ -25,7 +25,7 @@ def ground_contacts_of(terrain: int, moves: bool = False) -> Any:
         terrain: whether the ground is FLAT, RISES, or is PATCHED besides, see `contact.terrain`.
         moves: whether it moves along itself, see `contact.belts`.
     """
-    rises, patched = terrain != FLAT, terrain == PATCHED
+    rises, patched = terrain != FLAT, has_patches(terrain)
 
     @wp.func
     def ground_contacts(instance: int, step: int, row: ObjectRow, motion: ObjectMotion, model: ModelRef) -> ContactSum:

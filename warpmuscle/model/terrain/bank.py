@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.contact.terrain import ENDLESS_TOP
+from warpmuscle.kernels.contact.walls import NEAR
 from warpmuscle.scene import Ground, Terrain
 from warpmuscle.scene.terrain.grid import Axis, Grid
-from warpmuscle.scene.terrain.surface import as_text, grid_at
+from warpmuscle.scene.terrain.surface import as_text, grid_at, walls_of
 from warpmuscle.scene.terrain.tiles import Patch
 
-_banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array]] = {}  # the last one of each device
+_banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array, wp.array]] = {}  # the last one of each device
 
 
 def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
@@ -25,7 +28,7 @@ def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
     if terrain is None:
         return s
     grids = [grid_at(tile) for tile in terrain.tiles]
-    s.tile, s.height, s.patch = _bank(terrain, grids, device)
+    s.tile, s.height, s.crest, s.patch = _bank(terrain, grids, device)
     tile = np.clip(np.rint(rows([terrain.tile])), 0, len(grids) - 1).astype(np.int32)
     yaw, scale = rows([terrain.yaw]), rows([terrain.scale])
     tops = np.minimum([grid.top for grid in grids], ENDLESS_TOP)
@@ -39,15 +42,21 @@ def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
     return s
 
 
-def _bank(terrain: Terrain, grids: list[Grid], device: Any) -> tuple[wp.array, wp.array, wp.array]:
-    """Tiles, heights and patches on a device, which keeps them as long as it is asked for no others."""
+def _bank(terrain: Terrain, grids: list[Grid], device: Any) -> tuple[wp.array, wp.array, wp.array, wp.array]:
+    """Tiles, heights, crests and patches on a device, which keeps them as long as it is asked for no others."""
     key = as_text(terrain.tiles), str(device)
     if key not in _banks:
         for other in [kept for kept in _banks if kept[1] == key[1]]:
             del _banks[other]
         patches = [patch for tile in terrain.tiles for patch in tile.patches]
         heights = np.concatenate([grid.heights.ravel() for grid in grids])
-        _banks[key] = _tiles(terrain, grids, device), to_device(heights, float, device), _patches(patches, device)
+        crests = np.concatenate(
+            [_crests(grid, bool(walls_of(tile))) for tile, grid in zip(terrain.tiles, grids, strict=True)], axis=1
+        )
+        _banks[key] = (
+            _tiles(terrain, grids, device), to_device(heights, float, device), to_device(crests, float, device),
+            _patches(patches, device),
+        )  # fmt: skip
     return _banks[key]
 
 
@@ -58,10 +67,28 @@ def _tiles(terrain: Terrain, grids: list[Grid], device: Any) -> wp.array:
     columns: dict[str, Any] = {
         "first": starts(grid.heights.size for grid in grids)[:-1], "rows": sizes[:, 0], "columns": sizes[:, 1],
         "first_patch": patches[:-1], "end_patch": patches[1:],
+        "walls": [walls_of(tile) for tile in terrain.tiles],
     }  # fmt: skip
     for name, axes, points in (("x", [g.x for g in grids], sizes[:, 1]), ("z", [g.z for g in grids], sizes[:, 0])):
         columns |= _axis(name, axes, points)
     return structs_to_device(structs.Tile, columns, device)
+
+
+def _crests(grid: Grid, walls: bool) -> Floats:
+    """Highest ground, m, within the distances `NEAR` of each cell, (2, heights); heights themselves without walls.
+
+    Cells are numbered as their first points. What is no cell, in the last row and column, has no meaning.
+    """
+    if not walls:
+        return np.tile(grid.heights.ravel(), (len(NEAR), 1))
+    from scipy.ndimage import maximum_filter  # takes a while, which only walls cost
+
+    cells = grid.heights.copy()
+    cells[:-1] = np.maximum(cells[:-1], grid.heights[1:])
+    cells[:, :-1] = np.maximum(cells[:, :-1], cells[:, 1:])
+    beside = [[2 * math.ceil(near / axis.spacing) + 1 for axis in (grid.z, grid.x)] for near in NEAR]
+    sizes = [[min(size, 2 * count) for size, count in zip(one, cells.shape, strict=True)] for one in beside]
+    return np.stack([maximum_filter(cells, size=size, mode="nearest").ravel() for size in sizes])
 
 
 def _axis(name: str, axes: list[Axis], points: Any) -> dict[str, Any]:

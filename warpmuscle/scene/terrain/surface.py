@@ -16,7 +16,10 @@ from warpmuscle.scene import Ground
 from warpmuscle.scene.ground import Plane, plane
 from warpmuscle.scene.terrain.grid import Grid
 from warpmuscle.scene.terrain.shapes import grid_of
-from warpmuscle.scene.terrain.tiles import AnyTile, Terrain
+from warpmuscle.scene.terrain.tiles import AnyTile, Gaps, Profile, Stairs, Steps, Stones, Terrain
+
+WITH_WALLS = (Stairs, Steps, Stones, Gaps, Profile)
+WALL = 0.5  # slope of a wall before heights are scaled, at least; see `kernels.contact.walls`
 
 
 class Lie(NamedTuple):
@@ -102,6 +105,18 @@ def tile_number(terrain: Terrain, number: float) -> int:
 def grid_at(tile: AnyTile) -> Grid:
     """The grid of a tile, made once for tiles that say the same."""
     return _grid(as_text(tile), type(tile))
+
+
+def walls_of(tile: AnyTile) -> int:
+    """Along which axes a tile may have walls beside which spheres touch it: 1 of z and 2 of x, added; 0: it has none.
+
+    Heights of a file and bumps have slopes in all directions, and none of these is a wall.
+    """
+    if not isinstance(tile, WITH_WALLS):
+        return 0
+    grid = grid_at(tile)
+    steepest = [np.abs(np.diff(grid.heights, axis=k)).max() / axis.spacing for k, axis in enumerate((grid.z, grid.x))]
+    return sum(bit for bit, slope in zip((1, 2), steepest, strict=True) if slope > WALL)
 
 
 def as_text(tiles: AnyTile | list[AnyTile]) -> bytes:
