@@ -54,7 +54,7 @@ paths and path actuators. Forces are those other than muscles: springs, limits, 
 names parts of the file that the scene leaves out, if they would act in a simulation.
 
 The files are not part of warpmuscle: OpenSim's models and those of its users (simtk.org, GitHub), MyoSuite 2.11.6 and
-the arms and full body of MyoSim 0.2.4 (Apache-2.0). This command makes such a page for any folder of models, also yours:
+the arms and full body of MyoSim 0.2.4 (Apache-2.0). This command makes such a page for any folder of models:
 
 <!-- by hand: needs the models -->
 ```bash

@@ -41,7 +41,8 @@ def judge(
     also tried with all disturbances at once, harder, with friction of 0.4 and delayed, noisy nerves; with sideways
     pushes of 80 N s at ten phases; and with random commands. A policy acts without noise, from the scene's own start,
     at 1.25 m/s if it has learnt that speed. Examples: warpmuscle judge walk56_person;
-    warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5 --report policy.html; warpmuscle judge walk56 --policy policy.h5
+    warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5 --report policy.html;
+    warpmuscle judge walk56 --policy policy.h5
     """
     if report is not None and report.suffix.lower() not in (".html", ".htm"):
         raise Error(f"{report}: a report is written as .html")

@@ -51,7 +51,7 @@ def learn(
     target: Annotated[
         float | None,
         typer.Option(
-            min=0.0, max=1.0, help="End when this share of episodes lasts its full time at the speed wanted, ± 0.1 m/s."
+            min=0.0, max=1.0, help="End when this share of bodies lasts its full time at the speed wanted, ± 0.1 m/s."
         ),
     ] = None,
     source: Annotated[

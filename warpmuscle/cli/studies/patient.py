@@ -33,8 +33,8 @@ def patient(
 
     Searches, one for each seed, bring the angles of hips, knees and ankles near the patient's mean stride, measured in
     the patient's own spread; others start from there with each change, and without one. The page says how near they
-    came, also in moments and forces that no search saw, and what changed. Run again, the command continues where it stopped.
-    Example: warpmuscle patient patient.toml --seeds 6
+    came, also in moments and forces that no search saw, and what changed. Run again, the command continues where it
+    stopped. Example: warpmuscle patient patient.toml --seeds 6
     """
     from warpmuscle.core.files import check_output, files_beside, replace_file
 
