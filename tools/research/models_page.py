@@ -46,15 +46,15 @@ COLUMNS = (
 )
 INTRODUCTION = """# Which published models run
 
-Models of others, as they are published, and what becomes of them: `warpmuscle convert MODEL` makes a scene of each that
-has numbers here. How closely scenes agree with OpenSim and MuJoCo stands in [the tutorial on OpenSim
-models](../tutorials/opensim.md#which-models-load) and [that on MuJoCo's](../tutorials/mujoco.md#how-closely-it-agrees).
-Coordinates are those that are free; ligaments are also springs along paths and path actuators; forces are those other
-than muscles: springs, limits, bushings, actuators. What a file says and a scene leaves out counts if it would act in a
-simulation.
+This page lists published models of other people and says which of them warpmuscle can run. `warpmuscle convert MODEL`
+makes a scene of each model that has numbers in the table. [The tutorial on OpenSim
+models](../tutorials/opensim.md#which-models-load) and [the one on MuJoCo](../tutorials/mujoco.md#how-closely-it-agrees)
+say how closely scenes agree with OpenSim and MuJoCo. Only free coordinates are counted. Ligaments include springs along
+paths and path actuators. Forces are those other than muscles: springs, limits, bushings, actuators. The last column
+names parts of the file that the scene leaves out, if they would act in a simulation.
 
 The files are not part of warpmuscle: OpenSim's models and those of its users (simtk.org, GitHub), MyoSuite 2.11.6 and
-the arms and full body of MyoSim 0.2.4 (Apache-2.0). This command makes the page of a folder of files, yours too:
+the arms and full body of MyoSim 0.2.4 (Apache-2.0). This command makes such a page for any folder of models:
 
 <!-- by hand: needs the models -->
 ```bash

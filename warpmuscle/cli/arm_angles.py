@@ -14,7 +14,7 @@ from warpmuscle.core.plain_text import number_of
 
 def arm_angles(
     files: Annotated[list[Path], typer.Argument(metavar="MARKERS...", help=".trc, .c3d, .json or .csv files.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write a .csv of each file to.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder in which to write a .csv for each file.")],
     marker: Annotated[
         list[str] | None,
         typer.Option(metavar="ROLE=NAME", help="The marker of a role, or NAME+NAME, their middle."),
@@ -22,12 +22,16 @@ def arm_angles(
     side: Annotated[str, typer.Option(help="The arm that throws: right or left.")] = "right",
     up: Annotated[str, typer.Option(help="Axis of the files that points up: x, y, z, -x, -y or -z.")] = "z",
     forward: Annotated[str, typer.Option(help="Axis along which the throw goes.")] = "x",
-    unit: Annotated[str | None, typer.Option(help="Of positions: m, cm, mm, ft or in; else as the file says.")] = None,
-    rate: Annotated[float, typer.Option(help="Samples a second of what is written.")] = 100.0,
-    low_pass: Annotated[float, typer.Option(help="Take what is faster, Hz, from positions; 0 takes nothing.")] = 8.0,
-    before: Annotated[float, typer.Option(help="Keep so long, s, before the fastest extension of the elbow.")] = 1.0,
-    after: Annotated[float, typer.Option(help="And so long, s, after it.")] = 0.5,
-    whole: Annotated[bool, typer.Option("--whole", help="Keep all, not the throw alone.")] = False,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of positions: m, cm, mm, ft or in; by default the file's.")
+    ] = None,
+    rate: Annotated[float, typer.Option(help="Samples per second of the written files.")] = 100.0,
+    low_pass: Annotated[
+        float, typer.Option(help="Cut-off of the low-pass filter of positions, Hz; 0 filters nothing.")
+    ] = 8.0,
+    before: Annotated[float, typer.Option(help="Time to keep before the fastest extension of the elbow, s.")] = 1.0,
+    after: Annotated[float, typer.Option(help="Time to keep after it, s.")] = 0.5,
+    whole: Annotated[bool, typer.Option("--whole", help="Keep everything, not only the throw.")] = False,
 ) -> int:
     """Turn markers on an arm and the trunk into angles over time, as files for `warpmuscle throw fit`.
 

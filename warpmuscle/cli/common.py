@@ -39,11 +39,12 @@ Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
 ]
 LimitStiffness = Annotated[
-    float, typer.Option("--limit-stiffness", min=0.0, help="Of ranges of a .osim that no force holds, N m/rad or N/m.")
+    float,
+    typer.Option("--limit-stiffness", min=0.0, help="Stiffness of .osim ranges that no force holds, N m/rad or N/m."),
 ]
-Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, of no effect on GPUs; by default one a core.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads, no effect on GPUs; by default one per core.")]
 Population = Annotated[
-    int | None, typer.Option(min=1, help="Candidates a generation of each search; by default the strategy's own.")
+    int | None, typer.Option(min=1, help="Candidates in each generation of a search; by default the strategy's own.")
 ]
 Duration = Annotated[float | None, typer.Option(help="Simulated time, s; by default the scene's.")]
 TimeStep = Annotated[float | None, typer.Option(help="Time step, s; by default the scene's.")]
@@ -56,7 +57,7 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Another value in the scene: objective.target_speed=1.25, or 'character.muscles.?SOL.f_max={factor=0.5}'.",
+        help="Change a value in a scene: objective.target_speed=1.25, or 'character.muscles.?SOL.f_max={factor=0.5}'.",
     ),
 ]
 FreeNumbers = Annotated[
@@ -64,7 +65,7 @@ FreeNumbers = Annotated[
     typer.Option(
         "--free",
         metavar="PATTERN=INTERVAL",
-        help="Numbers to search for besides: 'character.muscles.?SOL.* = 20 %', around their values, or '= [0.5, 2]'.",
+        help="More numbers to search for: 'character.muscles.?SOL.* = 20 %', around their values, or '= [0.5, 2]'.",
     ),
 ]
 Commands = Annotated[
@@ -73,21 +74,21 @@ Commands = Annotated[
         "--command",
         "-c",
         metavar="NAME=VALUE",
-        help="What a scene with commands, or a policy, is asked for: speed=1.5, slope=3.",
+        help="Command to the scene or to the policy: speed=1.5, slope=3.",
     ),
 ]
 Quantities = Annotated[
     str | None,
     typer.Option(
         metavar="NAME,...", callback=lambda given: _quantities(given),
-        help="Keep these quantities of the motions alone, such as com,muscle_force; the time besides.",
+        help="Keep only these quantities of the motions, such as com,muscle_force, and the time.",
     ),
 ]  # fmt: skip
-Single = Annotated[bool, typer.Option("--single", help="Keep motions in single precision, which takes half the room.")]
+Single = Annotated[bool, typer.Option("--single", help="Keep motions in single precision, which takes half the space.")]
 BoardFolder = Annotated[
     Path | None,
     typer.Option(
-        "--tensorboard", metavar="FOLDER", help="Write how it goes into this folder, too, as files of TensorBoard."
+        "--tensorboard", metavar="FOLDER", help="Also write the progress into this folder, as files of TensorBoard."
     ),
 ]
 Trust = Annotated[

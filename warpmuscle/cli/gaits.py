@@ -45,7 +45,7 @@ def gait(
     trust: Trust = False,
     output: Table = None,
 ) -> None:
-    """Measure walks beside people's: of result files, or of scenes that are run for it.
+    """Measure walks in result files, or in scenes that it runs, beside people's.
 
     Speed, steps, support, joint angles, moments and ground forces beside published norms, pelvis and trunk, when
     muscles act, energy, how the feet slide. A .json file holds curves over the gait cycle as well.
@@ -82,9 +82,9 @@ def robustness(
     impulse: Annotated[
         list[float] | None, typer.Option(help="Impulse of pushes, N s; once for each; by default ten from 5 to 80.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of directions and times.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of directions and times.")] = 1,
     slope: Annotated[float, typer.Option(min=-45.0, max=45.0, help="Slope, degrees, up and down.")] = 5.0,
-    duration: Annotated[float, typer.Option(min=1.0, help="On a slope, s.")] = 20.0,
+    duration: Annotated[float, typer.Option(min=1.0, help="Simulated time on a slope, s.")] = 20.0,
     settings: Settings = None,
     commands: Commands = None,
     device: Device = None,

@@ -37,11 +37,12 @@ def judge(
     """Judge a gait: its likeness to people's, cost and robustness, beside required and desired values.
 
     It walks 60 s, then 20 runs of 10 s with noise of 0.1 m/s, each body's mass 10 % more or less, on slopes within 3
-    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds where it takes a speed.
-    Besides, all disturbances come at once, harder, with friction of 0.4 and delayed, noisy nerves, 80 N s push it aside
-    at ten phases, and it is told commands at random. A policy acts without noise, from the scene's own start, at 1.25
-    m/s where it has learnt that. Examples: warpmuscle judge walk56_person; warpmuscle judge walk56_commands --command
-    speed=1.5; warpmuscle judge policy.h5 --report policy.html; warpmuscle judge walk56 --policy policy.h5
+    degrees, is pushed, and walks on slopes of 5 degrees, with loads, and at other speeds if it takes a speed. It is
+    also tried with all disturbances at once, harder, with friction of 0.4 and delayed, noisy nerves; with sideways
+    pushes of 80 N s at ten phases; and with random commands. A policy acts without noise, from the scene's own start,
+    at 1.25 m/s if it has learnt that speed. Examples: warpmuscle judge walk56_person;
+    warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5 --report policy.html;
+    warpmuscle judge walk56 --policy policy.h5
     """
     if report is not None and report.suffix.lower() not in (".html", ".htm"):
         raise Error(f"{report}: a report is written as .html")

@@ -40,17 +40,19 @@ def learn(
     context: typer.Context,
     sources: Annotated[
         list[str] | None,
-        typer.Argument(metavar="SCENE...", help="As of simulate.", autocompletion=scene_names_like),
+        typer.Argument(metavar="SCENE...", help="As for simulate.", autocompletion=scene_names_like),
     ] = None,
     until: Annotated[
         str | None, typer.Option(help="End after this wall time: 90s, 5m, 2h; by default 5m if nothing else ends it.")
     ] = None,
     iterations: Annotated[
-        int | None, typer.Option(min=1, help="End after so many iterations, those before a --resume included.")
+        int | None, typer.Option(min=1, help="End after this many iterations, including those before a --resume.")
     ] = None,
     target: Annotated[
         float | None,
-        typer.Option(min=0.0, max=1.0, help="End when this share lasts its full time at the speed wanted, ± 0.1 m/s."),
+        typer.Option(
+            min=0.0, max=1.0, help="End when this share of bodies lasts its full time at the speed wanted, ± 0.1 m/s."
+        ),
     ] = None,
     source: Annotated[
         Path | None, typer.Option("--from", metavar="POLICY", help="Begin with the policy of this HDF5 file.")
@@ -58,10 +60,12 @@ def learn(
     instances: Annotated[
         int | None, typer.Option(min=1, help="Bodies that learn at once; by default 4096 on a GPU, 64 on a CPU.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the policy and of all that is drawn.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the policy and of all random numbers.")] = 1,
     option: Annotated[
         list[str] | None,
-        typer.Option("--option", metavar="KEY=VALUE", help="Of the training, such as epochs=5 or 'hidden=[64,64]'."),
+        typer.Option(
+            "--option", metavar="KEY=VALUE", help="Option of the training, such as epochs=5 or 'hidden=[64,64]'."
+        ),
     ] = None,
     settings: Settings = None,
     device: Device = None,
@@ -76,7 +80,7 @@ def learn(
 ) -> None:
     """Learn a policy that moves the scene, thousands of bodies at once, by proximal policy optimisation.
 
-    What is learnt is said in the scene's part `learning`. Ctrl-C ends it and keeps what was learnt; after a kill
+    The scene's part `learning` says what is learnt. Ctrl-C ends the training and keeps the policy; after a kill
     --resume FILE goes on. Needs pip install "warpmuscle\\[learn]". Examples: warpmuscle learn walk56 --until 5m -o
     policy.h5; warpmuscle simulate walk56 --policy policy.h5
     """

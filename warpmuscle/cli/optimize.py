@@ -66,7 +66,7 @@ def optimize(
     context: typer.Context,
     sources: Annotated[
         list[str] | None,
-        typer.Argument(metavar="SCENE...", help="As of simulate.", autocompletion=scene_names_like),
+        typer.Argument(metavar="SCENE...", help="As for simulate.", autocompletion=scene_names_like),
     ] = None,
     candidates: Annotated[
         int | None,
@@ -77,17 +77,17 @@ def optimize(
         ),
     ] = None,
     seed: Annotated[
-        int, typer.Option(min=0, help="Of the search; the same seed gives the same result on equal machines.")
+        int, typer.Option(min=0, help="Seed of the search; the same seed gives the same result on equal machines.")
     ] = 1,
     search: Strategy = None,
     searches: Annotated[int, typer.Option(min=1, help="Independent searches at the same time, in one batch.")] = 1,
     population: Population = None,
-    sigma: Annotated[float | None, typer.Option(help="First step, as a part of each parameter's interval.")] = None,
-    restarts: Annotated[str, typer.Option(help="Of a converged cma: none, ipop or bipop.")] = "none",
+    sigma: Annotated[float | None, typer.Option(help="First step, as a fraction of each parameter's interval.")] = None,
+    restarts: Annotated[str, typer.Option(help="Restarts of a converged cma: none, ipop or bipop.")] = "none",
     until: Annotated[
-        str | None, typer.Option(help="End after this wall time, of all stages: 90s, 30m, 2h, 1h30m.")
+        str | None, typer.Option(help="End after this wall time for all stages together: 90s, 30m, 2h, 1h30m.")
     ] = None,
-    target: Annotated[float | None, typer.Option(help="End at this cost, of the last stage.")] = None,
+    target: Annotated[float | None, typer.Option(help="End when the last stage reaches this cost.")] = None,
     duration: Duration = None,
     time_step: TimeStep = None,
     settings: Settings = None,
@@ -109,7 +109,7 @@ def optimize(
 ) -> None:
     """Search for the scene's free parameters of lowest cost, all candidates in batched simulations.
 
-    What was evaluated is on the disk at any moment: Ctrl-C ends the search and keeps it, and after a kill or a failure
+    Every evaluation is saved at once: Ctrl-C ends the search and writes its result, and after a kill or a failure
     --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;
     warpmuscle optimize walk56 --search cma --searches 16 --until 2h; warpmuscle optimize --resume walk56.h5
     """

@@ -13,7 +13,7 @@ from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
 
 Replay = Annotated[int, typer.Option(min=0, help="Which motion of the file.")]
-Start = Annotated[float | None, typer.Option(help="Begin of the part of the motion that counts, s.")]
+Start = Annotated[float | None, typer.Option(help="Start of the part of the motion that counts, s.")]
 End = Annotated[float | None, typer.Option(help="End of that part, s.")]
 
 
@@ -27,7 +27,7 @@ def plot(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help=".png, .svg or .pdf; of several figures what names begin with."),
+        typer.Option("--output", "-o", help=".png, .svg or .pdf; for several figures, the beginning of their names."),
     ] = None,
     joint: Annotated[list[str] | None, typer.Option(help="Joints to show, names or patterns such as 'l*'.")] = None,
     muscle: Annotated[list[str] | None, typer.Option(help="Muscles to show, names or patterns such as '?SOL'.")] = None,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
     from warpmuscle.scene import Scene
 
-Run = Annotated[str | None, typer.Option(help="Which run of the file of a sweep.")]
+Run = Annotated[str | None, typer.Option(help="Which run, in the file of a sweep.")]
 
 
 def apply(
@@ -33,11 +33,14 @@ def apply(
     ] = None,
     over: Annotated[
         str | None,
-        typer.Option(metavar="KEY", help="Several results that differ in this number: what else differs follows it."),
+        typer.Option(
+            metavar="KEY",
+            help="Take several results that differ in this number; all other numbers that differ follow it.",
+        ),
     ] = None,
     fix: Annotated[
         list[str] | None,
-        typer.Option(metavar="PATTERN", help="Numbers that are to be free no more, such as 'character.*'."),
+        typer.Option(metavar="PATTERN", help="Numbers that are no longer to be free, such as 'character.*'."),
     ] = None,
     among: Annotated[
         int | None,
@@ -51,7 +54,9 @@ def apply(
         typer.Option(min=0.0, metavar="SECONDS", help="Begin in the midst of its motion, at a step after this time."),
     ] = None,
     settings: Settings = None,
-    description: Annotated[str | None, typer.Option(help="Of the scene; by default, that a search found it.")] = None,
+    description: Annotated[
+        str | None, typer.Option(help="Description of the scene; by default, that a search found it.")
+    ] = None,
     run: Run = None,
     trust: Trust = False,
 ) -> None:
@@ -195,14 +200,16 @@ def export(
     ] = None,
     replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
     run: Run = None,
-    candidates: Annotated[bool, typer.Option("--candidates", help="A row a candidate of a search or sweep.")] = False,
+    candidates: Annotated[
+        bool, typer.Option("--candidates", help="Write a row for each candidate of a search or sweep.")
+    ] = False,
     trust: Trust = False,
 ) -> None:
     """Write a motion for OpenSim, a motion, sweep or search as a table, or a policy as ONNX or TorchScript.
 
-    Of a scene made of an OpenSim model a motion has that model's coordinates, and OpenSim plays it there. A policy maps
-    observations as they are to actions. Of a sweep a table has a row a run, in .zarr and .nc an axis for each of its
-    own.
+    If the scene was made from an OpenSim model, a motion has that model's coordinates, and OpenSim plays it on that.
+    A policy maps unnormalised observations to actions. The table of a sweep has a row for each run; in .zarr and .nc it
+    has an axis for each axis of the sweep.
     """
     from warpmuscle.formats import sto
     from warpmuscle.optimization.best_scene import scene_in

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:
     """Show what a scene holds: bodies, degrees of freedom, mass, muscles, free parameters.
 
-    Muscles whose moment arm about a joint that they cross stays under 1 mm over its range are pointed out.
+    Points out muscles whose moment arm about a joint that they cross stays under 1 mm over its range.
     """
     from warpmuscle.scene.masses import body_mass, muscle_mass_text, total_mass
     from warpmuscle.scene.parameters import free_parameters, start_values, substitute
@@ -109,7 +109,7 @@ def fit_muscles(
 def fit_paths(
     sources: Sources,
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
-    rms: Annotated[float, typer.Option(min=1e-7, help="What polynomials may miss in the root mean square, m.")] = 1e-4,
+    rms: Annotated[float, typer.Option(min=1e-7, help="Largest root mean square error of the polynomials, m.")] = 1e-4,
     order: Annotated[int, typer.Option(min=1, max=20, help="The highest order to try.")] = 8,
     trust: Trust = False,
 ) -> None:

@@ -74,7 +74,8 @@ def compile(
         typer.Argument(metavar="SCENE...", help="Scenes, each a name or a file.", autocompletion=scene_names_like),
     ],
     instances: Annotated[
-        int, typer.Option(min=1, help="How many a GPU will simulate at once, which its code depends on.")
+        int,
+        typer.Option(min=1, help="How many instances a GPU will simulate at once; its code depends on this number."),
     ] = 1000,
     settings: Settings = None,
     device: Device = None,
@@ -82,7 +83,7 @@ def compile(
 ) -> None:
     """Compile what scenes need ahead of time, so that later commands start at once.
 
-    Scenes of one kind share their code, which lies in Warp's cache. Examples: warpmuscle compile walk56 fwalk;
+    Scenes of one kind share their code, which is kept in Warp's cache. Examples: warpmuscle compile walk56 fwalk;
     warpmuscle compile mine.toml --device cuda:0 --instances 5120
     """
     scenes = [load_scene([source], settings=settings) for source in sources]

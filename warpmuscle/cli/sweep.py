@@ -151,8 +151,12 @@ def study(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
     ] = None,
-    seeds: Annotated[int | None, typer.Option(min=1, help="So many, from 1 on, in place of the file's.")] = None,
-    candidates: Annotated[int | None, typer.Option(min=1, help="Of each search, in place of the file's.")] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Number of seeds, from 1 on, in place of the file's.")
+    ] = None,
+    candidates: Annotated[
+        int | None, typer.Option(min=1, help="Candidates of each search, in place of the file's.")
+    ] = None,
     population: Population = None,
     until: Annotated[str | None, typer.Option(metavar="TIME", help="Wall time of each batch of searches: 90s.")] = None,
     device: Device = None,

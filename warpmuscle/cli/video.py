@@ -22,11 +22,11 @@ def video(
     output: Annotated[Path, typer.Option("--output", "-o", help=".mp4, .gif or .webp file to write.")],
     size: Annotated[str, typer.Option(help="Width x height, px.")] = "1280x720",
     rate: Annotated[float, typer.Option(help="Frames a second.")] = 30.0,
-    speed: Annotated[float, typer.Option(help="Of the motion; 0.25 is four times slower.")] = 1.0,
-    azimuth: Annotated[float, typer.Option(help="Where the camera is, deg: 0 on the right side, 90 in front.")] = 20.0,
-    elevation: Annotated[float, typer.Option(help="How far from above it looks, deg.")] = 6.0,
+    speed: Annotated[float, typer.Option(help="Speed of the motion; 0.25 is four times slower.")] = 1.0,
+    azimuth: Annotated[float, typer.Option(help="Place of the camera, deg: 0 on the right side, 90 in front.")] = 20.0,
+    elevation: Annotated[float, typer.Option(help="Elevation of the camera, deg.")] = 6.0,
     strides: Annotated[
-        int, typer.Option(min=0, help="Show so many last gait cycles, as a film to be repeated without a jump.")
+        int, typer.Option(min=0, help="Show only this many last gait cycles, as a film that repeats smoothly.")
     ] = 0,
     forces: Annotated[bool, typer.Option(help="Draw ground forces, or not.")] = True,
     caption: Annotated[bool, typer.Option(help="Write name, time and scale of colours, or not.")] = True,

@@ -48,7 +48,7 @@ def view(
     export: Annotated[Path | None, typer.Option(help="HTML file to write instead; it opens without a network.")] = None,
     candidates: Annotated[
         int | None,
-        typer.Option(min=1, max=64, help="Run so many of the best candidates of a file again, side by side."),
+        typer.Option(min=1, max=64, help="Run this many of the best candidates of a file again, side by side."),
     ] = None,
     replay: Annotated[int | None, typer.Option(min=0, help="Which motion of a file; by default all.")] = None,
     over: Annotated[bool, typer.Option("--over", help="Motions over one another, rather than side by side.")] = False,
@@ -70,7 +70,7 @@ def view(
     no_open: Annotated[bool, typer.Option("--no-open", help="Open no browser, only print the address.")] = False,
     trust: Trust = False,
 ) -> None:
-    """Show motions in the browser: of result files side by side, or of a scene that is run for it.
+    """Show motions in the browser: of result files side by side, or of a scene that it runs.
 
     Needs pip install "warpmuscle\\[view]", except with --export. Ctrl-C ends it. Examples: warpmuscle view walk56.h5;
     warpmuscle view walk56.h5 --candidates 8; warpmuscle view fwalk --live; warpmuscle view walk56

@@ -23,8 +23,8 @@ Masses = Annotated[
 def scale(
     sources: Sources,
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
-    height: Annotated[float | None, typer.Option(help="Of the body, m; by default as it is.")] = None,
-    mass: Annotated[float | None, typer.Option(help="Of the body, kg; by default that of the same build.")] = None,
+    height: Annotated[float | None, typer.Option(help="Height of the body, m; by default unchanged.")] = None,
+    mass: Annotated[float | None, typer.Option(help="Mass of the body, kg; by default that of the same build.")] = None,
     lengths: Factors = None,
     masses: Masses = None,
     gait: Annotated[

@@ -42,7 +42,7 @@ def adaptation(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Searches of each condition.")] = 6,
     candidates: Annotated[int, typer.Option(min=1, help="Candidates of a search.")] = 300,
-    duration: Annotated[float, typer.Option(min=1.0, help="Of each simulation, s.")] = 6.0,
+    duration: Annotated[float, typer.Option(min=1.0, help="Duration of each simulation, s.")] = 6.0,
     sigma: Annotated[float, typer.Option(min=0.0001, help="First step of a search, over the unit interval.")] = 0.03,
     population: Population = None,
     settings: Settings = None,
@@ -53,8 +53,8 @@ def adaptation(
 ) -> None:
     """Search for walks under measured conditions, and compare the changes that they predict with those of people.
 
-    Changes of metabolic power, by seven formulas, of stride frequency, and of angles, with speed, slope and load. Given
-    again, the command goes on where it was.
+    Compares changes of metabolic power, by seven formulas, of stride frequency, and of angles, with speed, slope
+    and load. Run again, the command continues where it stopped.
     Examples: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6; warpmuscle adaptation
     adaptation.json --set objective.cost_of_transport=5 --set objective.metabolic_model=margaria
     """

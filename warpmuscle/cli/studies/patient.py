@@ -19,19 +19,22 @@ from warpmuscle.simulation.cuda_warmup import start_driver
 def patient(
     file: Annotated[Path, typer.Argument(metavar="PATIENT", help="TOML file of recordings, a scene and changes.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="HTML page; beside it a table, .csv, and a folder, .patient.")
+        Path | None,
+        typer.Option("--output", "-o", help="HTML page; a table, .csv, and a folder, .patient, are written beside it."),
     ] = None,
-    seeds: Annotated[int | None, typer.Option(min=1, help="So many, from 1 on, in place of the file's.")] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Number of seeds, from 1 on, in place of the file's.")
+    ] = None,
     device: Device = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
     trust: Trust = False,
 ) -> None:
     """Search for walks like a patient's recorded one, and predict what a changed muscle, tendon or brace does to it.
 
-    Searches, one a seed, go on until the angles of hips, knees and ankles are near the patient's mean stride, in the
-    patient's own spread; others go on from there with each change, and without one. The page says how near they came,
-    also in moments and forces that no search saw, and what changed. Run again, the command continues where it stopped.
-    Example: warpmuscle patient patient.toml --seeds 6
+    Searches, one for each seed, bring the angles of hips, knees and ankles near the patient's mean stride, measured in
+    the patient's own spread; others start from there with each change, and without one. The page says how near they
+    came, also in moments and forces that no search saw, and what changed. Run again, the command continues where it
+    stopped. Example: warpmuscle patient patient.toml --seeds 6
     """
     from warpmuscle.core.files import check_output, files_beside, replace_file
 

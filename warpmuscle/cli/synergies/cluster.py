@@ -25,14 +25,17 @@ AUTO = "auto"
 
 def cluster(
     files: Annotated[
-        list[Path], typer.Argument(metavar="SYNERGIES...", help="HDF5 files of `synergies extract`, a person each.")
+        list[Path],
+        typer.Argument(metavar="SYNERGIES...", help="HDF5 files of `synergies extract`, one for each person."),
     ],
     number: Annotated[
-        str, typer.Option("--number", "-n", help="How many clusters; auto: those that lie apart most clearly.")
+        str, typer.Option("--number", "-n", help="How many clusters; auto: the number that separates them best.")
     ] = AUTO,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV to write, a line a module.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="CSV to write, with a line for each module.")
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the starts of k-means.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the starts of k-means.")] = 0,
 ) -> None:
     """Sort the synergies of several people by likeness: k-means on their modules, the columns of W.
 

@@ -36,14 +36,14 @@ Channels = Annotated[
     str | None, typer.Option(help="Names or patterns of the channels, separated by commas, such as 'env_*,BIC'.")
 ]
 Vaf = Annotated[float, typer.Option(help="Variance to account for, of all muscles, for -n auto.")]
-MuscleVaf = Annotated[float, typer.Option(help="The same of each muscle.")]
+MuscleVaf = Annotated[float, typer.Option(help="The same for each muscle.")]
 Band = Annotated[tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Band-pass, Hz; by default 10 450.")]
 LowPass = Annotated[float, typer.Option(help="Low-pass after rectification, Hz; for gait 20 is usual.")]
 Order = Annotated[int, typer.Option(help="Order of one pass of each Butterworth filter.")]
 AlreadyFiltered = Annotated[
     bool, typer.Option("--already-filtered", help="The files hold envelopes, at the rate that is wanted.")
 ]
-SamplingRate = Annotated[float | None, typer.Option(help="1/s, of files without times.")]
+SamplingRate = Annotated[float | None, typer.Option(help="Samples per second of files without times.")]
 Rate = Annotated[
     float | None, typer.Option(help="Activations a second; by default 100, or as the files if already filtered.")
 ]
@@ -68,16 +68,14 @@ CycleRange = Annotated[
     tuple[int, int] | None, typer.Option(metavar="FIRST LAST", help="Cycles to use, counted from 1.")
 ]
 Points = Annotated[int, typer.Option(help="Points of a cycle, shared out equally among its phases.")]
-SubtractMinimum = Annotated[bool, typer.Option("--subtract-minimum", help="Take each channel's minimum from it.")]
+SubtractMinimum = Annotated[bool, typer.Option("--subtract-minimum", help="Subtract each channel's minimum from it.")]
 Mvc = Annotated[
     Path | None,
     typer.Option(help="Recording of maximum voluntary contractions to normalise by, instead of the maxima."),
 ]
-Like = Annotated[
-    Path | None, typer.Option(help="HDF5 file of synergies to put these in the order of, and to compare with.")
-]
+Like = Annotated[Path | None, typer.Option(help="HDF5 file of synergies that gives the order, and to compare with.")]
 Restarts = Annotated[int, typer.Option(min=1, help="Factorisations of each number of synergies.")]
-Seed = Annotated[int, typer.Option(min=0, help="Of the random starts.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the random starts.")]
 
 
 def extract(

@@ -50,7 +50,8 @@ def compare(
     numbers: Annotated[
         tuple[int, int] | None,
         typer.Option(
-            metavar="LEAST MOST", help="Fit with each of these numbers of synergies, and take the fewest that do."
+            metavar="LEAST MOST",
+            help="Fit with each of these numbers of synergies, and take the fewest that meet all bars.",
         ),
     ] = None,
     as_published: Annotated[

@@ -52,7 +52,9 @@ def goal(
     ] = None,
     height: Annotated[float | None, typer.Option(help="Height of the target above the ground, m; else 0.")] = None,
     speed: Annotated[float | None, typer.Option(help="Speed at which the ball is to leave the hand, m/s.")] = None,
-    angle: Annotated[float | None, typer.Option(help="Its angle above the horizontal, degrees.")] = None,
+    angle: Annotated[
+        float | None, typer.Option(help="Angle above the horizontal at which it is to leave the hand, degrees.")
+    ] = None,
     flight_time: Annotated[float | None, typer.Option(help="Time from the release to the target's height, s.")] = None,
     release: Annotated[
         float | None, typer.Option(help="Time of release, s; by default the one that suits the goal best.")

@@ -69,7 +69,7 @@ Plot = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .
 PlotEach = Annotated[
     Path | None, typer.Option(help="Folder for a figure of each motion, with muscles and the flight of a ball.")
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Of random starts.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of random starts.")]
 
 FIDELITY = 1e-3
 

@@ -40,10 +40,10 @@ def predict(
     ] = "throw_ball",
     goals: Annotated[int | None, typer.Option(min=10, max=10_000, help=f"Goals to learn from; else {GOALS}.")] = None,
     between: Annotated[int, typer.Option(min=1, max=1000, help="Goals between these to try the rule on.")] = 30,
-    beyond: Annotated[int, typer.Option(min=1, max=1000, help="Goals beyond them to try it on.")] = 20,
+    beyond: Annotated[int, typer.Option(min=1, max=1000, help="Goals beyond them to try the rule on.")] = 20,
     target: Annotated[list[float] | None, typer.Option(help="Distance to throw to by the rule, m.")] = None,
     height: Annotated[float, typer.Option(help="Height of the target above the ground, m.")] = 0.5,
-    angle: Annotated[float, typer.Option(help="Of the release above the horizontal, degrees.")] = 25.0,
+    angle: Annotated[float, typer.Option(help="Angle of release above the horizontal, degrees.")] = 25.0,
     number: Annotated[int | None, typer.Option("--number", "-n", min=1, help="How many synergies; else 5.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of goals and changes.")] = None,
     resume: Annotated[
@@ -51,7 +51,7 @@ def predict(
     ] = None,
     device: Device = None,
     threads: Threads = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of searches and of the goals; else 0.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of searches and of the goals; else 0.")] = None,
     trust: Trust = False,
 ) -> int:
     """Predict signals by a rule learned from many throws to distances (2 to 4 m), heights and angles of release.
