@@ -19,11 +19,9 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import replace_file
-from warpmuscle.core.pose import normalized
 from warpmuscle.markers.files import UNITS, Markers
 
 Side = Literal["right", "left"]
-NO_LENGTH = 1e-12  # m; what is shorter has no direction
 AXES = {f"{sign}{name}": k for k, name in enumerate("xyz") for sign in ("", "+", "-")}
 ROLES = {  # what markers are needed for, and how MLSE's open data call them; S is R or L, and O the other one
     "shoulder": "S_SHOULDER",
@@ -269,16 +267,16 @@ def _smooth(markers: Markers, choices: Choices, time: Floats, values: Floats) ->
 def _angles(points: Mapping[str, Floats], side: float) -> tuple[Floats, Floats]:
     """Angles (T, 7) of `ANGLES` and the trunk's lean forwards (T,); `side`: 1 of a right arm, -1 of a left one."""
     shoulders = 0.5 * (points["shoulder"] + points["other_shoulder"])
-    up = normalized(shoulders - 0.5 * (points["hip"] + points["other_hip"]), NO_LENGTH)
+    up = _unit(shoulders - 0.5 * (points["hip"] + points["other_hip"]))
     across = points["shoulder"] - points["other_shoulder"]  # outwards
-    outward = normalized(across - np.sum(across * up, axis=1, keepdims=True) * up, NO_LENGTH)
+    outward = _unit(across - np.sum(across * up, axis=1, keepdims=True) * up)
     forward = np.cross(up, side * outward)
     trunk = np.stack([outward, up, forward], axis=1)  # rows
-    upper = normalized(points["elbow"] - points["shoulder"], NO_LENGTH)
-    fore = normalized(points["wrist"] - points["elbow"], NO_LENGTH)
-    hand = normalized(0.5 * (points["hand_thumb"] + points["hand_little"]) - points["wrist"], NO_LENGTH)
+    upper = _unit(points["elbow"] - points["shoulder"])
+    fore = _unit(points["wrist"] - points["elbow"])
+    hand = _unit(0.5 * (points["hand_thumb"] + points["hand_little"]) - points["wrist"])
     width = points["hand_thumb"] - points["hand_little"]
-    thumb = normalized(width - np.sum(width * hand, axis=1, keepdims=True) * hand, NO_LENGTH)
+    thumb = _unit(width - np.sum(width * hand, axis=1, keepdims=True) * hand)
     u, v, h, k = (np.einsum("tij,tj->ti", trunk, x) for x in (upper, fore, hand, thumb))
     flexion = np.unwrap(np.arctan2(u[:, 2], -u[:, 1]))
     abduction = np.arcsin(np.clip(u[:, 0], -1.0, 1.0))
@@ -309,6 +307,10 @@ def _where_bent(rotation: Floats, elbow: Floats) -> Floats:
         return np.zeros_like(rotation)
     index = np.arange(len(rotation))
     return np.asarray(np.interp(index, index[bent], rotation[bent]))
+
+
+def _unit(x: Floats) -> Floats:
+    return np.asarray(x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-12))
 
 
 def write_angles(path: Path, found: ArmAngles) -> None:
