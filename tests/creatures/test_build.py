@@ -14,7 +14,9 @@ from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 
 TEXT = layout(small_creature())
-DESCRIBED = [(name, text) for name, text in EXAMPLES["creatures"].make()]
+FILES = dict(EXAMPLES["creatures"].make())
+FOUND = [name for name in FILES if name.endswith("_found.toml")]
+DESCRIBED = [(name, text) for name, text in FILES.items() if name not in FOUND]
 
 
 def test_a_description_is_read_as_it_was_written(tmp_path):
@@ -79,6 +81,15 @@ def test_shipped_descriptions_make_scenes_that_start_on_the_ground(tmp_path, fil
     kinds = {"position", "radius", "f_max", "l_opt", "l_slack", "kp", "angle"}
     assert kinds <= {part for p in free_parameters(scene) for part in p.name.split(".")}
     assert scene.muscle_model.sharing == "least_effort"
+
+
+@pytest.mark.parametrize("file", FOUND)
+def test_what_searches_found_are_scenes_of_the_creatures_described(tmp_path, file):
+    described = file.replace("_found", "")
+    (tmp_path / described).write_text(FILES[described])
+    built, found = creature_scene(read_creature(tmp_path / described)), toml.loads(FILES[file])
+    assert list(found.character.bodies) == list(built.character.bodies)
+    assert list(found.character.muscles) == list(built.character.muscles)
 
 
 def test_stiffness_grows_with_weight_and_height():
