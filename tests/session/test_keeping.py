@@ -39,7 +39,7 @@ def test_other_names_are_refused(walk: wm.Run, tmp_path: Path, name: str, why: s
 
 
 def test_names_that_are_elsewhere_are_told(walk: wm.Run):
-    for name, why in (("time", "run.recording.time"), ("character", "run.scene.character"), ("shwo", "'show'")):
+    for name, why in (("frames", "run.recording.frames"), ("character", "run.scene.character"), ("shwo", "'show'")):
         with pytest.raises(AttributeError, match=re.escape(why)):
             getattr(walk, name)
     for name, why in (("run", "wm.simulate"), ("simulat", "'simulate'"), ("judge", "warpmuscle judge")):
