@@ -167,7 +167,7 @@ def _good(seen: Integers, starts: Integers, ends: Integers) -> NDArray[np.bool_]
 
 
 def every_few(starts: Integers, ends: Integers, step: int) -> tuple[Integers, Integers]:
-    """Every so manieth frame (n,) of each recording, from its first one on, and how many each has."""
+    """Every Nth frame (n,) of each recording, N being `step`, from its first one on, and how many each has."""
     counts = np.maximum((ends - starts + step - 1) // step, 1)
     first = np.cumsum(counts) - counts
     return np.repeat(starts - step * first, counts) + step * np.arange(counts.sum()), counts

@@ -98,7 +98,7 @@ def run_steps(
 
 
 def frames_of(motion: Coordinates, first: float, last: float, every: int) -> Floats:
-    """Times of every so manieth frame of a motion between two times; raises ArgumentError if there is none."""
+    """Times of every Nth frame of a motion between two times; raises ArgumentError if there is none."""
     found = motion.times[(motion.times >= first - 1e-9) & (motion.times <= last + 1e-9)][::every]
     if not len(found):
         raise ArgumentError(

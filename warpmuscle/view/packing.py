@@ -18,7 +18,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 
 LARGEST = 960_000  # bytes of a page: below a megabyte within another page, too
-FEWER = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # every so manieth frame is kept
+FEWER = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # one frame of so many is kept
 
 
 class Packer:

@@ -8,6 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
+from warpmuscle.inverse.laboratory.wrench import plate_axes
 from warpmuscle.markers.arm import AXES
 from warpmuscle.synergy.c3d import C3dRoom, read_room
 
@@ -47,7 +48,7 @@ def _up(room: C3dRoom | None) -> str:
     """Where plates lie level, the side of them that points are on; else up on the screen, else y."""
     if room is None:
         return "y"
-    normals = _normals(room.corners)
+    normals = np.array([plate_axes(corners)[2] for corners in room.corners])
     level = np.abs(normals).max(axis=1) > LEVEL if len(normals) else np.zeros(0, bool)
     if level.any() and len(numbers := np.unique(np.argmax(np.abs(normals[level]), axis=1))) == 1:
         axis = int(numbers[0])
@@ -86,11 +87,3 @@ def _walked(positions: Floats, axis: int, sign: float) -> tuple[Floats, float]:
     mean = moved.sum(axis=1) / seen.sum(axis=1)[:, None]
     body = before[rows[0]][seen[0]]
     return (mean - low).sum(axis=0), float(np.ptp(body, axis=0).max())
-
-
-def _normals(corners: Floats) -> Floats:
-    """Unit normals (P, 3) of plates whose corners span a surface."""
-    first, second, third, fourth = np.moveaxis(corners, 1, 0) if len(corners) else np.zeros((4, 0, 3))
-    normal = np.cross(third - first, fourth - second)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.asarray(np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0))

@@ -82,8 +82,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         terrain: whether the ground is FLAT, RISES, or is PATCHED or WALLED besides, see `terrain.py`.
         moves: whether it moves along itself, see `belts.py`.
     """
-    rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
-    walls = has_walls(terrain)
+    rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
+    ways_at, plane_at = ground_about(walls)
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:

@@ -85,8 +85,8 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 @cache
 def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
-    rises, patched, (ways_at, plane_at) = terrain != FLAT, has_patches(terrain), ground_about(has_walls(terrain))
-    walls = has_walls(terrain)
+    rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
+    ways_at, plane_at = ground_about(walls)
 
     @wp.func
     def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
