@@ -1,4 +1,6 @@
-"""For docs/tutorials/learn.md. How many of 20 runs with everything at once a gait survives under other draws.
+"""How many of 20 runs with everything at once a gait survives under draws that its judge does not use.
+
+For docs/tutorials/learn.md.
 
 python tools/research/held_out_draws.py gait2392_arms_by_policy.h5 --seeds 101 102 103
 """
