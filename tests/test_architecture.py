@@ -25,7 +25,7 @@ ORDER: tuple[tuple[str, ...], ...] = (
     ("optimization",),
     ("learning",),
     ("studies",),
-    ("creatures",),
+    ("creatures", "walking"),
     ("inverse",),
     ("plots", "view"),
     ("video",),

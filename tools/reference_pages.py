@@ -57,7 +57,7 @@ COMMANDS = {
     "Creatures": ("creature build", "creature judge"),
     "Run simulations": ("simulate", "compile"),
     "Search for parameters": ("optimize", "sweep", "join", "study", "patient", "adaptation", "apply"),
-    "Learn policies": ("learn",),
+    "Learn policies": ("learn", "walking-task"),
     "Look at motions": ("view", "plot", "video", "report", "gait", "judge", "robustness"),
     "Read, write and export": ("export",),
     "From recordings to muscles": ("inverse", "reactions", "arm-angles", "synergies extract", "synergies cluster"),

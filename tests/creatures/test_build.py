@@ -5,11 +5,12 @@ import pytest
 
 from small_creature import small_creature
 from warpmuscle.core.errors import SceneError
-from warpmuscle.creatures.build import creature_scene, lowest, read_creature
+from warpmuscle.creatures.build import creature_scene, read_creature
 from warpmuscle.creatures.gait import weight_height
 from warpmuscle.examples import EXAMPLES
 from warpmuscle.formats import toml
 from warpmuscle.formats.toml_layout import layout
+from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 
@@ -77,7 +78,7 @@ def test_shipped_descriptions_make_scenes_that_start_on_the_ground(tmp_path, fil
     read = toml.loads(toml.dumps(scene))
     assert read == scene
     numeric = substitute(scene, start_values(scene))
-    assert lowest(numeric.character, world_poses(numeric)) == pytest.approx(0.001, abs=1e-8)
+    assert lowest_point(numeric.character, world_poses(numeric)) == pytest.approx(0.001, abs=1e-8)
     kinds = {"position", "radius", "f_max", "l_opt", "l_slack", "kp", "angle"}
     assert kinds <= {part for p in free_parameters(scene) for part in p.name.split(".")}
     assert scene.muscle_model.sharing == "least_effort"

@@ -142,3 +142,19 @@ def test_a_kneecap_that_follows_a_knee_has_the_other_one_as_its_image():
     )
     with pytest.raises(SceneError, match="does not move as the mirror image"):
         joint_image(swapped, "knee_angle_l_beta")
+
+
+def test_a_joint_that_follows_two_others_has_the_image_that_follows_theirs():
+    character = with_kneecaps(0.5)
+    for side in "lr":
+        name = f"knee_angle_{side}_beta"
+        character.joints[name] = msgspec.structs.replace(
+            character.joints[name], rotations=[],
+            translations=[Displacement((0.0, 0.0, 1.0), terms=[(0.02, 1, 1), (0.01, 2, 0)])],
+            beside=f"ankle_angle_{side}",
+        )  # fmt: skip
+    assert joint_image(character, "knee_angle_l_beta").name == "knee_angle_r_beta"
+    other = character.joints["knee_angle_r_beta"]
+    character.joints["knee_angle_r_beta"] = msgspec.structs.replace(other, beside="ankle_angle_l")
+    with pytest.raises(SceneError, match="does not move as the mirror image"):
+        joint_image(character, "knee_angle_l_beta")

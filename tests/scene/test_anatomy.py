@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from warpmuscle.formats import load, toml
-from warpmuscle.scene import Scene
+from warpmuscle.scene import Body, Displacement, Joint, Scene
 from warpmuscle.scene.anatomy import leg_joints
 
 HINGES = {"flexion": (-1.0, 0.0, 0.0), "adduction": (0.0, 0.0, 1.0), "rotation": (0.0, 1.0, 0.0)}
@@ -38,6 +38,29 @@ def test_a_hip_of_three_hinges_bends_about_the_one_that_points_to_the_side(order
 
 def test_bodies_with_a_mass_between_hinges_make_joints_of_their_own():
     assert leg_joints(legs_of(["flexion", "adduction", "rotation"], 0.5), 0) == ["rotation_l", "knee_l", "ankle_l"]
+
+
+def test_joints_that_hold_still_are_none_of_a_leg():
+    scene = legs_of(["flexion"])
+    joints = dict(scene.character.joints)
+    joints["heel_l"] = Joint("fixed", "foot_l", "heel_l", (0.0, 0.0, -0.03), (0.0, 0.0, 0.0))
+    bodies = scene.character.bodies | {"heel_l": Body(0.5, (0.01, 0.01, 0.01))}
+    character = msgspec.structs.replace(scene.character, joints=joints, bodies=bodies, feet=("heel_l", "foot_r"))
+    assert leg_joints(msgspec.structs.replace(scene, character=character), 0) == ["flexion_l", "knee_l", "ankle_l"]
+
+
+def test_a_knee_that_rolls_is_taken_before_a_hinge_to_the_side_below_it():
+    scene = legs_of(["flexion"])
+    joints = dict(scene.character.joints)
+    hinge = joints["knee_l"]
+    rolling = msgspec.structs.replace(
+        hinge, type="coupled", axes=[], rotations=[Displacement((-1.0, 0.0, 0.0), slope=1.0)], child="knee_l"
+    )
+    sideways = Joint("hinge", "knee_l", "shank_l", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [(0.0, 0.0, 1.0)])
+    joints |= {"knee_l": rolling, "knee_aside_l": sideways}
+    bodies = scene.character.bodies | {"knee_l": Body(0.0, (0.0, 0.0, 0.0))}
+    character = msgspec.structs.replace(scene.character, joints=joints, bodies=bodies)
+    assert leg_joints(msgspec.structs.replace(scene, character=character), 0) == ["flexion_l", "knee_l", "ankle_l"]
 
 
 @pytest.mark.parametrize("foot", ["talus", "calcn"])

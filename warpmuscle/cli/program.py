@@ -16,6 +16,7 @@ from warpmuscle.cli.arm_angles import arm_angles
 from warpmuscle.cli.bodies import creature
 from warpmuscle.cli.bodies.reactions import reactions
 from warpmuscle.cli.bodies.scale import scale
+from warpmuscle.cli.bodies.walking_task import walking_task
 from warpmuscle.cli.console import marked, out
 from warpmuscle.cli.ending import run_to_end
 from warpmuscle.cli.gaits import gait, robustness
@@ -47,8 +48,8 @@ app = typer.Typer(
 )
 COMMANDS = (
     scenes, info, simulate, optimize, learn, sweep, join, study, patient, adaptation, apply, report, gait, robustness,
-    judge, view, plot, video, export, fit_muscles, fit_paths, scale, convert, arm_angles, inverse, reactions, compile,
-    example, schema,
+    judge, view, plot, video, export, fit_muscles, fit_paths, scale, convert, walking_task, arm_angles, inverse,
+    reactions, compile, example, schema,
 )  # fmt: skip
 GROUPS = {"creature": creature, "synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}

@@ -7,18 +7,18 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from warpmuscle.core.array_types import Floats
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
-from warpmuscle.core.pose import about, rotate
+from warpmuscle.core.pose import about
 from warpmuscle.creatures.checks import check_creature
 from warpmuscle.creatures.description import Creature, sided
 from warpmuscle.creatures.gait import controller, moving_joints
 from warpmuscle.creatures.muscles import muscles
 from warpmuscle.creatures.skeleton import JOINT_AXIS, middle, place, quaternion, rounded, skeleton
 from warpmuscle.formats.toml import Source
-from warpmuscle.scene import Box, Capsule, Character, Failure, InitialState, JointState, MuscleModel, Objective, Scene
-from warpmuscle.scene.initial_pose import Poses, plain_vector, world_poses
+from warpmuscle.scene import Character, Failure, InitialState, JointState, MuscleModel, Objective, Scene
+from warpmuscle.scene.geometry import lowest_point
+from warpmuscle.scene.initial_pose import plain_vector, world_poses
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -89,32 +89,10 @@ def _start(creature: Creature, character: Character, standing: InitialState) -> 
         name=creature.name, character=character, initial_state=InitialState(standing.root_position, joints=joints)
     )
     x, y, z = plain_vector(standing.root_position)
-    height = rounded(y - lowest(character, world_poses(posed)) + ABOVE_GROUND)
+    height = rounded(y - lowest_point(character, world_poses(posed)) + ABOVE_GROUND)
     speed = creature.gait.speed
     free = Free(speed, rounded(0.3 * speed), rounded(1.5 * speed)) if speed > 0.0 else 0.0
     return InitialState(root_position=(x, height, z), root_velocity=(0.0, 0.0, free), joints=joints)
-
-
-def lowest(character: Character, poses: Poses) -> float:
-    """Height of the lowest point of all shapes, m."""
-    return min(
-        float(low)
-        for name, body in character.bodies.items()
-        for shape in body.shapes
-        for low in _heights(shape, *poses[name])
-    )
-
-
-def _heights(shape: object, position: Floats, orientation: Floats) -> Floats:
-    """Lowest heights of the ends of a capsule, or heights of the corners of a box, m."""
-    if isinstance(shape, Capsule):
-        ends = np.array([plain_vector(shape.start), plain_vector(shape.end)])
-        assert isinstance(shape.radius, float)
-        return np.asarray((position + rotate(orientation, ends))[:, 1] - shape.radius)
-    assert isinstance(shape, Box)
-    low, high = plain_vector(shape.low), plain_vector(shape.high)
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    return np.asarray((position + rotate(orientation, corners))[:, 1])
 
 
 def _objective(creature: Creature) -> Objective:

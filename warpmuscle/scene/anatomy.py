@@ -87,8 +87,8 @@ def leg(character: Character, foot: str) -> list[str]:
 def leg_joints(scene: Scene, side: int) -> list[str]:
     """Hip, knee and ankle of the left leg (0) or the right: the controller's pairs so called, or the last three joints.
 
-    Hinges with nothing but massless bodies between them count as one joint, that about the mediolateral axis. Below the
-    ankle, hinges that turn about other axes, such as a subtalar joint, do not count.
+    Hinges with nothing but massless bodies between them count as one joint, that about the mediolateral axis. Joints
+    that hold still do not count, nor below the ankle hinges that turn about other axes, such as a subtalar joint.
     There are fewer if fewer lead to the foot; none if there are no feet.
     """
     pairs = scene.pairs
@@ -111,6 +111,8 @@ def _bending(character: Character, joints: Sequence[str]) -> list[str]:
     """Of joints one below the other, of each row through massless bodies that which turns most about x."""
     rows_of: list[list[str]] = []
     for name in joints:
+        if not joint_type(character.joints[name]).speeds:
+            continue
         parent = character.bodies[character.joints[name].parent]
         if rows_of and massless(parent):
             rows_of[-1].append(name)
@@ -120,8 +122,9 @@ def _bending(character: Character, joints: Sequence[str]) -> list[str]:
 
 
 def _along_x(joint: Joint) -> float:
-    """How much of a joint's first axis points to a side; 0 of one without axes."""
-    return abs(first_number(joint.axes[0][0])) if joint.axes else 0.0
+    """How much of the first axis that a joint turns about points to a side; 0 of one without axes."""
+    axes = [*joint.axes, *(rotation.axis for rotation in joint.rotations)]
+    return abs(first_number(axes[0][0])) if axes else 0.0
 
 
 def joint_place(joint: Joint) -> Floats:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from common import COLORS, angle, draw, main, panels
-from walking import last_stride, walk
 
 import warpmuscle as wm
+from walking import last_stride, walk
 
 NAME, X, Z = "legs28", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 MUSCLES = ("lSOL", "lTA", "lIN", "lOUT")

@@ -8,6 +8,7 @@ python tools/research/experiments/walk44_but_hips.py [--folder FOLDER]
 from pathlib import Path
 
 from common import main
+
 from walking import walk
 
 

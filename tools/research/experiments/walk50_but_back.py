@@ -8,6 +8,7 @@ python tools/research/experiments/walk50_but_back.py [--folder FOLDER]
 from pathlib import Path
 
 from common import main
+
 from walking import walk
 
 

@@ -63,15 +63,22 @@ def joint_image(character: Character, name: str) -> JointImage:
     if mine is theirs:
         if mine.quaternion:
             return JointImage(other, QUATERNION, TURN)
-        if joints[name].follows:  # its coordinate is that of another joint
-            driver = joint_image(character, joints[name].follows)
-            if driver.name == joints[other].follows and _alike(mine, joints[name], joints[other], driver.coordinates):
+        if joints[name].follows:  # its coordinates are those of one or two other joints
+            drivers, others = _drivers(joints[name]), _drivers(joints[other])
+            images = [joint_image(character, driver) for driver in drivers]
+            together = np.concatenate([image.coordinates for image in images])
+            if [image.name for image in images] == others and _alike(mine, joints[name], joints[other], together):
                 return JointImage(other, np.zeros(0), np.zeros(0))
             raise _no_image(name, other)
         for signs in itertools.product((1.0, -1.0), repeat=len(mine.speeds)):
             if _alike(mine, joints[name], joints[other], np.array(signs)):
                 return JointImage(other, np.array(signs), np.array(signs))
     raise _no_image(name, other)
+
+
+def _drivers(joint: Joint) -> list[str]:
+    """The joints that a joint follows."""
+    return [driver for driver in (joint.follows, joint.beside) if driver]
 
 
 def _no_image(name: str, other: str) -> SceneError:
