@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import Any
 
 from warpmuscle.core.status import Status
+from warpmuscle.gait.cycles import NO_CYCLE
 
 RUNS = 20  # with each disturbance
 WIDEST = 7  # gaits of a table
-WITHOUT_CYCLE = "has no whole gait cycle"  # what measures say of a motion, with its name and why
 PARTS = {"verdicts": "measure", "further": "besides"}  # of a judgement, and what the first column of each is called
 COMMANDED = {  # measures of a gait at each command, and what they are called
     "speed": "speed, m/s",
@@ -118,7 +118,7 @@ def _ends(ends: Sequence[float | None]) -> str:
 
 
 def _cell(one: dict[str, Any]) -> str:
-    note = "no whole gait cycle" if WITHOUT_CYCLE in str(one["note"]) else str(one["note"])
+    note = "no whole gait cycle" if NO_CYCLE in str(one["note"]) else str(one["note"])
     if one["value"] is None:
         return f"{note or 'falls'} (missed)" if one["reached"] == "missed" else note or "-"
     told = {"goal": "", "must": "", "does not count": " (void)", "no judge": " (no judge)"}

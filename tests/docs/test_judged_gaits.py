@@ -65,14 +65,10 @@ def test_every_gait_that_the_commands_judge_has_a_column():
 
 
 def test_every_shipped_gait_and_policy_is_judged():
-    """All but models, arms, a stand, a squat, and walks by fwalk or bwalk whose arms are what they are about.
-
-    And a walk by a programme, which takes longer to judge than all the others.
-    """
+    """All but models, arms, a stand, a squat, and walks by fwalk or bwalk whose arms are what they are about."""
     groups = scene_groups()
     others = {"gait2392", "gait2392_stand", "gait2392_squat", "arm18", "arm18_reach", *groups.pop("throws")}
     others |= {
-        "gait2392_program_walk",
         "elbow_open_loop",
         "elbow_simplified",
         "moment_arm_angle",

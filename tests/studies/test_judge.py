@@ -215,6 +215,16 @@ def test_a_walker_that_falls_at_once_is_judged_and_misses():
     assert further["ankle power, maximum"] == "missed"
 
 
+def test_a_walker_that_comes_to_the_end_without_a_gait_cycle_misses(monkeypatch):
+    monkeypatch.setattr(judging, "LONG", 0.3)
+    judgement = judging.judge(SceneWalker(load("fwalk"), "cpu", 1), pushes=0)
+    assert judgement.end == Status.COMPLETED.meaning
+    assert judgement.measures == {}
+    found = {one.bar.name: one for one in judgement.verdicts}
+    assert found["stance"].reached == found["step width"].reached == "missed"
+    assert "after 0.2 s off the ground" in found["stance"].note
+
+
 def test_the_command_prints_a_line_a_measure_and_writes_all_numbers(tmp_path):
     path, page = tmp_path / "judged.json", tmp_path / "judged.html"
     options = ["--pushes", "0", "--json", str(path), "--report", str(page), "--threads", "1"]

@@ -18,12 +18,14 @@ from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene.ground import LIFTED
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.norms import FLEXION, LEG_ANGLES
 
 ALONG_X = 0.7  # least component of an axis along x for which a turn about it is flexion
 SMALL = 0.01  # rad, of a turn that shows its axis
+NO_CYCLE = "has no whole gait cycle"  # of a motion that cannot be measured as a gait, with its name before
 PERCENT = np.linspace(0.0, 100.0, 101)  # of the gait cycle, where curves have their samples
 Strides = list[tuple[float, float]]  # s, begin and end of each
 
@@ -58,7 +60,8 @@ def steady_strides(recording: Recording, scene: Scene) -> dict[str, Strides]:
     found = {side: strides(recording, side, start, weight) or strides(recording, side, 0.0, weight) for side in SIDES}
     for side, cycles in found.items():
         if not cycles:
-            raise Error(f"the motion of {scene.name} has no whole gait cycle: the {side} foot lands less than twice")
+            landed = f"the {side} foot lands less than twice, after {LIFTED:g} s off the ground or more"
+            raise Error(f"the motion of {scene.name} {NO_CYCLE}: {landed}")
     return found
 
 

@@ -11,15 +11,14 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_times
+from warpmuscle.kernels.algebra.spatial import full, symmetric
+from warpmuscle.kernels.body.composite_bodies import add_mass_matrix
 from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
-from warpmuscle.kernels.body.dynamics import leave_for_parent
 from warpmuscle.kernels.body.inertia import body_inertia_of
 from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide_motion, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.body.resistance import armature_of
-from warpmuscle.kernels.body.speed_axes import angular_axis, linear_axis, moving_speeds, speed_rate_of
+from warpmuscle.kernels.body.speed_axes import speed_rate_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of
@@ -314,47 +313,5 @@ def mass_matrix(
     """Joint-space inertia (instances, speeds, speeds) by composite bodies (Featherstone 2008, table 6.2)."""
     i = wp.tid()
     work = work_of(i, model, workspace)
-    skeleton = model.skeleton
     kinematics_stage(i, 0, 1, model, state, work)
-    for body in range(model.body_count):
-        body_inertia(i, body, model, work)
-    for back in range(1, model.body_count + 1):
-        body = model.body_count - back
-        a = work.block_a[body]
-        b = work.block_b[body]
-        c = work.block_c[body]
-        for k in range(moving_speeds(body, model)):
-            axis = angular_axis(i, body, k, model, work)
-            direction = linear_axis(body, k, model, work)
-            n = symmetric_times(a, axis) + b * direction
-            f = wp.transpose(b) * axis + symmetric_times(c, direction)
-            column = skeleton.plan[body].speed_start + k
-            above = int(body)
-            while above >= 0:
-                for j in range(moving_speeds(above, model)):
-                    m = wp.dot(angular_axis(i, above, j, model, work), n) + wp.dot(
-                        linear_axis(above, j, model, work), f
-                    )
-                    row = skeleton.plan[above].speed_start + j
-                    if above == body and j > k:
-                        continue
-                    matrix[i, row, column] = matrix[i, row, column] + m
-                    if above != body or j != k:
-                        matrix[i, column, row] = matrix[i, column, row] + m
-                parent = skeleton.plan[above].parent
-                if parent >= 0:
-                    n = n + wp.cross(work.position[above] - work.position[parent], f)
-                above = parent
-        if body > 0:
-            parent = skeleton.plan[body].parent
-            leave_for_parent(
-                body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work
-            )
-            work.block_a[parent] = work.block_a[parent] + work.block_a[body]
-            work.block_b[parent] = work.block_b[parent] + work.block_b[body]
-            work.block_c[parent] = work.block_c[parent] + work.block_c[body]
-    for body in range(1, model.body_count):
-        if skeleton.plan[body].joint_type != FOLLOWER:  # whose armature its driver has
-            for k in range(moving_speeds(body, model)):
-                own = skeleton.plan[body].speed_start + k
-                matrix[i, own, own] = matrix[i, own, own] + armature_of(i, body, model, state)
+    add_mass_matrix(i, model, state, work, matrix)

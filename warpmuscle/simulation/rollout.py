@@ -175,7 +175,7 @@ class Rollout(RolloutSettings):
             from warpmuscle.simulation.program.step_program import StepProgram
 
             kind = config.kind.muscles
-            self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device)
+            self._program = StepProgram(scene, structure, self.model, self.instances, kind, self.device, self.threads)
         self.reset()
 
     def _record(self, scene: Scene) -> Recording:
@@ -255,9 +255,10 @@ class Rollout(RolloutSettings):
     def _decide(self, step: int) -> int:
         """Let instances decide whose programme is due now; the step until which none is again, up to this one."""
         assert self._program is not None
-        done, begun = self._batch.steps_done, self._batch.begun[self._batch.running]
-        if step > done and self._program.is_due(done, begun):
-            self._program.decide(self.model, self._batch.state, self._extensions.struct.first)
+        batch = self._batch
+        done, begun = batch.steps_done, batch.begun[batch.running]
+        if step > done:
+            self._program.decide(self.model, batch.state, self._extensions.struct.first, batch.running, done - begun)
         return min(step, self._program.until(done, begun))
 
     def complete(self) -> None:

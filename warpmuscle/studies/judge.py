@@ -17,6 +17,7 @@ import numpy as np
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import Status
+from warpmuscle.gait.cycles import NO_CYCLE
 from warpmuscle.gait.measures import feet_of
 from warpmuscle.gait.muscle_effort import LEAST_SPEED, spent
 from warpmuscle.gait.penetration import penetration
@@ -155,7 +156,7 @@ def judge(
     elif drives.muscles and measures and not running:
         commanded = at_conditions(walker, tell=tell)
         found |= _over_conditions(commanded, scene)
-    without = Finding(None, why, failed=end != Status.COMPLETED)
+    without = Finding(None, why, failed=end != Status.COMPLETED or NO_CYCLE in why)  # who drags both feet misses, too
     motion = walks.recordings[0]
     found |= bodies_and_norms(motion, scene, measures | of_force(measures), running)
     found |= of_measures(measures, motion, scene)

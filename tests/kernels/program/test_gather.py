@@ -28,10 +28,10 @@ def test_excitations_bring_activations_to_their_aim_until_the_next_decision(rows
     state = filled(State, muscles=filled(MuscleState, activation=np.float32(NOW)))
     layout = filled(Layout, every=EVERY, torque=np.zeros((0, 2), np.int32))
     programs = filled(Programs, wanted=np.zeros((2, 1), np.float32), weight=np.zeros((2, 1), np.float32))
-    due, iterations = (wp.array(values, dtype=int, device="cpu") for values in ([1, 1], [4, 5]))
+    chosen, iterations = (wp.array(values, dtype=int, device="cpu") for values in ([0, 1], [4, 5]))
     control, acceleration = (wp.array(np.float32(v), device="cpu") for v in (AIM, np.zeros((2, 1))))
     memory = wp.zeros((2, 1, REPORTED + 3), dtype=float, device="cpu")
-    given = [model, state, layout, due, programs, control, acceleration, iterations]
+    given = [chosen, model, state, layout, programs, control, acceleration, iterations]
     wp.launch(tell_muscles, 2, given, [memory], device="cpu")
     own = [0, rows - 1]
     rest = np.exp(-EVERY * STEP / np.where(AIM > NOW, RISE[own], FALL[own]))
@@ -68,8 +68,8 @@ def test_muscles_and_torques_cost_and_give_what_their_numbers_say():
     )
     by_joint = structs_to_device(JointTask, {"torque": np.float32([bounds])}, "cpu")
     rows = [wp.array(np.float32([v]), dtype=float, device="cpu") for v in (arms, active, passive, [5.0, -2.0], [0.0])]
-    due, row = wp.array([1], dtype=int, device="cpu"), wp.zeros((1, 2, 2), dtype=float, device="cpu")
-    given = [model, state, Frames(), layout, due, parameters, by_joint, columns, *rows, row]
+    chosen, row = wp.array([0], dtype=int, device="cpu"), wp.zeros((1, 2, 2), dtype=float, device="cpu")
+    given = [chosen, model, state, Frames(), layout, parameters, by_joint, columns, *rows, row]
     wp.launch(gather_forces, 1, given, [programs], device="cpu")
     time, now = EVERY * STEP, NOW[0, :2]
     np.testing.assert_allclose(programs.bias.numpy()[0], [5.0 - np.dot(arms, passive), -2.0], rtol=1e-6)
@@ -94,14 +94,14 @@ def test_nothing_is_wanted_of_who_has_no_task():
         structs_to_device(kind, {name: np.zeros((1, 1), np.float32)}, "cpu")
         for kind, name in ((ProgramParameters, "effort"), (JointTask, "weight"), (BodyTask, "weight"))
     ]
-    due, pull = wp.array([1], dtype=int, device="cpu"), wp.array(np.full((1, 2), 7.0), dtype=float, device="cpu")
+    chosen, pull = wp.array([0], dtype=int, device="cpu"), wp.array(np.full((1, 2), 7.0), dtype=float, device="cpu")
     row, bound = wp.zeros((1, 2, 2), dtype=float, device="cpu"), wp.zeros((1, 0), dtype=float, device="cpu")
     given = [
+        chosen,
         filled(Model, body_count=1),
         State(),
         frames,
         layout,
-        due,
         *tasks,
         wp.array(memory, dtype=float, device="cpu"),
     ]

@@ -51,7 +51,7 @@ def sums(scene: Scene) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     stages.state.coordinates.assign(q.astype(np.float32))
     stages.state.speeds.assign(v.astype(np.float32))
     program = rollout._program
-    program.decide(rollout.model, rollout.state, rollout._extensions.struct.first)
+    program.decide(rollout.model, rollout.state, rollout._extensions.struct.first, *np.zeros((2, 1), np.int32))
     n = v.shape[1]
     weight = program.batch.numbers.weight.numpy()[0].reshape(n, n).astype(float)
     return weight, v[0], stages.forward_kinematics()

@@ -54,11 +54,10 @@ def test_lanes_begin_where_a_search_has_ended(problems, unoptimized_kernels):
     assert batch.iterations.numpy().max() <= 1 < cold.min()
 
 
-def test_those_that_are_not_due_stay_as_they_are(problems, unoptimized_kernels):
+def test_those_that_are_not_chosen_stay_as_they_are(problems, unoptimized_kernels):
     batch = solved(problems, 1)
     batch.control.fill_(7.0)
-    batch.due.assign(np.arange(COUNT) % 2)
-    batch.solve()
+    batch.solve(batch.every[1::2].contiguous())
     assert np.all(batch.control.numpy()[::2] == 7.0)
     assert not np.any(batch.control.numpy()[1::2] == 7.0)
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from muscle_arm import arm
 from warpmuscle.core.errors import RolloutError, SceneError
+from warpmuscle.core.status import Status
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Actuation, Controller, MuscleModel, Scene
 from warpmuscle.scene.number import Free
@@ -59,6 +61,21 @@ def test_it_gets_there_as_the_gains_say(bent):
     time, angle = np.asarray(motion.time), elbow_angle(motion)
     wanted = 0.4 * (1.0 - (1.0 + 10.0 * time) * np.exp(-10.0 * time))
     assert np.abs(angle - wanted).max() < 0.02
+
+
+def test_bits_depend_on_no_number_of_threads(unoptimized_kernels):
+    """Also where some begin later, so that they decide in other steps, and where one has ended."""
+    found, scene = [], msgspec.structs.replace(controlled(Free(0.4, min=0.0, max=0.8)), duration=0.2)
+    for threads in (1, 3):
+        rollout = Rollout(scene, 7, "cpu", threads=threads)
+        rollout.set_parameters(np.linspace(0.1, 0.7, 7)[:, None])
+        rollout.run(0.083)
+        rollout.reset(mask=np.arange(7) % 3 == 0)
+        rollout.step(150)
+        found.append([rollout.status(), rollout.state.coordinates.numpy(), rollout.controller_state])
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert set(found[0][0].tolist()) == {Status.RUNNING, Status.COMPLETED}
 
 
 def test_bits_depend_on_no_other_instance(bent):

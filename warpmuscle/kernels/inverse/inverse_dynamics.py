@@ -81,6 +81,54 @@ def wrench_of_body(
     return found
 
 
+@wp.func
+def put_efforts(
+    instance: int, model: ModelRef, work: ScratchRef, rate: wp.array2d[float], loads: BodyLoads,
+    effort: wp.array2d[float], followed: wp.array2d[float], moment: wp.array2d[wp.vec3], force: wp.array2d[wp.vec3],
+    position: wp.array2d[wp.vec3], orientation: wp.array2d[wp.quat],
+):  # fmt: skip
+    """Generalised forces and wrenches of an instance whose kinematics are known; see `inverse_dynamics`."""
+    for body in range(model.body_count):  # accelerations wait in the places of wrenches
+        above = SpatialAcceleration()
+        if body > 0:
+            parent = model.skeleton.plan[body].parent
+            above.angular = moment[instance, parent]
+            above.linear = force[instance, parent]
+        own = body_acceleration(instance, body, above, model, work, rate)
+        moment[instance, body] = own.angular
+        force[instance, body] = own.linear
+        position[instance, body] = work.position[body]
+        orientation[instance, body] = work.orientation[body]
+    for body in range(model.body_count):
+        found = SpatialAcceleration()
+        found.angular = moment[instance, body]
+        found.linear = force[instance, body]
+        needed = wrench_of_body(instance, body, found, loads, model, work)
+        moment[instance, body] = needed.moment
+        force[instance, body] = needed.force
+    for s in range(effort.shape[1]):
+        effort[instance, s] = 0.0
+        followed[instance, s] = 0.0
+    for back in range(model.body_count):
+        body = model.body_count - 1 - back
+        n = moment[instance, body]
+        f = force[instance, body]
+        first = model.skeleton.plan[body].speed_start
+        for k in range(moving_speeds(body, model)):
+            along = wp.dot(angular_axis(instance, body, k, model, work), n) + wp.dot(
+                linear_axis(body, k, model, work), f
+            )
+            if model.skeleton.plan[body].joint_type == FOLLOWER:
+                followed[instance, first + k] = followed[instance, first + k] + along
+            else:
+                effort[instance, first + k] = along
+        if body > 0:
+            parent = model.skeleton.plan[body].parent
+            r = work.position[body] - work.position[parent]
+            moment[instance, parent] = moment[instance, parent] + n + wp.cross(r, f)
+            force[instance, parent] = force[instance, parent] + f
+
+
 @wp.kernel
 def inverse_dynamics(
     # in
@@ -102,40 +150,4 @@ def inverse_dynamics(
     i = wp.tid()
     work = work_of(i, model, workspace)
     kinematics_stage(i, 0, 1, model, state, work)
-    for body in range(model.body_count):  # accelerations wait in the places of wrenches
-        above = SpatialAcceleration()
-        if body > 0:
-            parent = model.skeleton.plan[body].parent
-            above.angular = moment[i, parent]
-            above.linear = force[i, parent]
-        own = body_acceleration(i, body, above, model, work, rate)
-        moment[i, body] = own.angular
-        force[i, body] = own.linear
-        position[i, body] = work.position[body]
-        orientation[i, body] = work.orientation[body]
-    for body in range(model.body_count):
-        found = SpatialAcceleration()
-        found.angular = moment[i, body]
-        found.linear = force[i, body]
-        needed = wrench_of_body(i, body, found, loads, model, work)
-        moment[i, body] = needed.moment
-        force[i, body] = needed.force
-    for s in range(effort.shape[1]):
-        effort[i, s] = 0.0
-        followed[i, s] = 0.0
-    for back in range(model.body_count):
-        body = model.body_count - 1 - back
-        n = moment[i, body]
-        f = force[i, body]
-        first = model.skeleton.plan[body].speed_start
-        for k in range(moving_speeds(body, model)):
-            along = wp.dot(angular_axis(i, body, k, model, work), n) + wp.dot(linear_axis(body, k, model, work), f)
-            if model.skeleton.plan[body].joint_type == FOLLOWER:
-                followed[i, first + k] = followed[i, first + k] + along
-            else:
-                effort[i, first + k] = along
-        if body > 0:
-            parent = model.skeleton.plan[body].parent
-            r = work.position[body] - work.position[parent]
-            moment[i, parent] = moment[i, parent] + n + wp.cross(r, f)
-            force[i, parent] = force[i, parent] + f
+    put_efforts(i, model, work, rate, loads, effort, followed, moment, force, position, orientation)

@@ -24,7 +24,7 @@ from warpmuscle.kernels.muscle.muscle import (
 )
 from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.stages import stretch_all_of, work_of
-from warpmuscle.kernels.structs import Model, ModelRef, Muscles, ScratchRef, State, at
+from warpmuscle.kernels.structs import Model, ModelRef, Muscles, ScratchRef, State, StateRef, at
 
 wp.set_module_options({"enable_backward": False})
 
@@ -76,6 +76,28 @@ def lever_axis(instance: int, lever: Lever, model: ModelRef, work: ScratchRef) -
 
 
 @cache
+def put_moments_of(paths: PathKind) -> Any:
+    """The Warp function (instance, model, state, work, levers, arm, length, speed, moment_arm) of `muscle_moments_of`.
+
+    Kinematics of the instance are found first, in its working set.
+    """
+    stretch_all = stretch_all_of(paths)
+
+    @wp.func
+    def put_moments(
+        instance: int, model: ModelRef, state: StateRef, work: ScratchRef, levers: wp.array[Lever],
+        arm: wp.array2d[wp.vec3], length: wp.array2d[float], speed: wp.array2d[float], moment_arm: wp.array2d[float],
+    ):  # fmt: skip
+        stretch_all(instance, model, state, work, length[instance], speed[instance], arm[instance])
+        for k in range(levers.shape[0]):
+            lever = levers[k]
+            axis = lever_axis(instance, lever, model, work)
+            moment_arm[instance, k] = -wp.dot(arm[instance, lever.crossing], axis)
+
+    return put_moments
+
+
+@cache
 def muscle_moments_of(paths: PathKind) -> Any:
     """The kernel (model, state, workspace, levers, arm, length, speed, moment_arm) of all muscles in every frame.
 
@@ -86,7 +108,7 @@ def muscle_moments_of(paths: PathKind) -> Any:
         arm: (frames, crossings) m, room for moment arm vectors. length, speed: (frames, muscles) m and m/s, of paths.
         moment_arm: (frames, levers) m, -dl/dq: a tension F makes the generalised force F times it.
     """
-    stretch_all = stretch_all_of(paths)
+    put_moments = put_moments_of(paths)
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(
@@ -97,10 +119,7 @@ def muscle_moments_of(paths: PathKind) -> Any:
     ):  # fmt: skip
         i = wp.tid()
         work = work_of(i, model, workspace)
-        stretch_all(i, model, state, work, length[i], speed[i], arm[i])
-        for k in range(levers.shape[0]):
-            lever = levers[k]
-            moment_arm[i, k] = -wp.dot(arm[i, lever.crossing], lever_axis(i, lever, model, work))
+        put_moments(i, model, state, work, levers, arm, length, speed, moment_arm)
 
     return kernel
 
@@ -134,30 +153,16 @@ def has_cables(own: CustomCurves | Shaped | None) -> bool:
 
 
 @cache
-def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> Any:
-    """The kernel (model, tendon, length, speed, fibre, active, passive) of forces of all muscles in every frame.
-
-    Args:
-        curves, own: what is compiled in, as of `muscle_stage.MuscleKind`.
-
-    What it takes and gives, all (frames, muscles):
-        tendon: (2, frames, muscles) length of the tendon, m, and its lengthening speed, m/s; rigid ones where it is
-            empty. length, speed: of paths, m and m/s.
-        fibre: (2, frames, muscles) length over l_opt and speed over v_max of fibres.
-        active, passive: N, along the tendon, at full activation and at any. Of a ligament its tension, of an actuator
-            none: their fibres are told as of optimal length.
-    """
+def put_fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> Any:
+    """The Warp function (instance, muscle, model, tendon and so on, as of `fibre_forces_of`) of forces of a muscle."""
     forces, bounded, rigid_length, curves_of = curve_functions(curves, own)
     shaped, cables = isinstance(own, Shaped), has_cables(own)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
-    def kernel(
-        # in
-        model: Model, tendon: wp.array3d[float], length: wp.array2d[float], speed: wp.array2d[float],
-        # out
-        fibre: wp.array3d[float], active: wp.array2d[float], passive: wp.array2d[float],
+    @wp.func
+    def put_fibre_forces(
+        i: int, m: int, model: ModelRef, tendon: wp.array3d[float], length: wp.array2d[float],
+        speed: wp.array2d[float], fibre: wp.array3d[float], active: wp.array2d[float], passive: wp.array2d[float],
     ):  # fmt: skip
-        i, m = wp.tid()
         row = at(model.muscles.row, i, m)
         if wp.static(cables):  # noqa: SIM102, with `and` it would be compiled in all the same
             if is_cable(i, m, model):
@@ -183,6 +188,35 @@ def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> An
         fibre[1, i, m] = v
         active[i, m] = force[0]
         passive[i, m] = force[1]
+
+    return put_fibre_forces
+
+
+@cache
+def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> Any:
+    """The kernel (model, tendon, length, speed, fibre, active, passive) of forces of all muscles in every frame.
+
+    Args:
+        curves, own: what is compiled in, as of `muscle_stage.MuscleKind`.
+
+    What it takes and gives, all (frames, muscles):
+        tendon: (2, frames, muscles) length of the tendon, m, and its lengthening speed, m/s; rigid ones where it is
+            empty. length, speed: of paths, m and m/s.
+        fibre: (2, frames, muscles) length over l_opt and speed over v_max of fibres.
+        active, passive: N, along the tendon, at full activation and at any. Of a ligament its tension, of an actuator
+            none: their fibres are told as of optimal length.
+    """
+    put_fibre_forces = put_fibre_forces_of(curves, own)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    def kernel(
+        # in
+        model: Model, tendon: wp.array3d[float], length: wp.array2d[float], speed: wp.array2d[float],
+        # out
+        fibre: wp.array3d[float], active: wp.array2d[float], passive: wp.array2d[float],
+    ):  # fmt: skip
+        i, m = wp.tid()
+        put_fibre_forces(i, m, model, tendon, length, speed, fibre, active, passive)
 
     return kernel
 

@@ -36,23 +36,21 @@ wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 @wp.kernel
 def box_program(
     # in
-    programs: Programs, columns: Columns, due: wp.array[int],
+    chosen: wp.array[int], programs: Programs, columns: Columns,
     # in and out
     work: ProgramWork, multiplier: wp.array2d[wp.float64],
     # out
     control: wp.array2d[float], acceleration: wp.array2d[float], iterations: wp.array[int],
 ):  # fmt: skip
-    """Solve all programmes that are due, a thread each.
+    """Solve the programmes that are chosen, a thread each.
 
     Args:
-        due: (programs,) 0: is left as it is. multiplier: (programs, n) where the search begins, and where it ends.
+        chosen: their numbers. multiplier: (programs, n) where the search begins, and where it ends.
 
     Returns:
         control: (programs, m). acceleration: (programs, n). iterations: (programs,) -1: the balance was not reached.
     """
-    p = wp.tid()
-    if due[p] == 0:
-        return
+    p = chosen[wp.tid()]
     n = programs.bias.shape[1]
     m = columns.first.shape[0] - 1
     controls = controls_at(p, programs)

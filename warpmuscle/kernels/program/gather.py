@@ -1,4 +1,4 @@
-"""What a decision of the controller is made from: who is due, the tasks, and what can be done for them."""
+"""What a decision of the controller is made from: the tasks, and what can be done for them."""
 
 import warp as wp
 
@@ -18,25 +18,12 @@ from warpmuscle.kernels.program.tasks import (
     joint_task,
     point_row,
 )
-from warpmuscle.kernels.structs import BALL, RUNNING, Model, ModelRef, MuscleRow, State, at
+from warpmuscle.kernels.structs import BALL, Model, ModelRef, MuscleRow, State, at
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 1})
 
 STANDS_WITHIN = wp.constant(0.03)  # m, above the ground, where points of a foot that stands count as touching it
 LEAVES_WITH = wp.constant(0.25)  # body weights along an edge under a foot that is about to be lifted
-
-
-@wp.kernel
-def find_due(
-    # in
-    state: State, layout: Layout,
-    # out
-    due: wp.array[int],
-):  # fmt: skip
-    """Which instances run, and decide in this step."""
-    i = wp.tid()
-    decides = state.status[i] == RUNNING and state.step[i] % layout.every == 0
-    due[i] = wp.where(decides, 1, 0)
 
 
 @wp.func
@@ -58,21 +45,19 @@ def remember_start(instance: int, layout: Layout, state: State, frames: Frames, 
 @wp.kernel
 def gather_tasks(
     # in
-    model: Model, state: State, frames: Frames, layout: Layout, due: wp.array[int],
+    chosen: wp.array[int], model: Model, state: State, frames: Frames, layout: Layout,
     parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], by_body: wp.array2d[BodyTask],
     # in and out
     memory: wp.array3d[float], programs: Programs, work: ProgramWork, pull: wp.array2d[float], row: wp.array3d[float],
     # out
     bound: wp.array2d[float],
 ):  # fmt: skip
-    """Weights and wanted accelerations of all instances that are due, and how much their points of contact may bear.
+    """Weights and wanted accelerations of the instances that are chosen, and how much their points of contact may bear.
 
     Returns:
         bound: (instances, points) N along an edge; 0 where the ground is not touched, or the foot swings.
     """
-    i = wp.tid()
-    if due[i] == 0:
-        return
+    i = chosen[wp.tid()]
     own = memory[i, 0]
     if own[layout.bodies] == 0.0:
         remember_start(i, layout, state, frames, own)
@@ -138,17 +123,15 @@ def spring_force(instance: int, body: int, k: int, model: ModelRef, state: State
 @wp.kernel
 def gather_forces(
     # in
-    model: Model, state: State, frames: Frames, layout: Layout, due: wp.array[int],
+    chosen: wp.array[int], model: Model, state: State, frames: Frames, layout: Layout,
     parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], columns: Columns,
     moment_arm: wp.array2d[float], active: wp.array2d[float], passive: wp.array2d[float], needed: wp.array2d[float],
     bearing: wp.array2d[float], row: wp.array3d[float],
     # out
     programs: Programs,
 ):  # fmt: skip
-    """What muscles, torques and contacts can do for instances that are due, and what acts whatever they do."""
-    i = wp.tid()
-    if due[i] == 0:
-        return
+    """What muscles, torques and contacts can do for the instances that are chosen, and what acts whatever they do."""
+    i = chosen[wp.tid()]
     p = at(parameters, i, 0)
     time = float(layout.every) * model.time_step
     for s in range(programs.bias.shape[1]):
@@ -198,15 +181,13 @@ def gather_forces(
 @wp.kernel
 def tell_muscles(
     # in
-    model: Model, state: State, layout: Layout, due: wp.array[int], programs: Programs, control: wp.array2d[float],
-    acceleration: wp.array2d[float], iterations: wp.array[int],
+    chosen: wp.array[int], model: Model, state: State, layout: Layout, programs: Programs,
+    control: wp.array2d[float], acceleration: wp.array2d[float], iterations: wp.array[int],
     # out
     memory: wp.array3d[float],
 ):  # fmt: skip
-    """Excitations and efforts with which instances that are due come to the controls that were found."""
-    i = wp.tid()
-    if due[i] == 0:
-        return
+    """Excitations and efforts with which the instances that are chosen come to the controls that were found."""
+    i = chosen[wp.tid()]
     time = float(layout.every) * model.time_step
     muscles = model.muscles.count
     for m in range(muscles):

@@ -210,15 +210,14 @@ def lane_program_of(lanes: int, doubles: int) -> Any:
     )  # fmt: skip
     def kernel(
         # in
-        programs: Programs, columns: Columns, due: wp.array[int],
+        chosen: wp.array[int], programs: Programs, columns: Columns,
         # in and out
         work: ProgramWork, multiplier: wp.array2d[wp.float64],
         # out
         control: wp.array2d[float], acceleration: wp.array2d[float], iterations: wp.array[int],
     ):  # fmt: skip
-        p, lane = wp.tid()
-        if due[p] == 0:
-            return
+        one, lane = wp.tid()
+        p = chosen[one]
         n = programs.bias.shape[1]
         m = columns.first.shape[0] - 1
         memory = memory_of(work.memory[wp.min(p, work.memory.shape[0] - 1)])

@@ -25,7 +25,7 @@ class ProgramBatch:
     On a GPU the lanes of a warp share a programme, whose numbers lie in shared memory; on a CPU each has a thread.
 
     Attributes:
-        numbers: what the programmes are; see `kernels.program.structs`. due: (P,) whether each is to be solved.
+        numbers: what the programmes are; see `kernels.program.structs`. every: (P,) the number of each.
         control: (P, m). acceleration: (P, n). multiplier: (P, n) where the next search begins.
         iterations: (P,) -1 where the balance was not reached.
         lanes: that share a programme; 0: each has a thread.
@@ -77,7 +77,7 @@ class ProgramBatch:
         self.work.square = self._room(n * n if alone else 0, dtype=wp.float64)
         self.work.by_control = self._room(2, m if alone else 0, dtype=wp.float64)
         self.work.memory = self._room(self._doubles if self.lanes == 1 else 0, dtype=wp.float64)
-        self.due = wp.full(programs, 1, dtype=int, device=device)
+        self.every = wp.array(np.arange(programs, dtype=np.int32), dtype=int, device=device)
         self.control, self.acceleration = self._room(m), self._room(n)
         self.multiplier = self._room(n, dtype=wp.float64)
         self.iterations = wp.zeros(programs, dtype=int, device=device)
@@ -86,12 +86,13 @@ class ProgramBatch:
         """Zeros of every programme, or of so many rows."""
         return instance_zeros((self.programs if rows is None else rows, *shape), dtype, self.device, self._apart)
 
-    def solve(self) -> None:
-        """Solve all programmes that are due."""
-        inputs = [self.numbers, self.columns, self.due, self.work, self.multiplier]
+    def solve(self, chosen: wp.array | None = None) -> None:
+        """Solve the programmes of these numbers, by default all."""
+        chosen = self.every if chosen is None else chosen
+        inputs = [chosen, self.numbers, self.columns, self.work, self.multiplier]
         outputs = [self.control, self.acceleration, self.iterations]
         if self.lanes == 0:
-            wp.launch(box_program, self.programs, inputs, outputs, device=self.device, block_dim=ALONE)
+            wp.launch(box_program, len(chosen), inputs, outputs, device=self.device, block_dim=ALONE)
             return
-        kernel, shape = lane_program_of(self.lanes, self._doubles), (self.programs, self.lanes)
+        kernel, shape = lane_program_of(self.lanes, self._doubles), (len(chosen), self.lanes)
         wp.launch(kernel, shape, inputs, outputs, device=self.device, block_dim=LANES)

@@ -1,8 +1,13 @@
-"""The controller by quadratic programmes in a batch: it decides between launches of the step, for all at once."""
+"""The controller by quadratic programmes in a batch: it decides between launches of the step, for all at once.
+
+On a CPU threads share the instances, as they do in the step: each goes through all kernels of a decision with its own.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,13 +15,14 @@ import warp as wp
 
 from warpmuscle.core.array_types import Integers
 from warpmuscle.core.arrays import structs_to_device, to_device
-from warpmuscle.kernels import stages, structs
+from warpmuscle.kernels import structs
 from warpmuscle.kernels.inverse import inverse_dynamics as dynamics
 from warpmuscle.kernels.inverse import muscle_moments
 from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.program import gather
-from warpmuscle.kernels.program.frames import body_frames
+from warpmuscle.kernels.program.frames import look_at_bodies
+from warpmuscle.kernels.program.muscles import chosen_forces_of, chosen_moments_of
 from warpmuscle.kernels.program.structs import Frames, Layout
 from warpmuscle.model.controllers.program import decision_steps, places_of
 from warpmuscle.model.path_table import Lever
@@ -27,6 +33,7 @@ from warpmuscle.simulation.program.program_batch import ProgramBatch
 
 MARGIN = 0.005  # m, above the ground where a point of a foot counts as touching it
 EDGES = 4  # of a friction cone
+LEAST = 2  # instances that are worth the launches of a thread of their own
 
 
 class StepProgram:
@@ -38,13 +45,17 @@ class StepProgram:
 
     def __init__(
         self, scene: Scene, structure: Structure, model: structs.Model, instances: int, muscles: MuscleKind | None,
-        device: Any,
+        device: Any, threads: int,
     ) -> None:  # fmt: skip
         """Make room.
 
         Args:
             model: of the batch, for the places of contact points. muscles: as the step has them compiled in.
+            threads: of a CPU.
         """
+        self._threads = threads if device.is_cpu else 1
+        self._compiled = False
+        self._shared: tuple[Integers | None, list[wp.array]] = (None, [])
         self.every = decision_steps(scene, structure.controller.custom)
         self._structure, self._instances, self._device, self._muscles = structure, instances, device, muscles
         names = structure.names
@@ -120,50 +131,75 @@ class StepProgram:
         """
         return int((step + self.every - (step - begun) % self.every).min())
 
-    def is_due(self, step: int, begun: Integers) -> bool:
-        """Whether a running instance decides in this step."""
-        return bool(((step - begun) % self.every == 0).any())
-
-    def decide(self, model: structs.Model, state: structs.State, extension: Any) -> None:
-        """Let all running instances that are due decide.
+    def decide(
+        self, model: structs.Model, state: structs.State, extension: Any, running: Integers, since: Integers
+    ) -> None:
+        """Let those instances decide that are due, of those that run.
 
         Args:
             extension: parameters and memory of the controller, see `kernels.force.extensions`.
+            running: their numbers. since: how many steps ago each of them started.
         """
-        batch, frames, layout = self.batch, self._frames, self._layout
-        self._launch(gather.find_due, [state, layout], [batch.due])
-        self._launch(body_frames, [model, state, self._workspace, self._no_rate], [frames])
-        batch.numbers.mass.zero_()
-        mass = batch.numbers.mass.reshape((self._instances, batch.coordinates, batch.coordinates))
-        self._launch(stages.mass_matrix, [model, state, self._workspace], [mass])
-        outputs = [self._needed, self._followed, *self._wrench, self._turned]
-        self._launch(dynamics.inverse_dynamics, [model, state, self._workspace, self._no_rate, self._no_loads], outputs)
-        self._look_at_muscles(model, state)
-        given = extension.parameters, extension.by_joint, extension.by_body
-        inputs = [model, state, frames, layout, batch.due, *given, extension.memory, batch.numbers, batch.work]
-        self._launch(gather.gather_tasks, [*inputs, self._pull, self._row], [self._bound])
-        inputs = [model, state, frames, layout, batch.due, *given[:2], batch.columns, self._moment_arm, self._active]
-        self._launch(
-            gather.gather_forces, [*inputs, self._passive, self._needed, self._bound, self._row], [batch.numbers]
-        )
-        batch.solve()
-        found = batch.control, batch.acceleration, batch.iterations
-        self._launch(gather.tell_muscles, [model, state, layout, batch.due, batch.numbers, *found], [extension.memory])
+        due = since % self.every == 0
+        chosen = running if due.all() else running[due]
+        if not len(chosen):
+            return
+        parts = self._parts_of(chosen)
+        if len(parts) == 1 or not self._compiled:  # threads must not meet in the compiler
+            for part in parts:
+                self._decide(part, model, state, extension)
+            self._compiled = True
+            return
+        launched = [self._pool.submit(self._decide, part, model, state, extension) for part in parts]
+        wait(launched)  # also for those behind one that fails, so that the state is at rest then
+        for one in launched:
+            one.result()
 
-    def _look_at_muscles(self, model: structs.Model, state: structs.State) -> None:
+    def _parts_of(self, chosen: Integers) -> list[wp.array]:
+        """The instances that decide, on the device, shared out; kept for the next decision of the same ones."""
+        if self._shared[0] is not chosen:
+            count = max(min(self._threads, len(chosen) // LEAST), 1)
+            parts = [wp.array(part, dtype=int, device=self._device) for part in np.array_split(chosen, count)]
+            self._shared = chosen, parts
+        return self._shared[1]
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self._threads)
+
+    def _decide(self, chosen: wp.array, model: structs.Model, state: structs.State, extension: Any) -> None:
+        """Let these instances decide."""
+        batch, frames, layout = self.batch, self._frames, self._layout
+        mass = batch.numbers.mass.reshape((self._instances, batch.coordinates, batch.coordinates))
+        outputs = [frames, mass, self._needed, self._followed, *self._wrench, self._turned]
+        inputs = [chosen, model, state, self._workspace, self._no_rate, self._no_loads]
+        self._launch(look_at_bodies, len(chosen), inputs, outputs)
+        self._look_at_muscles(chosen, model, state)
+        given = extension.parameters, extension.by_joint, extension.by_body
+        inputs = [chosen, model, state, frames, layout, *given, extension.memory, batch.numbers, batch.work]
+        self._launch(gather.gather_tasks, len(chosen), [*inputs, self._pull, self._row], [self._bound])
+        inputs = [chosen, model, state, frames, layout, *given[:2], batch.columns, self._moment_arm, self._active]
+        inputs += [self._passive, self._needed, self._bound, self._row]
+        self._launch(gather.gather_forces, len(chosen), inputs, [batch.numbers])
+        batch.solve(chosen)
+        found = batch.control, batch.acceleration, batch.iterations
+        inputs = [chosen, model, state, layout, batch.numbers, *found]
+        self._launch(gather.tell_muscles, len(chosen), inputs, [extension.memory])
+
+    def _look_at_muscles(self, chosen: wp.array, model: structs.Model, state: structs.State) -> None:
         """Moment arms and forces of all muscles, with rigid tendons."""
         if self._muscles is None:
             return
-        paths = muscle_moments.muscle_moments_of(self._muscles.paths)
         outputs = [self._arm, self._length, self._speed, self._moment_arm]
-        self._launch(paths, [model, state, self._workspace, self._levers], outputs)
-        forces = muscle_moments.fibre_forces_of(self._muscles.curves, self._muscles.special_curves)
-        shape = self._instances, len(self._structure.actuation.muscles)
-        inputs = [model, self._no_tendon, self._length, self._speed]
-        wp.launch(forces, shape, inputs, [self._fibre, self._active, self._passive], device=self._device)
+        moments = chosen_moments_of(self._muscles.paths)
+        self._launch(moments, len(chosen), [chosen, model, state, self._workspace, self._levers], outputs)
+        forces = chosen_forces_of(self._muscles.curves, self._muscles.special_curves)
+        shape = len(chosen), len(self._structure.actuation.muscles)
+        inputs = [chosen, model, self._no_tendon, self._length, self._speed]
+        self._launch(forces, shape, inputs, [self._fibre, self._active, self._passive])
 
-    def _launch(self, kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
-        wp.launch(kernel, self._instances, inputs, outputs, device=self._device)
+    def _launch(self, kernel: Any, shape: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        wp.launch(kernel, shape, inputs, outputs, device=self._device)
 
 
 def foot_points(model: structs.Model) -> list[tuple[int, int]]:
