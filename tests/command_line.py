@@ -49,13 +49,13 @@ def as_in_a_process(words: list[str], folder: Path) -> Iterator[None]:
             kept.enter_context(patch.object(trusted_code, "_folders", []))
             kept.enter_context(patch.object(trusted_code, "_everything", False))
             kept.enter_context(patch.object(kernel_cache, "_listeners", []))
+            kept.enter_context(patch.object(gc, "freeze"))  # what tests have frozen stays so, and nothing else
             kept.enter_context(warnings.catch_warnings())
             warnings.resetwarnings()
             yield
     finally:
         os.chdir(before)
         gc.set_threshold(*threshold)
-        gc.unfreeze()
         for number, handler in handlers.items():
             signal.signal(number, handler)
         for name in [name for name, module in sys.modules.items() if _is_of(folder, module)]:

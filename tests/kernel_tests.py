@@ -57,6 +57,8 @@ def start() -> None:
 
     wp.Module.load = counted
     leave_out_unused_adjoints()
+    remember_overloads()
+    walk_structures_once()
     if compile_ is not None:  # it is Warp's own affair; without it, workers compile what they have in common each
         wp.Module._compile = once
 
@@ -80,6 +82,51 @@ def leave_out_unused_adjoints() -> None:
         return made(self, device, **options)
 
     builder.codegen = with_what_is_used
+
+
+def remember_overloads() -> None:
+    """Have Warp look once for the built-in function that suits arguments of certain types, not at every call.
+
+    A step has thousands of calls, and each is compared with up to a hundred functions: a third of its translation.
+    """
+    from warp._src import codegen
+
+    find, found = getattr(codegen.Adjoint, "resolve_func", None), {}
+    if find is None:  # another Warp
+        return
+
+    def remembered(self: Any, func: Any, arg_types: Any, kwarg_types: Any, *others: Any) -> Any:
+        if not func.is_builtin():  # functions of ours may be made anew for these types
+            return find(self, func, arg_types, kwarg_types, *others)
+        asked = func, arg_types, tuple(kwarg_types.items()), others
+        try:
+            return found[asked]
+        except KeyError:
+            return found.setdefault(asked, find(self, func, arg_types, kwarg_types, *others))
+        except TypeError:  # a type that is no key
+            return find(self, func, arg_types, kwarg_types, *others)
+
+    codegen.Adjoint.resolve_func = remembered
+
+
+def walk_structures_once() -> None:
+    """Have Warp look once for the types of a structure's fields in a module, not for each variable of the structure."""
+    from warp._src import codegen, context
+
+    collect = getattr(context.ModuleBuilder, "_collect_native_types", None)
+    if collect is None:  # another Warp
+        return
+
+    def once(self: Any, var_type: Any) -> None:
+        kind = codegen.strip_reference(var_type)
+        if isinstance(kind, codegen.Struct):
+            walked = self.__dict__.setdefault("structures_walked", set())
+            if kind in walked:
+                return
+            walked.add(kind)
+        collect(self, kind)
+
+    context.ModuleBuilder._collect_native_types = once
 
 
 def _is_of_a_kind_or_test(module: Any) -> bool:

@@ -1,15 +1,19 @@
 """The documentation is true: its blocks run, its commands parse, its tables of TOML are scenes, its words are spelt."""
 
+import ast
 import os
+import re
 import shlex
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import jsonschema
 import pytest
-from pages import PAGES, ROOT, SHELL, Block, blocks, is_ours
+from pages import PAGES, ROOT, SHELL, Block, blocks, is_ours, split
 from typer.main import get_command
 
 from command_line import as_in_a_process
@@ -84,6 +88,58 @@ def test_an_option_that_is_not_there_would_be_noticed():
 def test_tools_that_pages_name_are_there():
     assert len(TOOLS) > 5
     assert [path for path in TOOLS if not (ROOT / path).exists()] == []
+
+
+def tool_commands(page: Path) -> list[list[str]]:
+    """Words of the commands that start a tool on a page, in blocks and within its text, from the tool on."""
+    spans = [
+        " ".join(span.split())
+        for span in re.findall(r"`([^`]+)`", re.sub("```.*?```", "", page.read_text(), flags=re.S))
+    ]
+    inline = [words for span in spans if "python tools/" in span for words in split(span)]
+    shown = [words for block in blocks(page) if block.language in SHELL for words in block.commands]
+    starts = [
+        (words, [i for i, word in enumerate(words) if re.fullmatch(r"tools/[a-z_/\d]+\.py", word)])
+        for words in inline + shown
+    ]
+    return [words[at[0] :] for words, at in starts if at]
+
+
+@cache
+def options_of(tool: Path) -> set[str]:
+    """Options that a script, or what it imports from beside it, writes out or has Typer make of its arguments."""
+    tree = ast.parse(tool.read_text())
+    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    beside = [file for module in modules if (file := tool.parent / f"{module}.py").exists()]
+    return set().union(*(_options(one) for one in [tree, *(ast.parse(file.read_text()) for file in beside)]))
+
+
+def _options(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith("-"):
+            yield from re.findall(r"(?<![\w-])--?[a-z][\w-]*", node.value)
+        elif isinstance(node, ast.FunctionDef):
+            given = node.args.args[len(node.args.args) - len(node.args.defaults) :] + node.args.kwonlyargs
+            given += [one for one in node.args.args if one.annotation and "Option" in ast.unparse(one.annotation)]
+            yield from (f"--{no}{argument.arg.replace('_', '-')}" for argument in given for no in ("", "no-"))
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if tool_commands(page)], ids=lambda page: page.name)
+def test_tools_have_the_options_that_pages_give_them(page: Path):
+    wrong = [
+        f"{words[0]} {word}"
+        for words in tool_commands(page)
+        for word in words[1:]
+        if re.match("--?[a-z]", word) and word.partition("=")[0] not in options_of(ROOT / words[0])
+    ]
+    assert wrong == []
+
+
+def test_an_option_that_a_tool_has_not_would_be_noticed():
+    assert {"--population", "--json"} <= options_of(ROOT / "tools" / "bench_optimize.py")
+    assert "--nonsense" not in options_of(ROOT / "tools" / "bench_optimize.py")
+    page = ROOT / "docs" / "benchmarks.md"
+    assert ["tools/bench_optimize.py", "walk56", "--population", "5000"] in tool_commands(page)
 
 
 @pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=named)

@@ -1,6 +1,7 @@
 """Where episodes start, and what is wanted in them."""
 
 from itertools import pairwise
+from threading import Event
 
 import msgspec
 import numpy as np
@@ -10,8 +11,9 @@ import warp as wp
 from warpmuscle import Rollout
 from warpmuscle.core.arrays import instance_zeros
 from warpmuscle.formats import load
-from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning import EpisodeBatch, Task, Variation, episodes
 from warpmuscle.learning.starts import RowTable
+from warpmuscle.simulation.stepper import Stepper
 
 
 def test_episodes_start_in_states_of_the_gait_that_the_scene_makes():
@@ -35,6 +37,22 @@ def test_episodes_start_in_states_of_the_gait_that_the_scene_makes():
         np.testing.assert_allclose(got.coordinates.numpy()[instance], coordinates, atol=1e-4)
         np.testing.assert_allclose(got.speeds.numpy()[instance], speeds, atol=2e-2)
     assert (got.muscles.sensed.numpy()[:, :, 0] > 0.0).all()
+
+
+def test_the_kernels_of_policy_and_controller_are_made_ready_side_by_side(monkeypatch):
+    makes_gait, load_kernel, waited = Event(), Stepper.load, []
+    controller_gait = episodes.controller_gait
+
+    def while_the_other_begins(stepper: Stepper) -> None:
+        waited.append(makes_gait.wait(20.0))
+        load_kernel(stepper)
+
+    monkeypatch.setattr(Stepper, "load", while_the_other_begins)
+    monkeypatch.setattr(episodes, "controller_gait", lambda *given: (makes_gait.set(), controller_gait(*given))[1])
+    scene = msgspec.structs.replace(load("reflex_planar"), duration=0.8)
+    variation = Variation(start_states=1, start_after=0.1)
+    EpisodeBatch(scene, 1, "cpu", Task(variation=variation, episode_time=0.02), threads=1)
+    assert waited == [True]
 
 
 def test_velocity_noise_has_the_deviation_that_is_asked_for_and_differs_between_episodes():

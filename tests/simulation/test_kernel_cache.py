@@ -55,6 +55,13 @@ def test_who_wants_to_know_is_told_what_is_compiled_and_when_that_is_done(scene,
     with kernel_cache.compiling_reported("joints for cpu"):
         assert heard == ["joints for cpu"]
     assert heard == ["joints for cpu", "done"]
+    first, second = (kernel_cache.compiling_reported(what) for what in ("first", "second"))
+    for manager in (first, second):
+        manager.__enter__()
+    for manager in (first, second):  # which ends before the one that began later
+        assert heard[2:] == ["first"]
+        manager.__exit__(None, None, None)
+    assert heard[2:] == ["first", "done"]
     Rollout(scene, 1, "cpu", threads=1).load()
     Rollout(scene, 1, "cpu", threads=1).load()
     heard.clear()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import msgspec
@@ -133,8 +134,11 @@ class EpisodeBatch:
         self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
         self._stepper = self._stepper_of(self._variants.model)
-        self._stepper.load()  # which may take long: what a task says wrongly has been said by now
-        own, imitation = self._controller_gait(gait is None), self.task.imitation
+        # Kernels may take long, and are compiled side by side; what a task says wrongly has been said by now.
+        with ThreadPoolExecutor(1, thread_name_prefix="kernel") as pool:
+            loading = pool.submit(self._stepper.load)
+            own, imitation = self._controller_gait(gait is None), self.task.imitation
+            loading.result()
         of_people = imitation is not None and by_norm_alone(self.scene, imitation)
         if gait is None and imitation is not None and imitation.file:
             gait = recorded_gait(rollout, imitation, body)

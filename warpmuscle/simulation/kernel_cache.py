@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import warp as wp
@@ -19,6 +20,9 @@ def is_compiled(kernel: Any, device: Any, block_dim: int) -> bool:
 
 
 _listeners: list[Callable[[str], Callable[[], None]]] = []
+_compiled_now: list[str] = []
+_ends: list[Callable[[], None]] = []  # of what listeners were told
+_telling = Lock()
 
 
 def tell_of_compiling(listener: Callable[[str], Callable[[], None]]) -> None:
@@ -29,10 +33,15 @@ def tell_of_compiling(listener: Callable[[str], Callable[[], None]]) -> None:
 
 @contextmanager
 def compiling_reported(what: str) -> Iterator[None]:
-    """Tell all listeners while a kernel is compiled."""
-    done = [listener(what) for listener in _listeners]
+    """Tell all listeners while a kernel is compiled; of several side by side, of the first until the last is done."""
+    with _telling:
+        if not _compiled_now:
+            _ends[:] = [listener(what) for listener in _listeners]
+        _compiled_now.append(what)
     try:
         yield
     finally:
-        for end in done:
-            end()
+        with _telling:
+            _compiled_now.remove(what)
+            for end in _ends if not _compiled_now else ():
+                end()
