@@ -24,6 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 import warp as wp
+from opensim_static_optimization import analyze, write_reserves
 
 from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import ActivationOptions
@@ -97,58 +98,21 @@ def opensim_seconds(model: Path, motion: Path, loads: Path, times: Any, step: in
     import opensim
 
     opensim.Logger.setLevelString("off")
-    with TemporaryDirectory() as folder:
-        reserves, loaded = opensim.ForceSet(), opensim.Model(str(model))
-        coordinates = loaded.getCoordinateSet()
-        for k in range(coordinates.getSize()):
-            name = coordinates.get(k).getName()
-            one = opensim.CoordinateActuator(name)
-            one.setName(f"{name}_reserve")
-            one.setOptimalForce(100.0 if name.startswith("pelvis") else 1.0)
-            one.setMinControl(-1000.0)
-            one.setMaxControl(1000.0)
-            reserves.cloneAndAppend(one)
-        file = Path(folder) / "reserves.xml"
-        reserves.printToXML(str(file))
+    loaded = opensim.Model(str(model))
+    coordinates = loaded.getCoordinateSet()
+    names = [coordinates.get(k).getName() for k in range(coordinates.getSize())]
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        file = folder / "reserves.xml"
+        write_reserves({name: 100.0 if name.startswith("pelvis") else 1.0 for name in names}, file)
         half, took = len(times) // (2 * step) * step, []
         for end in (times[half], times[-1]):
             start = time.process_time()
-            _opensim_activations(opensim, model, motion, loads, float(times[0]), float(end), folder, file, step)
+            wanted = opensim.StaticOptimization()
+            wanted.setStepInterval(step)
+            analyze(model, motion, loads, file, [wanted], (float(times[0]), float(end)), folder)
             took.append(time.process_time() - start)
     return (took[1] - took[0]) / ((len(times) - 1 - half) // step)
-
-
-def _opensim_activations(
-    opensim: Any,
-    model: Path,
-    motion: Path,
-    loads: Path,
-    begin: float,
-    end: float,
-    folder: str,
-    reserves: Path,
-    every: int,
-) -> None:
-    tool = opensim.AnalyzeTool()
-    tool.setModelFilename(str(model))
-    tool.setCoordinatesFileName(str(motion))
-    tool.setExternalLoadsFileName(str(loads))
-    files = opensim.ArrayStr()
-    files.append(str(reserves))
-    tool.setForceSetFiles(files)
-    tool.setReplaceForceSet(False)
-    tool.setFinalTime(end)
-    tool.setInitialTime(begin)
-    tool.setLowpassCutoffFrequency(-1.0)
-    tool.setResultsDir(folder)
-    wanted = opensim.StaticOptimization()
-    wanted.setStartTime(begin)
-    wanted.setEndTime(end)
-    wanted.setStepInterval(every)
-    tool.updAnalysisSet().cloneAndAppend(wanted)
-    file = Path(folder) / "setup.xml"
-    tool.printToXML(str(file))
-    opensim.AnalyzeTool(str(file)).run()
 
 
 def main(

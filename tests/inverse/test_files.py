@@ -30,6 +30,15 @@ def test_markers_keep_their_times_gaps_and_places(tmp_path):
     assert np.nanmax(np.abs(found.positions - places)) < 1e-8
 
 
+def test_names_of_markers_may_stand_once_a_column_and_the_row_of_axes_be_left_out(tmp_path):
+    lines = trc_text(Markers(("a", "b", "c"), TIMES, PLACES)).splitlines()
+    lines[3:6] = ["Frame#\tTime\t" + "\t".join(f"{name}_{axis}" for name in "abc" for axis in "xyz")]
+    (tmp_path / "m.trc").write_text("\n".join(lines) + "\n")
+    found = read_markers(tmp_path / "m.trc")
+    assert found.names == ("a", "b", "c")
+    assert found.positions == pytest.approx(PLACES, abs=1e-8)
+
+
 def test_times_that_were_rounded_are_even_again(tmp_path):
     text = trc_text(Markers(("a", "b", "c"), TIMES, PLACES))
     for time in TIMES:

@@ -60,6 +60,19 @@ def test_a_table_alone_has_its_plates_by_the_names_of_columns(tmp_path):
     assert not found.plates[1].moment.any()
 
 
+@pytest.mark.parametrize("moments", ["ground_moment_1_m", "ground_torque_1_", "ground_moment_1_"])
+def test_moments_of_a_plate_may_be_called_so_beside_its_forces(tmp_path, moments):
+    columns = [f"{start}{axis}" for start in ("ground_force_1_v", "ground_force_1_p", moments) for axis in "xyz"]
+    (plate,) = read_loads(written(tmp_path, columns)).plates
+    assert (plate.name, plate.moment[0].tolist()) == ("ground_force_1_", [7.0, 8.0, 9.0])
+
+
+def test_a_force_without_a_point_acts_at_the_origin_of_its_body(tmp_path):
+    written(tmp_path)
+    (plate,) = read_loads(described(tmp_path, point_identifier="")).plates
+    assert (plate.point_on, plate.point.any()) == ("calcn_r", False)
+
+
 def test_a_force_that_is_switched_off_is_left_out(tmp_path):
     written(tmp_path)
     with pytest.raises(Error, match="describes no force that is applied"):

@@ -142,7 +142,7 @@ def inverse(
 def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff: float | None) -> dict[str, str]:
     """How a result was made, as attributes of its file."""
     about = {"command": command_line(), "model": model, "steps": ",".join(steps)}
-    return about | {"options": json.dumps(_plain(options)), "filter": "none" if cutoff is None else f"{cutoff:g} Hz"}
+    return about | {"options": json.dumps(vars(options)), "filter": "none" if cutoff is None else f"{cutoff:g} Hz"}
 
 
 def _tracking(
@@ -227,11 +227,6 @@ class _notes(warnings.catch_warnings):
         warnings.simplefilter("always", UserWarning)
         warnings.simplefilter("ignore", SceneWarning)  # of free runs, which nothing here is
         warnings.showwarning = show  # type: ignore[assignment]
-
-
-def _plain(options: Any) -> dict[str, Any]:
-    """Options as JSON has them."""
-    return {name: getattr(options, name) for name in options.__dataclass_fields__}
 
 
 def _tell(trial: Trial) -> None:

@@ -109,7 +109,7 @@ class BodyModel:
         self._muscles: dict[str, Muscle] = dict(character.muscles)
         self.muscles = tuple(self._muscles)
         self.pulls = np.array([not is_cable(muscle) for muscle in self._muscles.values()], dtype=bool)
-        self.table = path_table(self._muscles, self.topology, character)
+        self.table = path_table(self._muscles, self.topology, character, couples=True)
         columns = np.array(self.table.levers(self.topology.speed_start), dtype=np.int64).reshape(-1, 5).T
         self._levers: Integers = columns[:3]
         self.lever_muscle, self.lever_speed = columns[3], columns[4]

@@ -106,6 +106,8 @@ def _described(element: Element) -> _Described | None:
             return None
     frames = [word(f"{what}_expressed_in_body") for what in ("force", "point")]
     body = word("applied_to_body").rpartition("/")[2]
+    if word("force_identifier") and not word("point_identifier"):
+        frames[1] = body  # where OpenSim lets it act at the origin
     if not body:
         element.fail("names no <applied_to_body>")
     found = _Described(
@@ -142,8 +144,9 @@ def _guessed(table: Table) -> list[_Described]:
 
 def _moments(start: str) -> list[str]:
     """What columns of moments may begin with beside those of a plate's forces."""
-    swapped = start.replace("force", "torque").replace("Force", "Torque")
-    return [f"{start}m", f"{start}_m", f"{start}torque_", f"{start}moment_", f"{swapped}_", swapped, f"{start}t"]
+    torque, moment = (start.replace("force", word).replace("Force", word.title()) for word in ("torque", "moment"))
+    own = [f"{start}m", f"{start}_m", f"{start}torque_", f"{start}moment_", f"{torque}_", torque, f"{start}t"]
+    return own + [f"{moment}{end}" for end in ("m", "_m", "_", "")] + [f"{torque}{end}" for end in ("m", "t")]
 
 
 def _loads(table: Table, described: Sequence[_Described]) -> Loads:

@@ -97,13 +97,16 @@ def _trc(path: Path) -> Read:
     unit = values["Units"].strip() if "Units" in values else "mm"
     if unit not in UNITS:
         raise SignalError(f"unit {unit!r} is not known; use {', '.join(UNITS)}", file=path, line=3)
-    names = tuple(cell.strip() for cell in lines[3].split("\t")[2:] if cell.strip())
+    names = _once(tuple(cell.strip() for cell in lines[3].split("\t")[2:] if cell.strip()), values.get("NumMarkers"))
     _check_promised(path, values, "NumMarkers", len(names))
+    head = TRC_HEAD - (lines[TRC_HEAD - 1].partition("\t")[0].strip().isdigit())  # some leave out the row of X1, Y1, Z1
     check_size("samples", 3 * len(names) * len(lines), lambda text: SignalError(text, file=path))
     rows, written = [], []
-    for number, line in enumerate(lines[TRC_HEAD:], start=TRC_HEAD + 1):
+    for number, line in enumerate(lines[head:], start=head + 1):
         if not line.strip():
             continue
+        if "\t" not in line:
+            raise SignalError("there are no tabs between the columns of this row", file=path, line=number)
         cells = line.rstrip("\r\n").split("\t")[1 : 2 + 3 * len(names)]
         cells += [""] * (1 + 3 * len(names) - len(cells))
         try:
@@ -115,6 +118,14 @@ def _trc(path: Path) -> Read:
     table = np.array(rows, dtype=np.float64).reshape(-1, 1 + 3 * len(names))
     time = _even(table[:, 0], written, values.get("DataRate", ""))
     return time, names, _positions(table[:, 1:], path), unit
+
+
+def _once(names: tuple[str, ...], promised: str | None) -> tuple[str, ...]:
+    """Names of markers, which some programs write once a column: as `RASI_x`, `RASI_y`, `RASI_z`."""
+    stems = tuple(name[:-1].rstrip("_-. ") for name in names[::3])
+    axes = [(name[:-1].rstrip("_-. "), name[-1:].lower()) for name in names]
+    each = [(stem, axis) for stem in stems for axis in "xyz"]
+    return stems if all(stems) and axes == each and (promised or "").strip() == str(len(stems)) else names
 
 
 def _check_promised(path: Path, head: Mapping[str, str], key: str, count: int) -> None:

@@ -78,8 +78,14 @@ class PathTable:
         return [c for c in (point.condition for point in self.points[a : b + 1]) if c is not None]
 
 
-def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Character) -> PathTable:
+def path_table(
+    paths: Mapping[str, MusclePath], names: Topology, character: Character, couples: bool = False
+) -> PathTable:
     """Number points and segments, and find the muscles that act on each joint; fixed joints have none.
+
+    Args:
+        couples: whether a path round several surfaces acts on joints that carry all of it, too, where others act, as
+            OpenSim's paths do (see `kernels.path.route_walk`).
 
     Raises:
         SceneError: an unknown body or joint, fewer than two points, or a point or condition that cannot be used.
@@ -92,7 +98,7 @@ def path_table(paths: Mapping[str, MusclePath], names: Topology, character: Char
         _add_segments(table, path)
     for i, joint in enumerate(names.joints, 1):
         if joint_type(character.joints[joint]).moves:
-            _add_crossings(table, i, paths, names, character)
+            _add_crossings(table, i, paths, names, character, couples)
     return table
 
 
@@ -120,11 +126,12 @@ def _add_segments(table: PathTable, path: MusclePath) -> None:
 
 
 def _add_crossings(
-    table: PathTable, joint: int, paths: Mapping[str, MusclePath], names: Topology, character: Character
+    table: PathTable, joint: int, paths: Mapping[str, MusclePath], names: Topology, character: Character, couples: bool
 ) -> None:
     """Find the muscles that act on a joint, the number of the body that it carries."""
     movers = [i for i, driver in enumerate(names.driver) if driver == joint]  # some before it, if they follow it
     beyond = [(mover, _beyond(mover, names)) for mover in movers]
+    found, crossed = [], False
     for muscle, path in enumerate(paths.values()):
         segments = range(table.segment_start[muscle], table.segment_start[muscle + 1])
         terms = tuple(
@@ -132,14 +139,18 @@ def _add_crossings(
         )
         own = range(table.pulley_start[muscle], table.pulley_start[muscle + 1])
         over = tuple(k for k in own if table.pulleys[k].joint == names.joints[joint - 1])
-        levers, acts = _levers(path, joint, beyond, names, character)
-        if terms or over or acts:
-            table.crossings.append(Crossing(joint, muscle, terms, over, levers))
+        levers, acts = _levers(path, joint, beyond, names, character, couples)
+        crossed |= bool(terms or over or acts)
+        if terms or over or acts or levers:
+            found.append(Crossing(joint, muscle, terms, over, levers))
+    if crossed:
+        table.crossings.extend(found)
 
 
 def _levers(
-    path: MusclePath, joint: int, beyond: list[tuple[int, set[str]]], names: Topology, character: Character
-) -> tuple[tuple[tuple[int, int], ...], bool]:
+    path: MusclePath, joint: int, beyond: list[tuple[int, set[str]]], names: Topology, character: Character,
+    couples: bool,
+) -> tuple[tuple[tuple[int, int], ...], bool]:  # fmt: skip
     """What of a route moves with a joint, see `Crossing.levers`; and whether a route or polynomial depends on it."""
     if not isinstance(path, Muscle):
         return (), False
@@ -148,9 +159,10 @@ def _levers(
         return (), name in path.polynomial.joints
     if not is_route(path):
         return (), False
-    stops = [(mover, stops_beyond(path, bodies, character)) for mover, bodies in beyond]
-    levers = tuple((mover, bits) for mover, bits in stops if bits)
-    return levers, bool(levers) or moved_by(path, name)
+    turns = couples and character.wrapping == "opensim" and len(path.wraps) > 1
+    stops = [(mover, *stops_beyond(path, bodies, character)) for mover, bodies in beyond]
+    levers = tuple((mover, bits) for mover, bits, whole in stops if bits and (turns or not whole))
+    return levers, any(bits and not whole for _, bits, whole in stops) or moved_by(path, name)
 
 
 def _check(key: str, path: MusclePath, character: Character) -> None:

@@ -89,12 +89,12 @@ def fixed_segments(muscle: Muscle) -> list[tuple[int, int]]:
     return [(b - 1, b) for b in range(1, len(muscle.path)) if fixed(b)]
 
 
-def stops_beyond(muscle: Muscle, beyond: set[str], character: Character) -> int:
-    """The stops of a route that are on some bodies, a bit each (see `structs.Lever`); 0 if none or all are."""
+def stops_beyond(muscle: Muscle, beyond: set[str], character: Character) -> tuple[int, bool]:
+    """The stops of a route that are on some bodies, a bit each (see `structs.Lever`), and whether these are all."""
     bits = {k: point.body for k, point in enumerate(muscle.path)}
     bits |= {WRAP_BIT + k: character.surfaces[wrap.surface].body for k, wrap in enumerate(muscle.wraps)}
     on = [bit for bit, body in bits.items() if body in beyond]
-    return sum(1 << bit for bit in on) if len(on) < len(bits) else 0
+    return sum(1 << bit for bit in on), len(on) == len(bits)
 
 
 def moved_by(muscle: Muscle, joint: str) -> bool:

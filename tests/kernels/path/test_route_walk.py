@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 
-from muscle_arm import arm, muscle
+from muscle_arm import arm, leg, muscle
+from warpmuscle.core.pose import from_rotation_vector, rotate
 from warpmuscle.inverse.body_model import BodyModel
+from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import prepare
 from warpmuscle.inverse.reactions.joint_reactions import muscle_wrenches
 from warpmuscle.inverse.trial import Coordinates
-from warpmuscle.scene import Condition, PointMotion, ViaPoint
+from warpmuscle.scene import Condition, CylinderSurface, PointMotion, ViaPoint, Wrap
+from warpmuscle.scene.wrapping import route
+from warpmuscle.scene.wrapping.touch import THROUGH
 from warpmuscle.simulation.stages import MusclePaths, Stages
 
 Q = np.linspace(-1.2, 1.2, 25)  # rad, of the elbow about x
@@ -115,3 +119,79 @@ def test_a_muscle_pulls_on_bodies_where_its_moving_points_are_however_these_move
         pull = tension * (middle - end) / np.linalg.norm(middle - end)
         np.testing.assert_allclose(force[k, 1], pull, atol=1e-3)
         np.testing.assert_allclose(moment[k, 1], np.cross(end, pull), atol=1e-3)
+
+
+POSES = 60
+
+
+def test_a_route_round_two_surfaces_pulls_at_its_last_places_along_segments_between_the_first(monkeypatch):
+    """In float64, from velocities of points: moment arms, those of the hip that it does not cross, and the speed."""
+    scene = leg()
+    character = scene.character
+    character.wrapping = "opensim"
+    character.surfaces = {
+        "condyle": CylinderSurface("thigh", (0.0, -0.18, 0.0), 0.03, 0.4, (0.1, 1.4, 0.2)),
+        "shin": CylinderSurface("shank", (0.0, 0.1, -0.01), 0.03, 0.4, (0.2, 1.5, 0.1)),
+    }
+    long = muscle(("thigh", (0.01, 0.05, -0.04)), ("shank", (0.0, -0.05, -0.035)))
+    long.wraps = [Wrap("condyle"), Wrap("shin")]
+    character.muscles = {"long": long, "hip": character.muscles["hip"]}
+    rng = np.random.default_rng(3)
+    q, v = np.zeros((POSES, 12)), rng.normal(size=(POSES, 4))
+    q[:, 6] = 1.0
+    q[:, 7:11] = from_rotation_vector(rng.normal(size=(POSES, 3), scale=0.6))
+    q[:, 11] = rng.uniform(-1.2, 0.0, POSES)
+    body = BodyModel(scene, "cpu")
+    frames = body.muscle_frames(States(q, v, np.zeros((POSES, 4)), np.zeros((POSES, 0, 0))), slice(0, POSES))
+    moves = [moving_bodies(scene, q, speeds) for speeds in [v, *np.tile(np.eye(4)[:, None], (1, POSES, 1))]]
+    touch, last = route.touch, {}
+
+    def noted(surface, *given, **named):
+        found = touch(surface, *given, **named)
+        if found.kind == THROUGH:
+            last[surface.body] = found.first, found.second
+        return found
+
+    monkeypatch.setattr(route, "touch", noted)
+    turned = 0
+    for i in range(POSES):
+        last.clear()
+        poses = {name: (moves[0]["position"][i, k], moves[0]["orientation"][i, k])
+                 for k, name in enumerate(("pelvis", "thigh", "shank"))}  # fmt: skip
+        stops = route.route_stops(character, long, poses, {})
+        on = [("thigh", "shank")[stop.point if stop.point >= 0 else stop.wrap] for stop in stops]
+        places = [stop.place for stop in stops]
+        for wrap, surface in enumerate(character.surfaces.values()):
+            for stop, place in zip([k for k, one in enumerate(stops) if one.wrap == wrap], last.get(surface.body, ()),
+                                   strict=False):  # fmt: skip
+                along = rotate(from_rotation_vector(np.array(surface.orientation, float)), place)
+                at, turn = poses[surface.body]
+                places[stop] = at + rotate(turn, np.array(surface.position) + along)
+        growth = np.array([grows(moved, i, on, [stop.place for stop in stops], places) for moved in moves])
+        arms = np.zeros(4)
+        for lever, (number, speed) in enumerate(zip(body.lever_muscle, body.lever_speed, strict=True)):
+            arms[speed] += frames.moment_arm.numpy()[i, lever] * (number == 0)
+        np.testing.assert_allclose(arms, -growth[1:, 0], atol=2e-6)
+        assert frames.speed.numpy()[i, 0] == pytest.approx(growth[0].sum(), abs=5e-6)
+        turned += np.abs(growth[1:4, 0]).max() > 1e-4
+    assert turned > 10
+
+
+def moving_bodies(scene, q: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
+    """Bodies of a scene in some states, as `Stages.forward_kinematics` has them."""
+    stages = Stages(scene, len(q), "cpu")
+    stages.state.coordinates.assign(q.astype(np.float32))
+    stages.state.speeds.assign(v.astype(np.float32))
+    return {name: values.astype(float) for name, values in stages.forward_kinematics().items()}
+
+
+def grows(moved: dict[str, np.ndarray], i: int, on: list[str], first: list, last: list) -> np.ndarray:
+    """How fast segments grow, m/s: those from one body to another, and those within one."""
+    found = np.zeros(2)
+    bodies = [("pelvis", "thigh", "shank").index(name) for name in on]
+    speed = [moved["velocity"][i, k] + np.cross(moved["angular_velocity"][i, k], place - moved["position"][i, k])
+             for k, place in zip(bodies, last, strict=True)]  # fmt: skip
+    for k in range(len(on) - 1):
+        along = first[k + 1] - first[k]
+        found[int(on[k] == on[k + 1])] += (speed[k + 1] - speed[k]) @ along / np.linalg.norm(along)
+    return found

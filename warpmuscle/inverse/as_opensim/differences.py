@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -81,11 +82,10 @@ def _of_pennation(
     options: ActivationOptions, exact: bool,
 ) -> Choice:  # fmt: skip
     """On the pennation of Millard's muscles."""
-    fields = {name: getattr(options, name) for name in options.__dataclass_fields__}
-    fields |= {"rates": False, "emg_weight": 0.0}  # frames far from each other are solved by themselves
+    alone = replace(options, rates=False, emg_weight=0.0)  # frames far from each other are solved by themselves
     without, counted = (
         _listed(static_optimization(body, motions, loads, filter=cutoff, times=times, exact_rates=exact,
-                                    **fields | {"pennation": one}))
+                                    **vars(replace(alone, pennation=one))))
         for one in (False, True)
     )  # fmt: skip
     off = np.concatenate([np.abs(a.activation - b.activation) for a, b in zip(without, counted, strict=True)])

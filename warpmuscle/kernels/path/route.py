@@ -185,6 +185,8 @@ def route_stretch_of(
                 arm[crossing_of] = arm[crossing_of] + r
         if wp.static(not wrench):
             add_crossings(total, muscle, model, work, arm)
+        if wp.static(kind.slips and not wrench):
+            total.speed += lever_arm(pulls.arm, wp.static(levers - 1))[0]
         return total
 
     return route_stretch

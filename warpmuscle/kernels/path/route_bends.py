@@ -47,6 +47,11 @@ class RouteKind(NamedTuple):
         """Whether arcs are all OpenSim's, see `wrap_cylinder.py`."""
         return not self.smooth and not self.exact
 
+    @property
+    def slips(self) -> bool:
+        """Whether speeds of those round several surfaces are OpenSim's, see `route_walk.py`."""
+        return self.as_opensim and self.wraps > 1
+
 
 @cache
 def bends_of(count: int) -> Any:

@@ -1,8 +1,12 @@
 """A walk along a route, from stop to stop: its length, and its moment arms.
 
 OpenSim's path round several surfaces has two places where it reaches or leaves each: segments run between those of the
-first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms. OpenSim leaves
-out of these what a point's motion does to a segment within one body, which may be asked for.
+first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms. Pulls at both
+ends of such a segment are not on one line: they turn bodies that carry both, too, which a lever of an OpenSim route may
+ask for. OpenSim's speed of such a path is that of the second places along the segments between the first ones. There,
+other than for forces, those within one body and along surfaces count; how much faster the path then grows than its
+moment arms say is its slip. OpenSim leaves out of moment arms what a point's motion does to a segment within one body,
+which may be asked for.
 """
 
 from functools import cache
@@ -15,7 +19,7 @@ from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
-from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
+from warpmuscle.kernels.path.path import coordinate_gradient, joint_velocity, offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
 from warpmuscle.kernels.path.route_points import (
     always,
@@ -45,25 +49,26 @@ def pulls_of(count: int) -> Any:
 
 
 def room_of(kind: RouteKind, wrench: bool) -> int:
-    """Rows of moment arms of a route: one a lever, and with a `wrench` one more for its direction."""
-    return max(kind.levers, 1) * (2 if wrench else 1)
+    """Rows of moment arms of a route: one a lever, and with a `wrench` one more for its direction; one for its slip."""
+    return max(kind.levers, 1) * (2 if wrench else 1) + int(kind.slips and not wrench)
 
 
 @cache
 def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
     """The Warp function that adds the moment arms of the segment from a stop, at `a`, to the next one.
 
-    It pulls at `left` and `reached`. Of a joint of one coordinate it adds up what acts on that, see `lever_arm_of`.
+    It pulls at `left` and `reached`; a lever that carries both feels their couple if the segment runs `across` from one
+    body to another. Of a joint of one coordinate it adds up what acts on that, see `lever_arm_of`.
     What is compiled in is that of `walk_of`.
     """
     levers = room_of(kind, wrench)
     with_sum, pulls_struct = rows_of(levers).with_sum, pulls_of(levers)
-    apart = kind.smooth and kind.wraps > 1 and not kind.exact
+    apart, couples = kind.wraps > 1 and not kind.exact, kind.slips
 
     @wp.func(inline=True)
     def act(
         instance: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int,
-        stop: int, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
+        stop: int, across: bool, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
         for k in range(span.first_lever, span.end_lever):
             lever = model.routes.lever[nonnegative(k)]
@@ -81,6 +86,13 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
                     if has_motion(model.skeleton.plan[joint].joint_type):
                         r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
                 pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
+            elif wp.static(couples):  # noqa: SIM102, with `and` it would be compiled in all the same
+                if across and (lever.beyond >> stop) & 1 == 1:
+                    r = wp.cross(reached - left, direction)
+                    if wp.static(coordinate_joints and not wrench):  # noqa: SIM102, as above
+                        if has_motion(model.skeleton.plan[nonnegative(lever.joint)].joint_type):
+                            r = wp.vec3(effort_on(nonnegative(lever.joint), r, wp.vec3(0.0), work), 0.0, 0.0)
+                    pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
 
     return act
 
@@ -108,6 +120,38 @@ def lever_arm_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
         return r
 
     return lever_arm
+
+
+@func
+def turning(body: int, work: ScratchRef) -> wp.vec3:
+    """Angular velocity of a body, rad/s, world, without what it gained in the last half step."""
+    return work.angular_velocity[nonnegative(body)] - work.lag_angular[nonnegative(body)]
+
+
+@func
+def slip(
+    span: RouteSpan, before: int, stop: int, body_before: int, body: int, turn: wp.vec3, model: ModelRef,
+    work: ScratchRef,
+) -> float:  # fmt: skip
+    """How much faster a segment of an OpenSim route grows than its levers say, m/s.
+
+    Args:
+        turn: m, the way between its ends of the last round, times its direction in the first.
+    """
+    one = int(body_before)
+    other = int(body)
+    while one != other:
+        if one > other:
+            one = model.skeleton.plan[nonnegative(one)].parent
+        else:
+            other = model.skeleton.plan[nonnegative(other)].parent
+    rate = turning(one, work)
+    if body != body_before:
+        for k in range(span.first_lever, span.end_lever):
+            lever = model.routes.lever[nonnegative(k)]
+            if ((lever.beyond >> stop) & 1) + ((lever.beyond >> before) & 1) == 2:
+                rate -= joint_velocity(nonnegative(lever.joint), model, work)
+    return wp.dot(rate, turn)
 
 
 @cache
@@ -220,6 +264,8 @@ def walk_of(
     counts, place = stops_of(kind, acting and kind.motions > 0 and not wrench)
     slopes_struct = slopes_of(max(kind.motions, 1))
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
+    slips, last = kind.slips and acting and not wrench, room_of(kind, wrench) - 1
+    bodies, with_sum = (motions and across) or kind.slips, rows_of(last + 1).with_sum
     act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
     pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
     row, number, arc_of, share_of = rows.row, rows.number, rows.length, in_branches if kind.branches else as_it_is
@@ -259,7 +305,7 @@ def walk_of(
                 b = place(instance, span, stop, placed, model, state, work, slopes)
                 reached = b
                 fixed = model.routes.point[span.first_point + stop].fixed
-            if wp.static(motions and across):
+            if wp.static(bodies):
                 body = body_of(span, stop, onto, model)
             share = share_of(instance, span, stop, next_point, model)
             if before != NOWHERE and fixed == 0:
@@ -268,7 +314,24 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(instance, span, a, left, reached, direction, before, stop, model, work, pulls)
+                    act(
+                        instance,
+                        span,
+                        a,
+                        left,
+                        reached,
+                        direction,
+                        before,
+                        stop,
+                        body != body_before,
+                        model,
+                        work,
+                        pulls,
+                    )
+                    if wp.static(slips):
+                        turn = wp.cross(reached - left, direction)
+                        faster = slip(span, before, stop, body_before, body, turn, model, work)
+                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(faster, 0.0, 0.0))
                     if wp.static(motions):
                         moves = wp.bool(True)
                         if wp.static(across):
@@ -289,6 +352,11 @@ def walk_of(
                     left = a
                     if wp.static(count > 1) and number(bends.kept, onto) == 1:
                         a = row(bends.kept_second, onto)
+                    if wp.static(slips):
+                        along = a - b
+                        turn = wp.cross(left - reached, along * (share / wp.max(wp.length(along), SHORTEST)))
+                        faster = wp.dot(turning(body, work), turn)
+                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(faster, 0.0, 0.0))
                 onto = bend_after(stop, wraps, bends.after)
         return total
 
