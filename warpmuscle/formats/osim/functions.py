@@ -113,10 +113,12 @@ def read_function(element: Element) -> Function:
         value = element.child("value")
         return Function((value.number() if value is not None else 0.0,))
     if kind == "linearfunction":
-        slope, offset = _coefficients(element, 2)
+        slope, offset = (1.0, 0.0) if element.child("coefficients") is None else _coefficients(element, 2)
         return Function((offset, slope))
     if kind == "polynomialfunction":
         return Function(tuple(reversed(_coefficients(element))))
+    if kind == "multivariatepolynomialfunction":
+        return _of_one(element)
     if kind in ("simmspline", "natcubicspline", "naturalcubicspline"):
         return _knots(element, "simm")
     if kind == "piecewiselinearfunction":
@@ -136,6 +138,16 @@ def read_function(element: Element) -> Function:
         return _stairs(_knots(element, "linear"))
     message = "lines, polynomials, sines, steps and splines through knots are"
     element.fail(f"functions of this class are not known; {message}")
+
+
+def _of_one(element: Element) -> Function:
+    """A polynomial of a class for several coordinates, which has its constant first."""
+    dimension, order = _number(element, "dimension", 0.0), _number(element, "order", -1.0)
+    if dimension != 1.0:
+        element.fail(f"is of {dimension:g} coordinates, where one is known")
+    if order != int(order) or not order >= 0.0:
+        element.fail(f"its order is a whole number from 0 on, not {order:g}")
+    return Function(tuple(_coefficients(element, int(order) + 1)))
 
 
 def _number(element: Element, tag: str, usual: float) -> float:
@@ -159,7 +171,7 @@ def _sine(element: Element) -> Function:
 
 def _step(element: Element) -> Function:
     """From one value to another as s^3 (10 - 15 s + 6 s^2), level before and behind."""
-    start, end = (_number(element, f"transition_{word}_time", usual) for word, usual in (("start", 0.0), ("end", 1.0)))
+    start, end = _number(element, "transition_start_time", 0.99), _number(element, "transition_end_time", 1.01)
     first, last = _number(element, "start_value", 0.0), _number(element, "end_value", 1.0)
     if not start < end:
         element.fail(f"its transition must end after {start:g}, not at {end:g}")
