@@ -119,3 +119,12 @@ def test_what_steps_and_lines_do_not_say_is_opensims():
     step = read_function(element("StepFunction"))  # of OpenSim 4.6: from 0 to 1 between 0.99 and 1.01
     np.testing.assert_allclose(step.values(np.array([0.9, 0.99, 1.0, 1.01, 1.2])), [0, 0, 0.5, 1, 1], atol=1e-12)
     assert read_function(element("LinearFunction")).line == (0.0, 1.0)
+
+
+def test_a_spline_of_a_spline_has_its_values_beyond_the_range_too():
+    inner = Function(x=(-1.0, 0.0, 0.7, 1.5), y=(-0.8, 0.1, 0.6, 1.9))
+    outer = Function(x=(-1.0, -0.2, 0.3, 1.2), y=(0.01, 0.03, -0.02, 0.04))
+    made, error = composed(outer, inner, -0.9, 1.3)
+    at = np.linspace(-1.9, 2.3, 1000)
+    assert error < 1e-5
+    np.testing.assert_allclose(made.values(at), outer.values(inner.values(at)), atol=1e-5)

@@ -23,6 +23,7 @@ LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
+BEYOND = 0.5  # of a range, as far as such a spline reaches on each side of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +91,22 @@ def composed(outer: Function, inner: Function, low: float, high: float) -> tuple
             return replace(outer, x=tuple((x - offset) / slope for x in outer.x[::step]), y=outer.y[::step]), 0.0
         polynomial = np.polynomial.Polynomial(outer.coefficients)(np.polynomial.Polynomial([offset, slope]))
         return Function(tuple(map(float, polynomial.coef))), 0.0
-    return resampled(lambda q: outer.values(inner.values(q)), low, high)
+    return resampled(lambda q: outer.values(inner.values(q)), low, high, BEYOND)
 
 
-def resampled(function, low: float, high: float) -> tuple[Function, float]:  # type: ignore[no-untyped-def]
-    """A spline through many values of a function, and how far it is off between its knots."""
+def resampled(  # type: ignore[no-untyped-def]
+    function, low: float, high: float, beyond: float = 0.0
+) -> tuple[Function, float]:
+    """A spline through many values of a function, and how far it is off between its knots from low to high.
+
+    Args:
+        beyond: part of the way from low to high, by which knots reach beyond both, since a free run leaves ranges.
+    """
     x = np.linspace(low, high, KNOTS)
-    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
     between = 0.5 * (x[1:] + x[:-1])
+    out = (x[1] - x[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
+    x = np.concatenate([low - out[::-1], x, high + out])
+    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
     return spline, float(np.max(np.abs(spline.values(between) - function(between))))
 
 
