@@ -89,3 +89,16 @@ def test_of_two_surfaces_of_one_name_paths_go_round_the_first(
     others = [note for note in ignored if note.text == "WrapCylinder w"]
     assert len(others) == (1 if ground is None else 2)
     assert all("paths go round the surface of this name" in note.reason for note in others)
+
+
+def test_what_has_no_name_is_called_after_its_class(tmp_path: Path):
+    text = two_pins("a", "b").replace('<PinJoint name="pin">', "<PinJoint>").replace(' name="b"', "")
+    points = small.point("p", "upper", "0.02 0 0") + small.point("r", "lower", "0.02 -0.1 0")
+    text = text.replace("</Model>", f"<ForceSet><objects>{small.muscle('', points)}</objects></ForceSet></Model>")
+    scene, ignored = loaded(tmp_path, text.replace(' name=""', ""))
+    assert {name: joint.child for name, joint in scene.character.joints.items()} == {
+        "a": "upper",
+        "coordinate": "lower",
+    }
+    assert list(scene.character.muscles) == ["millard2012equilibriummuscle"]
+    assert any("it is called 'pinjoint_0'" in note.reason for note in ignored)

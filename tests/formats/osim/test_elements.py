@@ -18,8 +18,9 @@ NESTED = "<!-- <!-- two -- hyphens --> "
         lambda text: text.replace("<mass>1.0<", "<mass>1.0\x00\x07<"),
         lambda text: "\n \n" + text,
         lambda text: text + "\ntrailing words",
+        lambda text: text.replace("<BodySet>", "<credits>A & B, &lt;C&#62; &D</credits>\n<BodySet>"),
     ],
-    ids=["comments", "bytes", "before", "behind"],
+    ids=["comments", "bytes", "before", "behind", "ampersands"],
 )
 def test_what_opensim_reads_is_read_with_its_lines(tmp_path: Path, change):
     text = change(small.pendulum())
@@ -38,3 +39,13 @@ def test_what_is_no_model_is_refused_in_one_line(tmp_path: Path, text: str):
     with pytest.raises(SceneError) as caught:
         parse(path)
     assert "\n" not in str(caught.value)
+
+
+def test_commas_before_blanks_part_the_numbers_of_a_vector(tmp_path: Path):
+    path = small.written(tmp_path, small.pendulum().replace("0 -0.5 0", "0.1, -0.5,\n 0"))
+    center = next(element for element in parse(path).all() if element.tag == "mass_center")
+    assert center.numbers(3) == [0.1, -0.5, 0.0]
+    for text in ("0.1,-0.5,0", "0.1, -0.5, 0,", "0.1,, -0.5 0"):
+        center.text = text
+        with pytest.raises(SceneError, match="number"):
+            center.numbers(3)

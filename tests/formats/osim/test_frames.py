@@ -116,3 +116,15 @@ def test_frames_that_are_none_are_refused_with_their_line(tmp_path: Path, text: 
 def test_units_that_are_not_assigned_are_metres_and_newtons(tmp_path: Path):
     text = small.pendulum(more="<length_units>Unassigned</length_units><force_units>Unassigned</force_units>")
     assert load(small.written(tmp_path, text), ignored=[]).character.joints
+
+
+def test_places_and_turns_that_are_empty_are_none(tmp_path: Path):
+    text = framed()
+    for number in ("0.1 0 0.02", "0.3 0.1 0", "0.06 0 0"):
+        assert number in text
+        text = text.replace(f">{number}<", "> <", 1)
+    zeros = framed()
+    for number in ("0.1 0 0.02", "0.3 0.1 0", "0.06 0 0"):
+        zeros = zeros.replace(f">{number}<", ">0 0 0<", 1)
+    empty, level = (load(small.written(tmp_path, one)) for one in (text, zeros))
+    assert empty.character == level.character

@@ -100,3 +100,31 @@ def test_a_step_that_goes_back_is_refused(tmp_path):
         "</transition_end_time></StepFunction>")  # fmt: skip
     with pytest.raises(SceneError, match="must end after 1, not at 1"):
         read_function(parse(file))
+
+
+def of_one(dimension: str, order: str, coefficients: str) -> Element:
+    parts = {"dimension": dimension, "order": order, "coefficients": coefficients}
+    return element("MultivariatePolynomialFunction", "", *(element(tag, text) for tag, text in parts.items()))
+
+
+def test_a_polynomial_of_several_may_be_of_one_with_its_constant_first():
+    function = read_function(of_one("1", "2", "0.1 0.2 0.3"))
+    np.testing.assert_allclose(function.values(AT), 0.1 + 0.2 * AT + 0.3 * AT**2, atol=1e-15)
+    for dimension, order, message in (("2", "1", "is of 2 coordinates"), ("1", "1.5", "whole number"), ("1", "3", "4")):
+        with pytest.raises(SceneError, match=message):
+            read_function(of_one(dimension, order, "0.1 0.2 0.3"))
+
+
+def test_what_steps_and_lines_do_not_say_is_opensims():
+    step = read_function(element("StepFunction"))  # of OpenSim 4.6: from 0 to 1 between 0.99 and 1.01
+    np.testing.assert_allclose(step.values(np.array([0.9, 0.99, 1.0, 1.01, 1.2])), [0, 0, 0.5, 1, 1], atol=1e-12)
+    assert read_function(element("LinearFunction")).line == (0.0, 1.0)
+
+
+def test_a_spline_of_a_spline_has_its_values_beyond_the_range_too():
+    inner = Function(x=(-1.0, 0.0, 0.7, 1.5), y=(-0.8, 0.1, 0.6, 1.9))
+    outer = Function(x=(-1.0, -0.2, 0.3, 1.2), y=(0.01, 0.03, -0.02, 0.04))
+    made, error = composed(outer, inner, -0.9, 1.3)
+    at = np.linspace(-1.9, 2.3, 1000)
+    assert error < 1e-5
+    np.testing.assert_allclose(made.values(at), outer.values(inner.values(at)), atol=1e-5)

@@ -7,7 +7,7 @@ import pytest
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
-from warpmuscle.formats import load, save
+from warpmuscle.formats import Ignored, load, save
 from warpmuscle.scene import Scene
 from warpmuscle.scene.constraints.pose import constraint_errors, start_coordinates
 from warpmuscle.scene.topology import topology
@@ -119,6 +119,23 @@ def test_a_written_model_has_the_same_constraint(tmp_path: Path, kind: str):
     names = topology(again.character)
     assert np.abs(constraint_errors(again.character, names, start_coordinates(again, names))).max() < 1e-9
     assert starts(again) == pytest.approx(starts(scene), abs=1e-12)
+
+
+def test_a_start_is_outside_of_ranges_within_which_a_constraint_cannot_be_met(tmp_path: Path):
+    ignored: list[Ignored] = []
+    text = four_bar_text(POINT).replace("-2 2", "-0.05 0.05")
+    scene = load(small.written(tmp_path, text), ignored=ignored)
+    names = topology(scene.character)
+    assert np.abs(constraint_errors(scene.character, names, start_coordinates(scene, names))).max() < 1e-9
+    assert max(map(abs, starts(scene).values())) > 0.05
+    assert any("within the ranges they cannot be met" in note.reason for note in ignored)
+
+
+def test_a_locked_coordinate_that_keeps_a_constraint_from_being_met_is_named(tmp_path: Path):
+    text = four_bar_text(POINT, free=False).replace("0.3</default", "0.3</default_value><locked>true</locked></default")
+    text = text.replace("</locked></default_value>", "</locked>").replace('"c_z">', '"c_z"><locked>true</locked>')
+    with pytest.raises(SceneError, match=r"are missing, with a, c_z locked$"):
+        load(small.written(tmp_path, text), ignored=[])
 
 
 def test_a_constraint_that_cannot_be_met_is_told_with_its_line(tmp_path: Path):

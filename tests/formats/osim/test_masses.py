@@ -99,3 +99,16 @@ def test_locked_coordinates_of_a_planar_root_stay_out(tmp_path: Path):
     assert scene.opensim is not None
     assert scene.opensim.root_coordinates == ["tilt", "tx", "ty"]
     assert set(scene.opensim.locked) == {"list", "turn", "tz"}
+
+
+def test_moments_one_by_one_count_in_old_layouts_alone(tmp_path: Path):
+    moments = "<inertia_xx>0.1</inertia_xx><inertia_yy>0.2</inertia_yy><inertia_zz>0.3</inertia_zz>"
+    bodies = small.body("rod", 2.0, center="0 -0.5 0").replace("<inertia>1 2 2 0 0 0</inertia>", moments)
+    joints = small.joint("PinJoint", "hip", "ground", "rod", small.coordinate("q"))
+    ignored: list[Ignored] = []
+    path = small.written(tmp_path, small.model(bodies, joints))
+    scene = load(path, ignored=ignored)
+    assert any(note.text == "inertia_xx" for note in ignored)
+    found = joint_space(scene, np.array([[*(0.0,) * 6, 1.0, 0.0]])).mass_matrix[0, 0, 0]
+    np.testing.assert_allclose(found, 0.5, rtol=1e-4)
+    np.testing.assert_allclose(mass_matrix(path, 0.0), 0.5, rtol=1e-12)

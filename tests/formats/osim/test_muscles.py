@@ -239,3 +239,52 @@ def test_points_stay_beyond_a_range_that_a_curved_coupling_reaches():
     np.testing.assert_allclose(span_within(bent, (-0.5, 1.5), (-1.0, 1.0)), [-0.5, 0.5], atol=1e-8)
     assert span_within(bent, (-9.0, 9.0), (-1.0, 1.0)) == []
     assert span_within(parabola, (-math.inf, math.inf), (-1.0, 1.0)) == []
+
+
+def test_a_path_may_stand_within_its_property(tmp_path: Path):
+    plain = small.muscle("m", POINTS)
+    within = plain.replace("<GeometryPath", "<path><GeometryPath").replace("</GeometryPath>", "</GeometryPath></path>")
+    assert scene_of(tmp_path, within).character == scene_of(tmp_path, plain).character
+
+
+def test_what_is_empty_or_not_said_is_what_opensim_takes_for_it(tmp_path: Path):
+    """Defaults of OpenSim 4.6's WrapCylinder, WrapSphere, WrapEllipsoid, WrapTorus and ConditionalPathPoint."""
+    kinds = ("WrapCylinder", "WrapSphere", "WrapEllipsoid", "WrapTorus")
+    surfaces = "".join(f'<{kind} name="{kind}"><radius></radius></{kind}>' for kind in kinds)
+    bodies = BODIES.replace("</Body>", f"<WrapObjectSet><objects>{surfaces}</objects></WrapObjectSet></Body>", 1)
+    wraps = "".join(f"<PathWrap><wrap_object>{kind}</wrap_object></PathWrap>" for kind in kinds)
+    point = (
+        '<ConditionalPathPoint name="c"><socket_parent_frame>/bodyset/rod</socket_parent_frame><location>0 0 0.1'
+        "</location><socket_coordinate>/jointset/pin/q</socket_coordinate><range/></ConditionalPathPoint>"
+    )
+    first, last = POINTS.splitlines()
+    muscle = small.muscle("m", first + point + last, wraps, more="<isDisabled></isDisabled>")
+    character = scene_of(tmp_path, muscle, bodies=bodies).character
+    cylinder, ball, ellipsoid, torus = (character.surfaces[kind] for kind in kinds)
+    assert (cylinder.radius, cylinder.length, ball.radius) == (1.0, 1.0, 0.05)
+    assert list(ellipsoid.radii) == pytest.approx([0.05] * 3)
+    assert (torus.inner_radius, torus.outer_radius) == (0.01, 0.05)
+    condition = character.muscles["m"].path[1].condition
+    assert (condition.low, condition.high) == pytest.approx((0.0, 0.0), abs=1e-4)
+
+
+@pytest.mark.parametrize("span", ["2 1", "2 2"])
+def test_a_wrap_whose_range_has_no_way_in_it_is_left_out(tmp_path: Path, span: str):
+    surface = '<WrapObjectSet><objects><WrapSphere name="s"/></objects></WrapObjectSet></Body>'
+    wrap = f"<PathWrap><wrap_object>s</wrap_object><range>{span}</range></PathWrap>"
+    text = small.model(BODIES.replace("</Body>", surface, 1), WELD + PIN, small.muscle("m", POINTS, wrap))
+    ignored: list[Ignored] = []
+    scene = load(small.written(tmp_path, text), ignored=ignored)
+    assert not scene.character.muscles["m"].wraps
+    assert any(note.text == "PathWrap of m" and "the path runs without it" in note.reason for note in ignored)
+
+
+def test_a_muscle_without_force_or_tendon_has_nearly_none_and_is_told(tmp_path: Path):
+    muscle = small.muscle("m", POINTS).replace(">500<", ">0<").replace(">0.2<", ">0<")
+    ignored: list[Ignored] = []
+    scene = load(small.written(tmp_path, small.model(BODIES, WELD + PIN, muscle)), ignored=ignored)
+    assert (scene.character.muscles["m"].f_max, scene.character.muscles["m"].l_slack) == (1e-6, 1e-6)
+    assert scene.muscle_model.tendon == "rigid"
+    told = [note.reason for note in ignored if note.text == "Millard2012EquilibriumMuscle m"]
+    assert any("has no force" in reason for reason in told)
+    assert any("has no tendon" in reason for reason in told)

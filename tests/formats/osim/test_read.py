@@ -135,7 +135,7 @@ def test_what_is_not_read_is_noted_once_a_kind_with_its_line(tmp_path: Path):
         ('Version="40000"', 'Version="four"', 2, "its version is a number"),
         ("</Body>", "", 6, "not sound XML: mismatched tag"),
         ("<BodySet>", "<length_units>inches</length_units><BodySet>", 4, "lengths must be in metres"),
-        ('name="rod"', 'name=""', 5, "a body needs a name"),
+        ('name="rod"', 'name="a/b"', 5, "a body needs a name"),
         ('<Model name="small">', '<Model name="small" file="a.xml">', 3, "stands in a file of its own"),
     ],
 )  # fmt: skip

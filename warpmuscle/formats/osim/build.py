@@ -71,7 +71,8 @@ def build(
     """
     for name in joined(model):
         line = next(body.line for body in model.bodies if body.name == name)
-        notes.ignore(model.file, line, f"Body {name}", "has no joint; it moves freely, as in OpenSim")
+        reason = "no joint leads to it from the ground; it moves freely, as in OpenSim"
+        notes.ignore(model.file, line, f"Body {name}", reason)
     cut_loops(model, notes)
     if not model.bodies:
         notes.ignore(model.file, model.line, f"Model {model.name}", "has no bodies: nothing in it moves")

@@ -80,6 +80,7 @@ STRAINS = {  # of tendon and passive fibre at f_max
         "tendon_strain_at_one_norm_force", "passive_fiber_strain_at_one_norm_force",
     ),
 }  # fmt: skip
+LEAST_FORCE, LEAST_TENDON = 1.0e-6, 1.0e-6  # N, m, of muscles that have none
 COMMON = ("v_max", "damping", "rise_time", "fall_time", "minimum_activation", "tendon_strain", "passive_strain",
     "tendon", "curve_shape")  # fmt: skip
 
@@ -163,17 +164,28 @@ class MuscleBuilder:
     def _muscle(self, one: records.Muscle) -> Muscle:
         """A muscle with all its values as its own."""
         n = one.numbers
+        self._tell_zeros(one)
         muscle = Muscle(
-            f_max=n["max_isometric_force"], l_opt=n["optimal_fiber_length"], l_slack=n["tendon_slack_length"],
+            f_max=n["max_isometric_force"] or LEAST_FORCE, l_opt=n["optimal_fiber_length"],
+            l_slack=n["tendon_slack_length"] or LEAST_TENDON,
             pennation=n["pennation_angle_at_optimal"], v_max=n["max_contraction_velocity"],
             rise_time=n["activation_time_constant"], fall_time=n["deactivation_time_constant"],
             minimum_activation=n.get("minimum_activation", 0.0), damping=n.get("fiber_damping", 0.0),
-            tendon="rigid" if one.truths["ignore_tendon_compliance"] else "compliant",
+            tendon="compliant" if n["tendon_slack_length"] and not one.truths["ignore_tendon_compliance"] else "rigid",
         )  # fmt: skip
         if one.truths["ignore_activation_dynamics"]:
             muscle.rise_time = muscle.fall_time = AT_ONCE
         put_curves(one, muscle)
         return muscle
+
+    def _tell_zeros(self, one: records.Muscle) -> None:
+        """Note what of a muscle is nearly nothing here, and nothing in OpenSim."""
+        if one.numbers["max_isometric_force"] == 0.0:
+            reason = f"has no force in OpenSim, and pulls with up to {LEAST_FORCE:g} N here"
+            note(self._notes, self._model, one, reason)
+        if one.numbers["tendon_slack_length"] == 0.0:
+            reason = f"has no tendon in OpenSim, and a rigid one of {LEAST_TENDON:g} m here"
+            note(self._notes, self._model, one, reason)
 
     def _routed(self, one: records.Muscle, muscle: Muscle) -> Muscle:
         """A muscle with its path."""
@@ -237,6 +249,10 @@ class MuscleBuilder:
             return []
         method = wrap.method if wrap.method in METHODS else "hybrid"
         first, last = (end if end >= 1 else None for end in wrap.range)
+        if first is not None and last is not None and first >= last:
+            message = f"its range runs from point {first} to {last}; the path runs without it, as in OpenSim"
+            self._notes.ignore(self._model.file, wrap.line, f"PathWrap of {one.name}", message)
+            return []
         return [Wrap(wrap.surface, first, last, method)]  # type: ignore[arg-type]
 
     def _polynomial(self, one: records.Muscle, path: records.PolynomialPath) -> PolynomialPath:

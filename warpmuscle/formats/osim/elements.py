@@ -16,8 +16,10 @@ from warpmuscle.core.plain_text import number_of
 
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+LOOSE = re.compile(r"&(?!\w+;|#\w+;)", re.ASCII)  # an ampersand that begins no character's name
 STRAY = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+VECTORS = (3, 6)  # numbers of those properties in which OpenSim takes commas before blanks
 INFINITE = {"inf": float("inf"), "infinity": float("inf")}
 
 
@@ -82,6 +84,8 @@ class Element:
         words = self.words()
         if count is not None and len(words) != count:
             self.fail(f"needs {number_of(count, 'number')}, has {len(words)}")
+        if count in VECTORS:
+            words = [word.removesuffix(",") for word in words[:-1]] + words[-1:]
         return [self._number(word, infinite) for word in words]
 
     def number(self, infinite: bool = False) -> float:
@@ -125,11 +129,11 @@ def parse(path: Path) -> Element:
 def _mended(text: str) -> str:
     """A text as OpenSim's parser takes it, with as many lines.
 
-    That takes two hyphens and `<` within comments, bytes that are no characters, and whatever stands before and
-    behind the elements.
+    That takes two hyphens and `<` within comments, ampersands alone, bytes that are no characters, and whatever stands
+    before and behind the elements.
     """
     text = COMMENT.sub(lambda found: "\n" * found.group().count("\n"), text)
-    text = STRAY.sub(" ", text)
+    text = LOOSE.sub("&amp;", STRAY.sub(" ", text))
     start = text.find("<")
     before = text[: max(start, 0)].count("\n")
     body = text[max(start, 0) :]

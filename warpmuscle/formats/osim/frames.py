@@ -73,9 +73,8 @@ class Frames:
 
     def _add_offset(self, path: str, element: Element) -> None:
         element.used = True
-        place, turn = element.child("translation"), element.child("orientation")
-        rotation = turned(turn.numbers(3)) if turn is not None else np.eye(3)
-        translation = np.array(place.numbers(3)) if place is not None else np.zeros(3)
+        rotation = turned(_three(element, "orientation"))
+        translation = np.array(_three(element, "translation"))
         self._put(path, Frame(path, element.line, "?", rotation, translation), element)
         self.offsets.append((path, element))
         self.add_owned(path, element)
@@ -143,9 +142,8 @@ class Frames:
         if not where:
             owner.fail(f"there is no station {text!r}, which <socket_{name}> names" if text else f"names no {name}")
         station = self._stations[where]
-        place = station.child("location")
         body, rotation, translation = self._base(self.socket(station, where, "parent_frame"), owner, visited)
-        return body, translation + rotation @ np.array(place.numbers(3) if place is not None else np.zeros(3))
+        return body, translation + rotation @ np.array(_three(station, "location"))
 
     def socket(self, element: Element, path: str, name: str) -> str:
         """Path of the frame that a socket of an element at `path` names."""
@@ -166,6 +164,12 @@ class Frames:
         if len(bodies) == 1 or len(named) == 1:
             return (bodies or named)[0]
         socket.fail(f"there is no frame {text!r}" if not named else f"{text!r} may be {' or '.join(named[:4])}")
+
+
+def _three(element: Element, tag: str) -> list[float]:
+    """The three numbers of a child, 0 where there is none or an empty one."""
+    found = element.child(tag)
+    return [0.0, 0.0, 0.0] if found is None or not found.words() else found.numbers(3)
 
 
 def _axes_of(element: Element, ab: Floats, normal: Floats) -> Floats:

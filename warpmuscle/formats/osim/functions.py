@@ -23,6 +23,7 @@ LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
+BEYOND = 0.5  # of a range, as far as such a spline reaches on each side of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +91,22 @@ def composed(outer: Function, inner: Function, low: float, high: float) -> tuple
             return replace(outer, x=tuple((x - offset) / slope for x in outer.x[::step]), y=outer.y[::step]), 0.0
         polynomial = np.polynomial.Polynomial(outer.coefficients)(np.polynomial.Polynomial([offset, slope]))
         return Function(tuple(map(float, polynomial.coef))), 0.0
-    return resampled(lambda q: outer.values(inner.values(q)), low, high)
+    return resampled(lambda q: outer.values(inner.values(q)), low, high, BEYOND)
 
 
-def resampled(function, low: float, high: float) -> tuple[Function, float]:  # type: ignore[no-untyped-def]
-    """A spline through many values of a function, and how far it is off between its knots."""
+def resampled(  # type: ignore[no-untyped-def]
+    function, low: float, high: float, beyond: float = 0.0
+) -> tuple[Function, float]:
+    """A spline through many values of a function, and how far it is off between its knots from low to high.
+
+    Args:
+        beyond: part of the way from low to high, by which knots reach beyond both, since a free run leaves ranges.
+    """
     x = np.linspace(low, high, KNOTS)
-    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
     between = 0.5 * (x[1:] + x[:-1])
+    out = (x[1] - x[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
+    x = np.concatenate([low - out[::-1], x, high + out])
+    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
     return spline, float(np.max(np.abs(spline.values(between) - function(between))))
 
 
@@ -113,10 +122,12 @@ def read_function(element: Element) -> Function:
         value = element.child("value")
         return Function((value.number() if value is not None else 0.0,))
     if kind == "linearfunction":
-        slope, offset = _coefficients(element, 2)
+        slope, offset = (1.0, 0.0) if element.child("coefficients") is None else _coefficients(element, 2)
         return Function((offset, slope))
     if kind == "polynomialfunction":
         return Function(tuple(reversed(_coefficients(element))))
+    if kind == "multivariatepolynomialfunction":
+        return _of_one(element)
     if kind in ("simmspline", "natcubicspline", "naturalcubicspline"):
         return _knots(element, "simm")
     if kind == "piecewiselinearfunction":
@@ -136,6 +147,16 @@ def read_function(element: Element) -> Function:
         return _stairs(_knots(element, "linear"))
     message = "lines, polynomials, sines, steps and splines through knots are"
     element.fail(f"functions of this class are not known; {message}")
+
+
+def _of_one(element: Element) -> Function:
+    """A polynomial of a class for several coordinates, which has its constant first."""
+    dimension, order = _number(element, "dimension", 0.0), _number(element, "order", -1.0)
+    if dimension != 1.0:
+        element.fail(f"is of {dimension:g} coordinates, where one is known")
+    if order != int(order) or not order >= 0.0:
+        element.fail(f"its order is a whole number from 0 on, not {order:g}")
+    return Function(tuple(_coefficients(element, int(order) + 1)))
 
 
 def _number(element: Element, tag: str, usual: float) -> float:
@@ -159,7 +180,7 @@ def _sine(element: Element) -> Function:
 
 def _step(element: Element) -> Function:
     """From one value to another as s^3 (10 - 15 s + 6 s^2), level before and behind."""
-    start, end = (_number(element, f"transition_{word}_time", usual) for word, usual in (("start", 0.0), ("end", 1.0)))
+    start, end = _number(element, "transition_start_time", 0.99), _number(element, "transition_end_time", 1.01)
     first, last = _number(element, "start_value", 0.0), _number(element, "end_value", 1.0)
     if not start < end:
         element.fail(f"its transition must end after {start:g}, not at {end:g}")

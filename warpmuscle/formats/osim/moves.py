@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.osim.frames import refused
-from warpmuscle.formats.osim.functions import IDENTITY, Function, composed, resampled
+from warpmuscle.formats.osim.functions import BEYOND, IDENTITY, Function, composed, resampled
 from warpmuscle.formats.osim.joints.ellipsoids import X, Y, Z, ellipsoid_row
 from warpmuscle.formats.osim.joints.several import Polynomial, put_in, value_at
 from warpmuscle.formats.osim.records import Axis, Coordinate, Coupler, Joint, Model, Rod, Vec3
@@ -239,7 +239,7 @@ def rod_moves(coordinates: Coordinates, joint: Joint, rod: Rod) -> list[Move]:
 
             if not free:
                 return Function((float(value(np.zeros(1))[0]),))
-            function, error = resampled(value, *along)
+            function, error = resampled(value, *along, BEYOND)
             if error > SAMPLED:
                 coordinates.inexact[free[0]] = max(error, coordinates.inexact.get(free[0], 0.0))
             return function

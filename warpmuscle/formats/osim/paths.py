@@ -46,11 +46,11 @@ LIGAMENT_CURVE = Function(  # of OpenSim's Ligament that has none of its own
 TRUTHS = ("ignore_tendon_compliance", "ignore_activation_dynamics", "ignore_passive_fiber_force")
 CURVES = ("ActiveForceLengthCurve", "ForceVelocityCurve", "FiberForceLengthCurve", "TendonForceLengthCurve")
 POINTS = ("PathPoint", "ConditionalPathPoint", "MovingPathPoint")
-SIZES: dict[str, tuple[tuple[str, int], ...]] = {  # of surfaces: elements, and how many numbers each has
-    "WrapCylinder": (("radius", 1), ("length", 1)),
-    "WrapSphere": (("radius", 1),),
-    "WrapEllipsoid": (("dimensions", 3),),
-    "WrapTorus": (("inner_radius", 1), ("outer_radius", 1)),
+SIZES: dict[str, dict[str, tuple[float, ...]]] = {  # of surfaces, with OpenSim 4.6's defaults, m
+    "WrapCylinder": {"radius": (1.0,), "length": (1.0,)},
+    "WrapSphere": {"radius": (0.05,)},
+    "WrapEllipsoid": {"dimensions": (0.05, 0.05, 0.05)},
+    "WrapTorus": {"inner_radius": (0.01,), "outer_radius": (0.05,)},
 }
 MOST_DIMENSIONS, MOST_POWERS = 10, 20  # of polynomials; OpenSim takes 6 dimensions
 NOT_MOVING = ("default_fiber_length", "default_normalized_tendon_force", "maximum_pennation_angle", "max_control",
@@ -71,11 +71,9 @@ def read_surfaces(
         if element.tag not in SIZES:
             element.fail(f"surfaces of this class are not known; {', '.join(SIZES)} are")
         sizes: list[float] = []
-        for tag, count in SIZES[element.tag]:
+        for tag, usual in SIZES[element.tag].items():
             found = own.find(element, tag)
-            if found is None:
-                element.fail(f"has no <{tag}>")
-            sizes += found.numbers(count)
+            sizes += usual if found is None or not found.words() else found.numbers(len(usual))
         surface = Surface(
             element.tag, element.name, element.line, path, own.vector(element, "xyz_body_rotation"),
             own.vector(element, "translation"), own.word(element, "quadrant", "all").lower(), tuple(sizes),
@@ -154,9 +152,9 @@ def _point(element: Element, path: str, frames: Frames, own: Properties) -> Poin
     if element.tag == "PathPoint":
         return Point(element.name, element.line, frame, location)
     socket, span = element.child("socket_coordinate"), own.find(element, "range")
-    if socket is None or not socket.word() or span is None:
-        element.fail("a conditional point needs a coordinate and its <range>")
-    low, high = span.numbers(2, infinite=True)
+    if socket is None or not socket.word():
+        element.fail("a conditional point needs a coordinate")
+    low, high = span.numbers(2, infinite=True) if span is not None and span.words() else (0.0, 0.0)
     return Point(
         element.name, element.line, frame, location, last_name(socket.word()), (min(low, high), max(low, high))
     )

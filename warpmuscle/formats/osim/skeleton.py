@@ -55,13 +55,15 @@ def read_bodies(bodies: Element | None, ground: Element | None, model: Model, fr
 
 
 def _inertia(element: Element, own: Properties, version: int) -> Floats:
-    """The inertia matrix, from six numbers together or, in old layouts, one by one; there moments not given are 1."""
+    """The inertia matrix, from six numbers together or, in old layouts alone, one by one; moments not given are 1."""
     together = own.find(element, "inertia")
     if together is not None and together.words():
         xx, yy, zz, xy, xz, yz = together.numbers(6)
-    else:
-        usual = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0) if version < ONE_BY_ONE else (0.0,) * 6
+    elif version < ONE_BY_ONE:
+        usual = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
         xx, yy, zz, xy, xz, yz = (own.number(element, tag, one) for tag, one in zip(INERTIAS, usual, strict=True))
+    else:
+        xx, yy, zz, xy, xz, yz = (0.0,) * 6
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
@@ -171,7 +173,7 @@ def _custom_axes(element: Element, own: Properties) -> tuple[tuple[Axis, ...], t
 
 
 def _axis(element: Element, own: Properties) -> Axis:
-    """An axis: its direction, its coordinate and the function of that, which is the coordinate itself if not given."""
+    """An axis: its direction, its coordinate and the function of that, without which nothing moves."""
     element.used = True
     named = own.find(element, "coordinates")
     names = tuple(last_name(word) for word in named.words()) if named is not None else ()
@@ -183,7 +185,7 @@ def _axis(element: Element, own: Properties) -> Axis:
     if len(names) > 1:
         terms = _terms_of(element, names, "coordinates", "axis", "name")
         return Axis(direction, names, ZERO, element.line, terms)
-    function = owned_function(element, "coordinates", "axis", "name") or (IDENTITY if names else ZERO)
+    function = owned_function(element, "coordinates", "axis", "name") or ZERO
     if function.constant or not names:
         function, names = Function((function.at(0.0),)), ()
     return Axis(direction, names, function, element.line)

@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.chain import matrix
-from warpmuscle.formats.osim.frames import GROUND, on_body, refused
+from warpmuscle.formats.osim.frames import GROUND, on_body
 from warpmuscle.formats.osim.functions import IDENTITY
 from warpmuscle.formats.osim.moves import Coordinates, Move, reversed_moves
 from warpmuscle.formats.osim.placement import world_axes
@@ -38,19 +38,14 @@ class Branch:
 def branches(model: Model, coordinates: Coordinates) -> list[Branch]:
     """The joints in an order in which each begins at a body that the ones before it have reached.
 
-    Raises:
-        SceneError: joints lead to bodies from nowhere.
+    Args:
+        model: with its bodies `joined` to the ground.
     """
     bodies = {body.path: body for body in model.bodies}
     reached, left, found = {GROUND}, list(model.joints), list[Branch]()
     while left:
         ends = {joint.name: tuple(on_body(model, f)[0] for f in (joint.parent, joint.child)) for joint in left}
-        ready = [joint for joint in left if reached.intersection(ends[joint.name])]
-        if not ready:
-            names = ", ".join(joint.name for joint in left[:5])
-            message = f"no joint leads from the ground to these: {names}; join one of their bodies to the ground"
-            raise refused(model, left[0].line, message)
-        joint = ready[0]
+        joint = next(joint for joint in left if reached.intersection(ends[joint.name]))
         near, far = ends[joint.name]
         backwards = near not in reached
         moves = coordinates.moves(joint)
@@ -64,11 +59,19 @@ def branches(model: Model, coordinates: Coordinates) -> list[Branch]:
 
 
 def joined(model: Model) -> list[str]:
-    """Give bodies without a joint the free joint to the ground that OpenSim gives them; their names."""
-    held = {on_body(model, joint.child)[0] for joint in model.joints}
-    held |= {on_body(model, joint.parent)[0] for joint in model.joints}
-    loose = [body for body in model.bodies if body.path not in held]
-    for body in loose:
+    """Give bodies to which no joint leads from the ground the free joint that OpenSim gives them; their names.
+
+    Of bodies that joints join, one gets it: the first that is no joint's child and the parent of the most joints, or,
+    where all are children, the parent of the most (`chooseNewBaseBody` of Simbody's MultibodyGraphMaker).
+    """
+    ends = [(on_body(model, joint.parent)[0], on_body(model, joint.child)[0]) for joint in model.joints]
+    bases: list[Body] = []
+    while left := _unreached(model, ends, bases):
+        children = {child for _, child in ends}
+        first = [body for body in left if body.path not in children] or left
+        alone = next((body for body in left if all(body.path not in both for both in ends)), None)
+        bases.append(alone or max(first, key=lambda body: sum(parent == body.path for parent, _ in ends)))
+    for body in bases:
         name, path = f"free_{body.name}", f"/jointset/free_{body.name}"
         own = tuple(
             Coordinate(f"{path}/{name}_coord_{k}", f"{name}_coord_{k}", body.line, 0.0, 0.0, (-10.0, 10.0), False, None)
@@ -79,7 +82,16 @@ def joined(model: Model) -> list[str]:
         model.joints.append(
             Joint("FreeJoint", name, path, body.line, GROUND, body.path, own, tuple(axes[:3]), tuple(axes[3:]))
         )
-    return [body.name for body in loose]
+    return [body.name for body in bases]
+
+
+def _unreached(model: Model, ends: list[tuple[str, str]], bases: list[Body]) -> list[Body]:
+    """The bodies to which no joint leads from the ground or from some bodies, by the bodies at each joint's ends."""
+    reached, left = {GROUND, *(body.path for body in bases)}, ends
+    while now := [both for both in left if reached.intersection(both)]:
+        reached.update(*now)
+        left = [both for both in left if both not in now]
+    return [body for body in model.bodies if body.path not in reached]
 
 
 def root_kind(model: Model, tree: list[Branch], coordinates: Coordinates, needed: set[str], on_ground: bool) -> str:

@@ -29,6 +29,7 @@ CONSTRAINTS = ("CoordinateCouplerConstraint", "PointConstraint", "WeldConstraint
     "ConstantDistanceConstraint", "RollingOnSurfaceConstraint")  # fmt: skip
 
 SETS = ("JointSet", "ForceSet", "ContactGeometrySet", "MarkerSet", "ComponentSet", "ConstraintSet")
+BODIES = "BodySet"
 HOLDERS = ("frames", "components")
 
 
@@ -42,6 +43,7 @@ def upgraded(model: Element, version: int) -> None:
     for element in list(model.all()):
         element.tag = RENAMED.get(element.tag, element.tag)
         _connectors(element)
+        _within_path(element)
         for old, socket in SOCKETS.get(element.tag, {}).items():
             _rename(element, old, f"socket_{socket}")
     for element in list(model.all()):
@@ -102,6 +104,13 @@ def _connectors(element: Element) -> None:
             child.tag = child.tag.removesuffix("_connectee_name")
 
 
+def _within_path(element: Element) -> None:
+    """A path may stand in an element of its property's name."""
+    holder = _first(element, "path")
+    if holder is not None and holder.children:
+        element.children[element.children.index(holder)] = holder.children[-1]
+
+
 def _loose_path(element: Element) -> None:
     """Points and wraps of a muscle stood in itself, not in a path; and its pennation had another name."""
     loose = [child for child in element.children if child.tag in ("PathPointSet", "PathWrapSet")]
@@ -116,7 +125,7 @@ def _enabled(element: Element) -> None:
     for child in element.children:
         if child.tag == "isDisabled":
             child.tag = "isEnforced" if element.tag in CONSTRAINTS else "appliesForce"
-            child.text = str(not child.truth()).lower()
+            child.text = str(not child.truth()).lower() if child.words() else ""
             child.used = False
 
 
@@ -181,7 +190,10 @@ def _joint(joint: Element) -> None:
 
 
 def _axes(joint: Element) -> None:
-    """Version 1 had a set of axes, each with `is_rotation` and one `coordinate`, and none for those without motion."""
+    """Version 1 had a set of axes, each with `is_rotation` and one `coordinate`, and none for those without motion.
+
+    An axis without a function moved by its coordinate itself.
+    """
     old = _first(joint, "TransformAxisSet")
     if old is None:
         return
@@ -192,6 +204,8 @@ def _axes(joint: Element) -> None:
         axis.name = f"{kind}{1 + sum(other.name.startswith(kind) for other in named)}"
         _rename(axis, "coordinate", "coordinates")
         axis.children = [child for child in axis.children if child is not turning]
+        if not {child.tag for child in axis.children} - {"coordinates", "axis"}:
+            axis.children.append(_made("LinearFunction", axis))
         named.append(axis)
     joint.children.remove(old)
     joint.children.append(_made("SpatialTransform", old, children=named))
@@ -220,10 +234,11 @@ def _offset(owner: Element, name: str, parent: str, place: str, turn: str) -> El
 
 
 def rename_duplicates(model: Element, notes: Notes) -> None:
-    """Give what has the name of another one beside it the name that OpenSim gives it, and coordinates their body's.
+    """Give what has no name, or that of another one beside it, the name that OpenSim gives it.
 
-    OpenSim calls the second `back` of a set `back_0`. It lets coordinates of two joints have one name, which stands
-    for different columns of a motion: here the later one is called after the body that its joint carries.
+    OpenSim calls a PinJoint without a name `pinjoint`, and the second `back` of a set `back_0`. It lets coordinates of
+    two joints have one name, which stands for different columns of a motion: here the later one is called after the
+    body that its joint carries.
 
     Args:
         model: in the layout of version 4.
@@ -231,13 +246,24 @@ def rename_duplicates(model: Element, notes: Notes) -> None:
     """
     for element in list(model.all()):
         if element.tag in HOLDERS:
+            _named_all(element.children)
             _distinct(element.children, notes)
     for child in model.children:
-        if child.tag in SETS:
+        if child.tag in (*SETS, BODIES):
             for holder in child.children:
                 if holder.tag == "objects":
-                    _distinct(holder.children, notes)
+                    _named_all(holder.children)
+                    if child.tag != BODIES:
+                        _distinct(holder.children, notes)
+    for joint in joints_of(model):
+        _named_all(coordinates := _coordinates(joint))
+        _distinct(coordinates, notes)
     _rename_coordinates(model, notes)
+
+
+def _named_all(members: list[Element]) -> None:
+    for member in members:
+        member.name = member.name or member.tag.lower()
 
 
 def _distinct(members: list[Element], notes: Notes) -> None:

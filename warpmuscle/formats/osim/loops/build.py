@@ -45,7 +45,8 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     """Let a scene start in the nearest pose in which its constraints are met, at speeds that keep them met.
 
     As OpenSim assembles a model: the sum of squares of the changes of coordinates is least, and those that are clamped
-    stay within their ranges.
+    stay within their ranges. Where constraints cannot be met so, OpenSim starts with some of them missed; here
+    coordinates start outside of their ranges, with a note, since a motion has to meet the constraints all the same.
 
     Raises:
         SceneError: there is no such pose near by.
@@ -60,13 +61,12 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     bounds = np.array([one.range if one.clamped and _is_range(one.range) else ENDLESS for one in own]).reshape(-1, 2)
     before = start_coordinates(scene, names)
     q, missing = nearest_pose(character, names, before, chosen, bounds[:, 0], bounds[:, 1])
+    beyond = missing > MISSED
+    if beyond:
+        wide = np.broadcast_to(ENDLESS, bounds.shape)
+        q, missing = nearest_pose(character, names, before, chosen, wide[:, 0], wide[:, 1])
     if missing > MISSED:
-        first = model.loops[0]
-        message = (
-            f"<{first.kind}> {first.name!r}: the constraints cannot be met near the pose that the model starts in; "
-            f"{missing:.2g} (m or rad) are missing"
-        )
-        raise refused(model, first.line, message)
+        raise refused(model, model.loops[0].line, _missed(model, missing, coordinates))
     speeds = meeting_speeds(character, names, q, chosen, np.array([one.speed for one in own]))
     for name, value, speed in zip(free, q[0, chosen], speeds, strict=True):
         start[name] = state_at(character.joints[name], float(value), float(speed))
@@ -75,7 +75,19 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     if moved:
         listed = ", ".join(f"{name} {value:.4g}" for name, value in moved[:4]) + (", ..." if len(moved) > 4 else "")
         reason = f"their coordinates start where constraints are met, as near as can be to the model's: {listed}"
+        reason += "; within the ranges they cannot be met" if beyond else ""
         notes.ignore(model.file, model.loops[0].line, "ConstraintSet", reason)
+
+
+def _missed(model: Model, missing: float, coordinates: Coordinates) -> str:
+    """That constraints cannot be met, and which coordinates are locked, as this may be why."""
+    first = model.loops[0]
+    locked = [name for name, one in coordinates.by_name.items() if one.locked]
+    some = ", ".join(locked[:4]) + (", ..." if len(locked) > 4 else "")
+    return (
+        f"<{first.kind}> {first.name!r}: the constraints cannot be met near the pose that the model starts in; "
+        f"{missing:.2g} (m or rad) are missing" + (f", with {some} locked" if locked else "")
+    )
 
 
 def _is_free(scene: Scene, name: str) -> bool:

@@ -21,10 +21,7 @@ def cut_loops(model: Model, notes: Notes) -> None:
     reached, left = {GROUND}, list(model.joints)
     while left:
         ends = [{on_body(model, frame)[0] for frame in (joint.parent, joint.child)} for joint in left]
-        ready = [(joint, both) for joint, both in zip(left, ends, strict=True) if both & reached]
-        if not ready:
-            return
-        joint, both = ready[0]
+        joint, both = next((joint, both) for joint, both in zip(left, ends, strict=True) if both & reached)
         if len(both) < 2:
             raise refused(model, joint.line, f"joint {joint.name!r} is from a body to itself; leave it out")
         if both <= reached:
