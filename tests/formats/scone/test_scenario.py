@@ -187,7 +187,7 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
         ("controller", "delay = 0.020", "delay = 1e9", "the limit `delay`"),
         ("controller", "dof = foot", "dof = toe", "there is no joint 'toe' in the model"),
         ("scenario", "Wang2012", "Wang2013", "'Wang2013' is not known here; there are Wang2012"),
-        ("scenario", "GaitMeasure", "JumpMeasure", "measures of this kind are not known here; there are"),
+        ("scenario", "GaitMeasure", "MimicMeasure", "measures of this kind are not known here; there are"),
         ("scenario", "GaitMeasure", "BalanceMeasure", "min_velocity: not known in `BalanceMeasure`"),
         ("scenario", "max_duration = 0.8", "max_duration = 0.8 colour = 1", "colour: not known in"),
         ("scenario", "data/pair.hfd", "../pair.hfd", "leads out of the folder"),
