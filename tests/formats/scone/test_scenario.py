@@ -173,7 +173,12 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
 @pytest.mark.parametrize(
     ("where", "old", "new", "said"),
     [
-        ("controller", "GaitStateController", "SpinalController", "controller.scone:3: SpinalController: not known in"),
+        (
+            "controller",
+            "GaitStateController",
+            "SpinalController",
+            "controller.scone:3: SpinalController: controllers of",
+        ),
         ("controller", "MuscleReflex {", "BodyPainReflex {", "controller.scone:10: BodyPainReflex: not known in"),
         ("controller", "target = calf", "target = claf", "there is no muscle 'claf' in the model, nor claf_l"),
         ("controller", "source = tilt", "source = trunk_x", "of the root only its turns can be sensed: 'tilt'"),

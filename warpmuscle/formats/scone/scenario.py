@@ -16,10 +16,11 @@ from warpmuscle.formats.scone.modifiers import put_modifiers
 from warpmuscle.formats.scone.numbers import FreeNumber, read_number
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters
 from warpmuscle.formats.scone.reflexes import Bindings, Sensed
-from warpmuscle.formats.scone.start import matches, put_load, put_start, read_states
+from warpmuscle.formats.scone.start import Start, matches, put_load, put_start, read_states
 from warpmuscle.formats.scone.zml import Node, find_beside, parse
 from warpmuscle.scene import Scene
 from warpmuscle.scene.gait_states.part import sided
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.validation.scene import check_scene
 
 OPTIMIZERS = ("CmaOptimizer", "CmaOptimizerSpot", "CmaPoolOptimizer", "EvaOptimizer", "SimilarityOptimizer")
@@ -35,7 +36,6 @@ SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has opti
     "min_improvement_for_file_output", "max_generations_without_file_output", "output_mode", "progress_samples_begin",
     "progress_samples_end", "flat_fitness_tolerance", "std_factor", "std_offset", "use_best_as_mean",
 )  # fmt: skip
-BEGUN = "muscles start at what the controller first asks of them"
 INIT = ("init", "init_file")
 UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
 FORCES = (
@@ -46,7 +46,7 @@ SETTINGS = (  # of the model, that change nothing here
     "integration_accuracy", "integration_method", "enable_external_forces", "fixed_measure_step_size",
     "initial_load_dof", "leg_upper_body", "leg_lower_body", "leg_contact_force",
     "max_integration_step_size", "planar", "use_omnidirectional_root_dofs", "zero_velocity_equilibration",
-    "state_init_file_ignore_activations", "neural_delays", "user_input_file", "use_swing_twist_joint_limits",
+    "neural_delays", "user_input_file", "use_swing_twist_joint_limits",
     "move_static_bodies", "enable_interaction", "include_dofs_in_state",
 )  # fmt: skip
 UNFELT = {  # settings of a model that change how it moves
@@ -195,13 +195,14 @@ class _Scenario:
         return found
 
     def _start(self, node: Node, found: HyfydyModel) -> None:
-        values: dict[str, float] = {}
-        speeds: dict[str, float] = {}
+        start = Start({}, {}, {})
         if (file := node.find("state_init_file")) is not None:
             folder = self._path.absolute().parent
-            values, speeds = read_states(
-                find_beside(file.text(), file, folder, self._notes, (".sto", ".zml")), self._notes
-            )
+            found_file = find_beside(file.text(), file, folder, self._notes, (".sto", ".zml"))
+            start = read_states(found_file, self._notes)
+            if found_file.suffix != Path(file.text()).suffix:  # of another file only the pose is meant
+                start = start._replace(activations={})
+        values, speeds, activations = start
         offset = node.find("initial_state_offset")
         included, excluded = (node.string_of(f"initial_state_offset_{way}", usual) for way, usual in IN_OR_OUT.items())
         symmetric = node.truth_of("initial_state_offset_symmetric", False)
@@ -222,11 +223,19 @@ class _Scenario:
         usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
         put_start(found.scene, found.coordinates, values, speeds)
         put_load(found.scene, self._fixed("initial_load", usual))
-        begun = node.find("initialize_activations_from_controller")
-        if begun is not None and not begun.truth():
-            self._notes.ignore(
-                begun.file, begun.line, begun.key, "muscles start at what the controller first asks of them"
-            )
+        self._activations(node, found.scene, activations)
+
+    def _activations(self, node: Node, scene: Scene, given: Mapping[str, float]) -> None:
+        """Let muscles start as active as the file of the start has them, unless the controller is to say it."""
+        ignored = node.truth_of("state_init_file_ignore_activations", False)
+        if node.truth_of("initialize_activations_from_controller", ignored or not given):
+            return
+        least = plain_number(scene.gait_states.least) if scene.gait_states is not None else 0.0
+        known = {name: value for name, value in given.items() if name in scene.character.muscles}
+        common = plain_number(scene.muscle_model.initial_activation)
+        scene.initial_state.activations = {
+            name: min(max(known.get(name, common), least), 1.0) for name in scene.character.muscles
+        }
 
     def _fixed(self, name: str, usual: float | FreeNumber) -> float:
         """A parameter that a scene has no free number for: its best value, or its mean."""
