@@ -14,7 +14,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 OF_TORQUES = dict.fromkeys(
     (
         "torque", "speed", "heading", "applied_torque", "ground_force", "norms", "norm_force", "norm_moments",
-        "step_width", "stride_speed",
+        "step_width", "stride_speed", "rise",
     ),
     1.0,
 )  # fmt: skip

@@ -84,6 +84,8 @@ class GaitStates:
     knot: wp.array2d[wp.vec2]  # (rows, knots) time, s, and value
     control_step: float  # s
     noise_seed: int
+    begins: int  # whether muscles start at the first excitations
+    settles: int  # and fibres in equilibrium with them
 
 
 @wp.struct

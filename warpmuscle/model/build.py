@@ -297,8 +297,14 @@ def start_of(scene: Scene, names: Topology) -> Start:
         coordinates=_beside(parts_q),
         speeds=_beside(parts_v),
         controller=controller_start(scene),
-        activation=rows([scene.muscle_model.initial_activation]),
+        activation=rows(_activations(scene)),
     )
+
+
+def _activations(scene: Scene) -> list[Any]:
+    """Of all muscles at the start, or of each of the scene, where some are named."""
+    common, named = scene.muscle_model.initial_activation, scene.initial_state.activations
+    return [named.get(name, common) for name in scene.character.muscles] if named else [common]
 
 
 def _root_start(state: InitialState, root: RootType) -> tuple[Floats, Floats]:

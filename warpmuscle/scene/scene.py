@@ -182,6 +182,7 @@ class InitialState(Part):
     root_angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
     heading: Annotated[Number | None, "rad"] = None
     joints: dict[str, JointState] = {}
+    activations: Annotated[dict[str, Number], "1"] = {}  # of muscles; others have `muscle_model.initial_activation`
     file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
     time: Annotated[float, "s"] = 0.0  # in that motion
     replay: int = 0  # which motion of the file

@@ -143,7 +143,8 @@ class Inputs:
         n, names, start = self._instances, self._structure.names, self.start
         coordinates = self._start.get("coordinates", start.coordinates)
         speeds = self._start.get("speeds", start.speeds)
-        activation = self._start.get("activation", start.activation)
+        every = start.activation if start.activation.shape[1] == 1 else start.activation[:, self._simulated]
+        activation = self._start.get("activation", every)
         coordinates = np.broadcast_to(coordinates, (n, names.coordinates)).astype(np.float32)
         speeds = np.broadcast_to(speeds, (n, names.speeds)).astype(np.float32)
         accelerations = np.zeros((1, names.speeds), dtype=np.float32)

@@ -173,7 +173,12 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
 @pytest.mark.parametrize(
     ("where", "old", "new", "said"),
     [
-        ("controller", "GaitStateController", "SpinalController", "controller.scone:3: SpinalController: not known in"),
+        (
+            "controller",
+            "GaitStateController",
+            "SpinalController",
+            "controller.scone:3: SpinalController: controllers of",
+        ),
         ("controller", "MuscleReflex {", "BodyPainReflex {", "controller.scone:10: BodyPainReflex: not known in"),
         ("controller", "target = calf", "target = claf", "there is no muscle 'claf' in the model, nor claf_l"),
         ("controller", "source = tilt", "source = trunk_x", "of the root only its turns can be sensed: 'tilt'"),
@@ -187,7 +192,7 @@ def test_weak_muscles_and_reflexes_that_always_act_come_in_as_well(tmp_path: Pat
         ("controller", "delay = 0.020", "delay = 1e9", "the limit `delay`"),
         ("controller", "dof = foot", "dof = toe", "there is no joint 'toe' in the model"),
         ("scenario", "Wang2012", "Wang2013", "'Wang2013' is not known here; there are Wang2012"),
-        ("scenario", "GaitMeasure", "JumpMeasure", "measures of this kind are not known here; there are"),
+        ("scenario", "GaitMeasure", "MimicMeasure", "measures of this kind are not known here; there are"),
         ("scenario", "GaitMeasure", "BalanceMeasure", "min_velocity: not known in `BalanceMeasure`"),
         ("scenario", "max_duration = 0.8", "max_duration = 0.8 colour = 1", "colour: not known in"),
         ("scenario", "data/pair.hfd", "../pair.hfd", "leads out of the folder"),

@@ -162,3 +162,30 @@ def test_values_of_names_that_grow_without_end_are_refused(tmp_path: Path):
     (tmp_path / "bomb.zml").write_text("\n".join(lines) + "\n")
     with pytest.raises(SceneError, match=r"bomb.zml:\d+: "):
         parse(tmp_path / "bomb.zml", Notes())
+
+
+def test_a_name_counts_to_the_end_of_its_braces_and_of_its_file(tmp_path: Path):
+    # xo/serialization/prop_node_serializer_zml.cpp of SCONE: macros are limited by scope
+    (tmp_path / "part.zml").write_text("$delay = 0.005\ninner = $delay\n")
+    (tmp_path / "a.zml").write_text(
+        "$delay = 0.1\nfirst { $delay = 0.02 x = $delay }\n<< part.zml >>\nlast = $delay\n"
+        "said = \"a${delay}b ${delay}\" quoted = 'two words'\n"
+    )
+    top = parse(tmp_path / "a.zml", Notes())
+    assert top.need("first").number_of("x", 0.0) == 0.02
+    assert (top.number_of("inner", 0.0), top.number_of("last", 0.0)) == (0.005, 0.1)
+    assert top.string_of("said") == "a0.1b 0.1" and top.string_of("quoted") == "two words"
+    (tmp_path / "b.zml").write_text('first { $delay = 1 }\nlast = "${delay}"\n')
+    with pytest.raises(SceneError, match=r"b.zml:2: last: \$delay has no value here"):
+        parse(tmp_path / "b.zml", Notes())
+
+
+def test_files_of_older_versions_say_types_include_and_comment_in_their_way(tmp_path: Path):
+    (tmp_path / "part.zml").write_text("; what is measured\nMeasure { type = GaitMeasure weight = 3 }\n")
+    (tmp_path / "a.zml").write_text(
+        'Optimizer = {\n  type = CmaOptimizer ; as of 2017\n  #include "part.zml"\n  // more\n'
+        "  INCLUDE = { file = part.zml }\n}\n"
+    )
+    optimizer = parse(tmp_path / "a.zml", Notes()).need("CmaOptimizer")
+    assert [one.number_of("weight", 0.0) for one in optimizer.every("GaitMeasure")] == [3.0, 3.0]
+    optimizer.tell_unused()

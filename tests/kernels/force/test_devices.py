@@ -21,6 +21,7 @@ STEP, STEPS, GRAVITY, START = 0.0005, 1000, 9.8, 3.0  # s, steps, m/s^2, rad/s
 WHERE = {
     "bilinear_spring": {"joint": "elbow"}, "cycle_torque": {"joint": "elbow"}, "weight_support": {"body": "tip"},
     "point_spring": {"body": "base", "other_body": "tip"}, "joint_motor": {"body": "base", "other_body": "tip"},
+    "push": {"body": "tip"},
 }  # fmt: skip
 
 
@@ -85,6 +86,29 @@ def test_a_harness_that_carries_all_that_hangs_leaves_the_speed_as_it_is():
     angle, speed, power = swing(weight_support=device("weight_support", share=0.5))
     assert speed == pytest.approx(START, abs=1e-4)
     assert power["weight_support"] == pytest.approx(MASS * GRAVITY * REACH * np.sin(angle) * speed, abs=1e-3)
+
+
+def test_a_push_comes_again_at_its_intervals_until_its_end():
+    force, moment, place = np.array([-3.0, 5.0]), 0.2, np.array([0.05, -0.02])  # (y, z)
+    times = {"start": 0.05, "duration": 0.02, "interval": 0.1, "end": 0.3}
+    angle, speed, power = swing(
+        push=device(
+            "push", **times, force_y=force[0], force_z=force[1], moment_x=moment, place_y=place[0], place_z=place[1]
+        )
+    )
+    on = np.zeros(STEPS, dtype=bool)
+    for begun in (0.05, 0.15, 0.25):
+        on[round(begun / STEP) : round((begun + 0.02) / STEP)] = True
+    q, middle, found = 0.0, START, np.empty(STEPS)
+    for step in range(STEPS):
+        found[step] = q
+        y, z = place[0] - REACH, place[1]
+        arm = np.array([y * np.cos(q) - z * np.sin(q), y * np.sin(q) + z * np.cos(q)])
+        pushed = (arm[0] * force[1] - arm[1] * force[0] + moment) if on[step] else 0.0
+        middle += (STEP if step else 0.5 * STEP) * (pushed - MASS * GRAVITY * REACH * np.sin(q)) / ABOUT_JOINT
+        q += STEP * middle
+    assert angle == pytest.approx(found, abs=2e-4)
+    assert np.all(power["push"][~on] == 0.0) and np.all(power["push"][on] != 0.0)
 
 
 def test_a_cord_between_points_pulls_by_its_stretch_and_does_nothing_where_it_is_slack():

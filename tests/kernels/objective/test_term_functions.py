@@ -285,6 +285,12 @@ def test_stride_speed_is_what_a_foot_goes_from_landing_to_landing_over_the_time_
     np.testing.assert_allclose(walk.terms()["stride_speed"], expected, rtol=0.05)
 
 
+def test_rise_is_how_far_the_centre_of_mass_came_above_its_start_and_lowers_the_cost(walk: Rollout):
+    height = walk.recording().com[:, 1]
+    assert 0.005 < height.max() - height[0] < 0.2 and height[-1] < height.max()
+    np.testing.assert_allclose(walk.terms()["rise"], height[0] - height.max(), atol=2e-4)
+
+
 @pytest.mark.parametrize("way", [0.0, 0.7, 3.0])
 @pytest.mark.parametrize("width", [0.12, -0.04])
 def test_width_from_a_line_is_signed_and_does_not_depend_on_the_way_that_one_walks(way: float, width: float):
@@ -329,7 +335,7 @@ def test_cost_is_the_weighted_sum_and_a_failure_costs_more():
     expected = sum(weight * terms[name] for name, weight in weights.items())
     np.testing.assert_allclose(rollout.cost(), expected, rtol=1e-6)
     assert terms["torque"][0] > 100.0
-    assert all(terms[name][0] > 0.0 for name in weights)
+    assert all(terms[name][0] * TERMS[name].factor > 0.0 for name in weights)
     state = InitialState((0.0, 3.0, 0.0))
     weak = msgspec.structs.replace(scene, duration=1.0, objective=Objective(fall=1.0), initial_state=state)
     rollout = Rollout(weak, 1, "cpu")

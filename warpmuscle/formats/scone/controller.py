@@ -8,9 +8,10 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, Sensed, key_of
 from warpmuscle.formats.scone.zml import Node
-from warpmuscle.scene import Character, GaitStates, Scene
+from warpmuscle.scene import Character, Force, GaitStates, Scene
 from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, LegThresholds, Shape, Side, State
 from warpmuscle.scene.number import Number
 
@@ -25,7 +26,7 @@ THRESHOLDS = {
 LEGS = {"left": "leg0_l.", "right": "leg1_r."}  # how names of one leg's thresholds begin
 ONES: tuple[Side, Side] = ("left", "right")
 FUNCTIONS: dict[str, Shape] = {
-    "PieceWiseLinear": "linear", "PieceWiseConstant": "constant", "Polynomial": "polynomial",
+    "PieceWiseLinear": "linear", "PieceWiseConstant": "constant", "Polynomial": "polynomial", "Constant": "constant",
 }  # fmt: skip
 MOST_KNOTS = 99
 
@@ -115,6 +116,26 @@ class _Reader:
         noise.seed = int(seed)
         _labels(node)
         self._states(node).noise = noise
+
+    def perturbation(self, node: Node) -> None:
+        """Pushes of a body at fixed times."""
+        body, forces = node.need("body"), self._scene.forces
+        self._reflexes.known(body, body.text(), self._scene.character.bodies, "body")
+        key = key_of(node.string_of("name") or f"push_{body.text()}", forces)
+        values: dict[str, Number] = {
+            "start": node.number_of("start_time", 0.0), "duration": node.number_of("duration", 0.1),
+            "interval": node.number_of("interval", 0.0),
+            "end": node.number_of("stop_time", node.number_of("end_time", 0.0)),
+        }  # fmt: skip
+        for word, what in (("force", "force"), ("moment", "moment"), ("position_offset", "place")):
+            turned = vector(WORLD @ np.array(node.vector_of(word)))
+            values |= {f"{what}_{axis}": number for axis, number in zip("xyz", turned, strict=True)}
+        if not values["duration"] >= 0.0 or (values["interval"] and values["duration"] > values["interval"]):
+            node.fail("its duration must not be below 0, nor longer than its interval")
+        _labels(node)
+        node.find("random_seed")
+        forces[key] = Force("push", body=body.text(), parameters=values)
+        self._notes.places[f"forces.{key}"] = (node.file, node.line)
 
     def _always(self, node: Node) -> Acting:
         name = node.string_of("name")
@@ -213,6 +234,8 @@ class _Reader:
             terms = [node.need(f"coefficient{k}") for k in range(_count(degree, 0) + 1)]
             numbers = [self._bindings.number(x, f"{own}.C{k}", f"{place}.values.{k}") for k, x in enumerate(terms)]
             return numbers, []
+        if (value := node.find("value")) is not None:
+            return [self._bindings.number(value, f"{own}.value", f"{place}.values.0")], []
         knots, value = _count(node.need("control_points"), 1), node.need("control_point_y")
         values = [self._bindings.number(value, f"{own}.Y{k}", f"{place}.values.{k}") for k in range(knots)]
         if knots == 1:
@@ -259,5 +282,6 @@ CONTROLLERS: dict[str, Callable[[_Reader, Node], None]] = {
     "ReflexController": _Reader.reflexes,
     "FeedForwardController": _Reader.feed_forward,
     "NoiseController": _Reader.noise,
+    "PerturbationController": _Reader.perturbation,
     "CompositeController": _Reader.composite,
 }

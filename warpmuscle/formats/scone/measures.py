@@ -8,15 +8,23 @@ from typing import Any
 import msgspec
 
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.scone.start import matches
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import plain_number
 
-LABELS = ("name", "signature_prefix", "signature_postfix", "symmetric", "minimize", "threshold", "threshold_transition")
+LABELS = (
+    "name", "signature", "signature_prefix", "signature_postfix", "symmetric", "dual_sided", "minimize", "threshold",
+    "threshold_transition", "result_offset", "omnidirectional",
+)  # fmt: skip
 ENERGY = {"Wang2012": "wang", "Uchida2016": "umberger"}
 EFFORT = {"SquaredMuscleActivation": "effort_squared", "CubedMuscleActivation": "effort_cubed"}
 APPROXIMATE = "the nearest term is another one: "
 
+CENTIMETRES = 100.0  # in a metre
+UNCOUNTED = (
+    "DofMeasure", "DofLimitMeasure", "JointMeasure", "JointLoadMeasure", "BodyMeasure", "MuscleMeasure", "StepMeasure",
+)  # fmt: skip
 PER_METRE = "activations over the mass and the way at the wanted speed, where SCONE takes the way that is walked"
 
 
@@ -55,7 +63,9 @@ def _composite(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
 
 def _gait(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
     """A least speed of steps, and the height at which a fall ends the simulation."""
-    for key in ("load_threshold", "min_step_duration", "initiation_steps", "base_bodies", "max_velocity"):
+    for key in (
+        "load_threshold", "min_step_duration", "initiation_steps", "base_bodies", "max_velocity", "continue_after_fall",
+    ):  # fmt: skip
         node.find(key)
     scene.failure.com_height = node.number_of("termination_height", 0.5)
     speed = node.number_of("min_velocity", 0.0)
@@ -81,6 +91,10 @@ def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
     ratio = node.number_of("default_muscle_slow_twitch_ratio", 0.5)
     for muscle in scene.character.muscles.values():
         muscle.slow_fibres = ratio
+    for group in node.every("MuscleProperties"):
+        for one in group.every("MuscleProperties"):
+            _put_ratio(one, scene)
+        group.tell_unused()
     scene.muscle_model.specific_tension = tension
     each = node.truth_of("use_average_per_muscle", False)
     weight /= max(len(scene.character.muscles), 1) if each else 1
@@ -100,17 +114,44 @@ def _effort(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
         kind.fail(f"{kind.text()!r} is not known here; there are {', '.join((*ENERGY, *EFFORT))}")
 
 
+def _put_ratio(node: Node, scene: Scene) -> None:
+    """The share of slow fibres of some muscles."""
+    ratio, named = node.need("slow_twitch_ratio").number(), node.need("muscle")
+    if not 0.0 <= ratio <= 1.0:
+        node.fail(f"its slow_twitch_ratio is from 0 to 1, not {ratio:g}")
+    for name, muscle in scene.character.muscles.items():
+        if matches(name, named.text()):
+            muscle.slow_fibres = ratio
+    node.tell_unused()
+
+
 def _mass(scene: Scene) -> float:
     """Of the body, kg."""
     return sum(plain_number(body.mass) for body in scene.character.bodies.values()) or 1.0
 
 
-def _dof(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
-    """Angles and torques of limits beyond a range: there is no term for one joint."""
+def _jump(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """How high the centre of mass comes, cm, which a search wants much of."""
+    if node.number_of("jump_type", 0.0) != 0.0:
+        node.fail("long jumps are not known here: leave out jump_type")
+    if (body := node.find("body", "target_body")) is not None:
+        body.fail("only jumps of the centre of mass are known here")
+    for key in ("termination_height", "prepare_time", "recover_time", "terminate_on_peak", "negate_result"):
+        node.find(key)
+    scene.failure.com_height = 0.0  # to land badly costs nothing there
+    _weigh(scene, rise=CENTIMETRES * weight)
+    reason = "height above the start, to the end of the time, where SCONE may end at the peak and blames early jumps"
+    notes.ignore(node.file, node.line, node.key, APPROXIMATE + reason)
+
+
+def _left_out(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
+    """A measure that no term is near to."""
     for child in node.children:
         child.used = True
-    reason = f"of {node.string_of('dof', 'a joint')}: no term counts one joint's angle or limit alone; left out"
-    notes.ignore(node.file, node.line, node.key, reason)
+    name = next((child.value for child in node.children if child.key in ("dof", "body", "muscle")), None)
+    notes.ignore(
+        node.file, node.line, node.key, f"{f'of {name}: ' if name else ''}no term counts what it does; left out"
+    )
 
 
 def _ground_force(node: Node, scene: Scene, notes: Notes, weight: float) -> None:
@@ -127,5 +168,5 @@ def _ground_force(node: Node, scene: Scene, notes: Notes, weight: float) -> None
 
 MEASURES: dict[str, Callable[[Node, Scene, Notes, float], None]] = {
     "CompositeMeasure": _composite, "GaitMeasure": _gait, "BalanceMeasure": _balance, "EffortMeasure": _effort,
-    "DofMeasure": _dof, "ReactionForceMeasure": _ground_force,
-}  # fmt: skip
+    "ReactionForceMeasure": _ground_force, "JumpMeasure": _jump,
+} | dict.fromkeys(UNCOUNTED, _left_out)  # fmt: skip

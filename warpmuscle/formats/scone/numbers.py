@@ -8,7 +8,7 @@ from typing import NamedTuple
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene.number import Free, Number
 
-FREE = re.compile(r"(?P<mean>[^~<>]*)~(?P<std>[^~<>]*)(?:<(?P<low>[^,<>]*),(?P<high>[^,<>]*)>)?")
+FREE = re.compile(r"(?P<mean>[^~<>\[]*)~(?P<std>[^~<>\[]*)(?:[<\[](?P<low>[^,<>]*),(?P<high>[^,<>\]]*)[>\]])?")
 AUTO_FACTOR, LEAST_SPREAD = 0.1, 0.01  # of a spread that is not given: factor of the mean, and the least one
 UNBOUNDED = 10.0  # spreads to either side, of a number without bounds
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from warpmuscle.core.errors import SceneError
@@ -12,24 +12,30 @@ from warpmuscle.formats.scone.controller import CONTROLLERS, read_controllers
 from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.measures import MEASURES, read_measures
 from warpmuscle.formats.scone.model import HyfydyModel, Options, read_model
+from warpmuscle.formats.scone.modifiers import put_modifiers
 from warpmuscle.formats.scone.numbers import FreeNumber, read_number
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters
 from warpmuscle.formats.scone.reflexes import Bindings, Sensed
-from warpmuscle.formats.scone.start import matches, put_load, put_start, read_states
+from warpmuscle.formats.scone.start import Start, matches, put_load, put_start, read_states
 from warpmuscle.formats.scone.zml import Node, find_beside, parse
 from warpmuscle.scene import Scene
 from warpmuscle.scene.gait_states.part import sided
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.validation.scene import check_scene
 
-OPTIMIZERS = ("CmaOptimizer", "CmaPoolOptimizer", "EvaOptimizer", "SimilarityOptimizer")
+OPTIMIZERS = ("CmaOptimizer", "CmaOptimizerSpot", "CmaPoolOptimizer", "EvaOptimizer", "SimilarityOptimizer")
 OBJECTIVES = ("SimulationObjective",)
-MODELS = ("ModelHyfydy", "ModelOpenSim3", "ModelOpenSim4")
+MODELS = (  # the last ones by names of older and newer versions
+    "ModelHyfydy", "ModelOpenSim3", "ModelOpenSim4", "ModelHyfydyPrecise", "ModelHfd", "OpenSimModel", "Simbody",
+)  # fmt: skip
 SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has options for
     "signature_prefix", "signature_postfix", "min_progress", "max_generations", "random_seed", "output_root", "lambda",
     "init_file", "init", "use_init_file", "max_errors", "name", "global_std_factor", "global_std_offset", "sigma", "mu",
-    "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size",
+    "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size", "minimize",
+    "use_init_file_std", "init_file_std_factor", "init_file_std_offset", "max_threads", "population_size",
+    "min_improvement_for_file_output", "max_generations_without_file_output", "output_mode", "progress_samples_begin",
+    "progress_samples_end", "flat_fitness_tolerance", "std_factor", "std_offset", "use_best_as_mean",
 )  # fmt: skip
-BEGUN = "muscles start at what the controller first asks of them"
 INIT = ("init", "init_file")
 UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
 FORCES = (
@@ -38,13 +44,19 @@ FORCES = (
 SETTINGS = (  # of the model, that change nothing here
     "signature_postfix", "scone_version", "hyfydy_version", "name", "use_fixed_control_step_size", "max_step_size",
     "integration_accuracy", "integration_method", "enable_external_forces", "fixed_measure_step_size",
-    "initial_load_dof", "initial_state_offset_include", "leg_upper_body", "leg_lower_body", "leg_contact_force",
+    "initial_load_dof", "leg_upper_body", "leg_lower_body", "leg_contact_force",
     "max_integration_step_size", "planar", "use_omnidirectional_root_dofs", "zero_velocity_equilibration",
+    "neural_delays", "user_input_file", "use_swing_twist_joint_limits",
+    "move_static_bodies", "enable_interaction", "include_dofs_in_state",
 )  # fmt: skip
-PROPERTIES = {
-    "max_isometric_force": "f_max", "optimal_fiber_length": "l_opt", "tendon_slack_length": "l_slack",
-    "pennation_angle": "pennation",
+UNFELT = {  # settings of a model that change how it moves
+    "max_muscle_activation": "muscles are excited up to 1",
+    "max_individual_muscle_activation": "muscles are excited up to 1",
+    "muscle_input_soft_limits": "excitations are cut at 0 and 1",
+    "muscle_input_limit_type": "excitations are cut at 0 and 1", "blueprint": "the ground is level",
 }  # fmt: skip
+SCRIPTED = "scripts in Lua are not run here; see how scenes name code of their own, docs/tutorials/own-parts.md"
+IN_OR_OUT = {"include": "*", "exclude": ""}  # what of a start has offsets, where nothing is said
 OFFSETS = "start where their offsets put them, {fixed}: a search does not change them here"
 TIME_STEP = 0.001  # s
 CONTROL_STEP = 0.005
@@ -92,6 +104,8 @@ class _Scenario:
         """The scene, and where its parameters are."""
         optimizer = self._top.find(*OPTIMIZERS) or self._top
         objective = optimizer.find(*OBJECTIVES)
+        if objective is None and any(one.key in MODELS for one in self._top.children):
+            optimizer = objective = self._top  # a model alone, as what scripts of SCONE load
         if objective is None:
             parts = [one for one in optimizer.children if one.key.endswith(("Controller", "Measure"))]
             if parts:
@@ -103,8 +117,9 @@ class _Scenario:
         for option in optimizer.every(*SEARCH):
             if option.key not in ("signature_prefix", "signature_postfix", "name", *INIT):
                 self._notes.ignore(option.file, option.line, option.key, UNUSED)
-        optimizer.tell_unused()
-        for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time"):
+        if optimizer is not self._top:
+            optimizer.tell_unused()
+        for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time", "minimize"):
             objective.find(key)
         self._bindings.std_factor = objective.number_of("auto_std_factor", self._bindings.std_factor)
         node = objective.find(*MODELS)
@@ -113,21 +128,26 @@ class _Scenario:
         found = self._model(node)
         scene = found.scene
         scene.name, scene.time_step = self._path.stem, TIME_STEP
-        scene.duration = objective.number_of("max_duration", 10.0)
+        scene.duration = objective.number_of("max_duration", node.number_of("simulation_end_time", 10.0))
         scene.failure.heading = 0.0  # measures end a simulation by its height alone
         root = {name: found.coordinates[name] for name in found.root if name in found.coordinates}
         motors = {name: (found.coordinates[name], force) for name, force in found.motors.items()}
         body = Sensed(root, motors)
-        read_controllers(objective.every(*CONTROLLERS), scene, body, self._bindings, self._notes)
-        read_measures(objective.every(*MEASURES), scene, self._notes)
-        objective.tell_unused(f"controllers are {', '.join(CONTROLLERS)}, measures {', '.join(MEASURES)}")
+        groups = [objective, node, *node.every("Controllers")]
+        read_controllers(_every(groups, CONTROLLERS), scene, body, self._bindings, self._notes)
+        read_measures(_every(groups, MEASURES), scene, self._notes)
+        for group in groups[2:]:
+            _tell_unknown_parts(group)
+        _tell_unknown_parts(objective)
         if scene.gait_states is not None:
             scene.gait_states.control_step = node.number_of("fixed_control_step_size", CONTROL_STEP)
             scene.gait_states.least = node.number_of("min_muscle_activation", 0.01)
         node.find("fixed_control_step_size")
         node.find("min_muscle_activation")
         self._start(node, found)
-        node.tell_unused()
+        for key in node.every(*UNFELT):
+            self._notes.ignore(key.file, key.line, key.key, f"not known here, and not used: {UNFELT[key.key]}")
+        _tell_unknown_parts(node)
         return scene, self._bindings
 
     def _init(self, optimizer: Node) -> None:
@@ -165,41 +185,36 @@ class _Scenario:
             found = read_model(parse(path, self._notes), self._notes, options)
         if node.truth_of("use_opensim_activation_dynamics", False) and path.suffix.lower() != ".osim":
             found.scene.muscle_model.activation = "scaled"  # with the same rates, as times
-        self._properties(node, found.scene)
+        if (begun := node.find("initial_equilibration_activation")) is not None:
+            found.scene.muscle_model.initial_activation = begun.number()
+        scaling = node.find("sensor_delay_scaling_factor")
+        if scaling is not None and scaling.number() != 1.0:
+            scaling.fail("a factor of delays other than 1 is not known here")
+        put_modifiers(node, found.scene)
         _put_feet(found.scene, node)
         return found
 
-    def _properties(self, node: Node, scene: Scene) -> None:
-        """Other numbers of muscles, as they are or as factors."""
-        properties = node.find("Properties")
-        for one in properties.children if properties is not None else ():
-            one.used = True
-            if one.key not in scene.character.muscles:
-                one.fail("there is no muscle of this name")
-            muscle = scene.character.muscles[one.key]
-            for change in one.children:
-                word, _, factor = change.key.partition(".")
-                if word in PROPERTIES and factor in ("", "factor"):
-                    change.used = True
-                    own = getattr(muscle, PROPERTIES[word])
-                    setattr(muscle, PROPERTIES[word], change.number() * (own if factor else 1.0))
-            one.tell_unused(f"muscles have {', '.join(PROPERTIES)}, each also with .factor")
-
     def _start(self, node: Node, found: HyfydyModel) -> None:
-        values: dict[str, float] = {}
-        speeds: dict[str, float] = {}
+        start = Start({}, {}, {})
         if (file := node.find("state_init_file")) is not None:
             folder = self._path.absolute().parent
-            values, speeds = read_states(
-                find_beside(file.text(), file, folder, self._notes, (".sto", ".zml")), self._notes
-            )
-        offset, excluded = node.find("initial_state_offset"), node.string_of("initial_state_offset_exclude")
+            found_file = find_beside(file.text(), file, folder, self._notes, (".sto", ".zml"))
+            start = read_states(found_file, self._notes)
+            if found_file.suffix != Path(file.text()).suffix:  # of another file only the pose is meant
+                start = start._replace(activations={})
+        values, speeds, activations = start
+        offset = node.find("initial_state_offset")
+        included, excluded = (node.string_of(f"initial_state_offset_{way}", usual) for way, usual in IN_OR_OUT.items())
         symmetric = node.truth_of("initial_state_offset_symmetric", False)
+        if (older := node.find("state_init_optimization")) is not None:  # as versions before 2019 have it
+            offset, symmetric = older.find("offset"), older.truth_of("symmetric", False)
+            included, excluded = (older.string_of(f"{way}_states", usual) for way, usual in IN_OR_OUT.items())
+            older.tell_unused()
         if offset is not None:
             usual = read_number(offset, self._bindings.std_factor)
             for name in found.coordinates:
                 for table, state in ((values, name), (speeds, f"{name}_u")):
-                    if not matches(state, excluded):
+                    if matches(state, included) and not matches(state, excluded):
                         own = state.removesuffix("_l").removesuffix("_r") if symmetric else state
                         table[name] = table.get(name, 0.0) + self._fixed(f"{own}.offset", usual)
             how = "by the .par file" if self._bindings.values else "by their means"
@@ -208,11 +223,19 @@ class _Scenario:
         usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
         put_start(found.scene, found.coordinates, values, speeds)
         put_load(found.scene, self._fixed("initial_load", usual))
-        begun = node.find("initialize_activations_from_controller")
-        if begun is not None and not begun.truth():
-            self._notes.ignore(
-                begun.file, begun.line, begun.key, "muscles start at what the controller first asks of them"
-            )
+        self._activations(node, found.scene, activations)
+
+    def _activations(self, node: Node, scene: Scene, given: Mapping[str, float]) -> None:
+        """Let muscles start as active as the file of the start has them, unless the controller is to say it."""
+        ignored = node.truth_of("state_init_file_ignore_activations", False)
+        if node.truth_of("initialize_activations_from_controller", ignored or not given):
+            return
+        least = plain_number(scene.gait_states.least) if scene.gait_states is not None else 0.0
+        known = {name: value for name, value in given.items() if name in scene.character.muscles}
+        common = plain_number(scene.muscle_model.initial_activation)
+        scene.initial_state.activations = {
+            name: min(max(known.get(name, common), least), 1.0) for name in scene.character.muscles
+        }
 
     def _fixed(self, name: str, usual: float | FreeNumber) -> float:
         """A parameter that a scene has no free number for: its best value, or its mean."""
@@ -221,6 +244,25 @@ class _Scenario:
         if known is not None:
             return known.best
         return usual.mean if isinstance(usual, FreeNumber) else usual
+
+
+def _tell_unknown_parts(node: Node) -> None:
+    """SceneError at a controller, a measure or a setting that nobody has asked for, with those that there are."""
+    for child in node.children:
+        if child.used:
+            continue
+        if child.key.startswith("Script"):
+            child.fail(SCRIPTED)
+        for what, known in (("Controller", CONTROLLERS), ("Measure", MEASURES)):
+            if child.key.endswith(what):
+                child.fail(f"{what.lower()}s of this kind are not known here; there are {', '.join(known)}")
+    node.tell_unused()
+
+
+def _every(groups: list[Node], keys: Iterable[str]) -> list[Node]:
+    """The children of some nodes that have one of some keys."""
+    keys = tuple(keys)
+    return [child for group in groups for child in group.every(*keys)]
 
 
 def _options(node: Node) -> Options:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,19 +25,26 @@ from warpmuscle.scene.parameters import start_values, substitute
 LIFT_STEPS = 60  # of a bisection, of 2 m
 
 
-def read_states(path: Path, notes: Notes) -> tuple[dict[str, float], dict[str, float]]:
-    """Values and speeds of coordinates, rad or m and per s, of a .zml or the first row of a .sto.
+class Start(NamedTuple):
+    """Values and speeds of coordinates, rad or m and per s, and activations of muscles where there are any."""
+
+    values: dict[str, float]
+    speeds: dict[str, float]
+    activations: dict[str, float]
+
+
+def read_states(path: Path, notes: Notes) -> Start:
+    """The start that a .zml gives, or the first row of a .sto.
 
     Raises:
         SceneError: it cannot be read; with file and line.
     """
     if path.suffix.lower() != ".sto":
         top = parse(path, notes)
-        groups = [top.find("values"), top.find("velocities")]
+        groups = [top.find("values"), top.find("velocities"), top.find("activations")]
         if groups[0] is None:
             raise SceneError("there are no `values` in it", file=path)
-        values, speeds = ({one.key: one.number() for one in group.children} if group else {} for group in groups)
-        return values, speeds
+        return Start(*({one.key: one.number() for one in group.children} if group else {} for group in groups))
     lines = read_text(path).splitlines()
     end = next((k for k, line in enumerate(lines) if line.strip() == "endheader"), None)
     if end is None or len(lines) < end + 3:
@@ -51,8 +59,10 @@ def read_states(path: Path, notes: Notes) -> tuple[dict[str, float], dict[str, f
         value = float(word) if NUMBER.fullmatch(word) else math.nan
         if not math.isfinite(value):
             raise SceneError(f"{name}: {word!r} is not a finite number", file=path, line=end + 3)
-        row[name] = math.radians(value) if degrees and "_t" not in name[-4:] else value
-    return row, {name[:-2]: value for name, value in row.items() if name.endswith("_u")}
+        row[name] = math.radians(value) if degrees and "_t" not in name[-4:] and "." not in name else value
+    speeds = {name[:-2]: value for name, value in row.items() if name.endswith("_u")}
+    ending = ".activation"
+    return Start(row, speeds, {n.removesuffix(ending): value for n, value in row.items() if n.endswith(ending)})
 
 
 def matches(name: str, patterns: str) -> bool:

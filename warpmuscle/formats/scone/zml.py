@@ -1,10 +1,11 @@
 """The text that SCONE and Hyfydy write their files in: keys with values or with more keys in braces, with their lines.
 
     key = value    key { ... }    key [ ... ]    # comment    /* comment */    << file that stands here >>
-    $name = value    key = $name
+    $name = value    key = $name    key = "words with ${name} in them"
 
-A `$name` is known from where it is given a value on, also in files that are included after that. Files that are
-included lie in the folder of the first one, or below it.
+A `$name` is known from where it is given a value on to the end of the braces, or of the file, in which that stands, and
+in files that are included there. Files that are included lie in the folder of the first one, or below it. Files of the
+years before 2019 have `; comment`, `#include "file"`, and `type = Kind` in a block where others have its kind as key.
 """
 
 from __future__ import annotations
@@ -21,14 +22,19 @@ from warpmuscle.core.limits import GREATEST_NUMBER, check_size
 from warpmuscle.formats.lines import NUMBER, Notes, read_text
 
 TOKEN = re.compile(
-    r"""(?P<space>\s+|\#[^\n]*|/\*.*?\*/)
+    r"""\#include\s*"(?P<included>[^"\n]*)"
+    |(?P<space>\s+|(?:\#|//|;)[^\n]*|/\*.*?\*/)
     |"(?P<text>[^"\n]*)"
+    |'(?P<quoted>[^'\n]*)'
     |<<(?P<file>[^<>\n]*)>>
     |(?P<mark>[{}\[\]=])
     |(?P<word>(?!/\*)[^\s{}\[\]="\#]+)""",
     re.VERBOSE | re.DOTALL,
 )
 CLOSING = {"{": "}", "[": "]"}
+WITHIN = re.compile(r"\$\{([^{}\s]*)\}")
+SAME = {"quoted": "text", "included": "file"}  # kinds of tokens that others mean
+KINDS = ("Optimizer", "Objective", "Model", "Controller", "Measure", "Reflex")  # keys of blocks that say their `type`
 
 
 @dataclass(slots=True, eq=False)
@@ -109,11 +115,13 @@ class Node:
         return default if found is None else found.truth()
 
     def vector_of(self, key: str, default: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[float, float, float]:
-        """A child with x, y and z, or with a list of three numbers."""
+        """A child with x, y and z, or with a list of three numbers, or with three in quotes."""
         found = self.find(key)
         if found is None:
             return default
-        if all(child.key == "" for child in found.children) and len(found.children) == 3:
+        if found.value is not None and len(words := found.value.split()) == 3:
+            x, y, z = (found.number_in(word) for word in words)
+        elif all(child.key == "" for child in found.children) and len(found.children) == 3:
             x, y, z = (child.number() for child in found.every(""))
         else:
             x, y, z = (found.number_of(axis, default[index]) for index, axis in enumerate("xyz"))
@@ -233,7 +241,7 @@ class _File:
                 raise SceneError(f"cannot be read from {word!r} on", file=self._path, line=line)
             kind = found.lastgroup or ""
             if kind != "space":
-                yield kind, found.group(kind), line
+                yield SAME.get(kind, kind), found.group(kind), line
             line += found.group().count("\n")
             place = found.end()
         while True:
@@ -244,8 +252,16 @@ class _File:
         return token
 
     def _block(self, opening: str, owner: Node, depth: int) -> list[Node]:
-        """Nodes up to the bracket that closes a block, or to the end of the file."""
+        """Nodes up to the bracket that closes a block, or to the end of the file; so far a `$name` of it is known."""
         check_size("nesting", depth, lambda text: SceneError(text, file=owner.file, line=owner.line))
+        outside = self._reader.values
+        self._reader.values = dict(outside)
+        found = self._nodes(opening, owner, depth)
+        self._reader.values = outside
+        return found
+
+    def _nodes(self, opening: str, owner: Node, depth: int) -> list[Node]:
+        """The nodes of a block."""
         closing, found = CLOSING.get(opening, ""), list[Node]()
         while True:
             kind, text, line = self._take()
@@ -272,6 +288,10 @@ class _File:
                 if kind == "word" and text.startswith("$"):
                     self._reader.values[text] = node
                     continue
+                if text == "INCLUDE" and (named := node.find("file")) is not None:
+                    found += self._reader.included(named.text(), named, self._within)
+                    continue
+                _say_kind(node)
             found.append(node)
 
     def _value(self, node: Node, depth: int) -> None:
@@ -290,16 +310,27 @@ class _File:
 
     def _put(self, node: Node, text: str) -> None:
         """Give a node a value, or what a `$name` was given."""
-        if not text.startswith("$"):
-            node.value = text
+        if not text.startswith("$") or text.startswith("${"):
+            node.value = WITHIN.sub(lambda found: self._given(node, f"${found[1]}").text(), text)
             return
-        if text not in self._reader.values:
-            node.fail(f"{shortened(text)} has no value here: give it one before, as in {shortened(text)} = 0.01")
-        given = self._reader.values[text]
+        given = self._given(node, text)
         node.value, node.children = given.value, [self._copied(child) for child in given.children]
+
+    def _given(self, node: Node, name: str) -> Node:
+        """What a `$name` was given."""
+        if name not in self._reader.values:
+            node.fail(f"{shortened(name)} has no value here: give it one before, as in {shortened(name)} = 0.01")
+        return self._reader.values[name]
 
     def _copied(self, node: Node) -> Node:
         """A node of its own, which counts as unused; what is copied counts as elements."""
         self._reader.count(node)
         children = [self._copied(child) for child in node.children]
         return Node(node.key, node.file, node.line, node.value, children)
+
+
+def _say_kind(node: Node) -> None:
+    """Give a block that says its `type` this as its key."""
+    if node.key in KINDS and (kind := next((child for child in node.children if child.key == "type"), None)):
+        node.key = kind.text()
+        node.children.remove(kind)

@@ -24,6 +24,7 @@ from warpmuscle.kernels.gait_state_structs import (
 )
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.activation import delayed_slot
+from warpmuscle.kernels.muscle.muscle import UNSETTLED
 from warpmuscle.kernels.objective.accelerations import centre_of_mass
 from warpmuscle.kernels.structs import LEFT, ModelRef, MuscleRow, ScratchRef, StateRef, at
 
@@ -144,7 +145,8 @@ def state_excitation(instance: int, muscle: int, control_step: int, model: Model
 def gait_state_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """States and excitations, once a control step; from the second step on, when fibres have been felt.
 
-    Activations start at the first excitations. Ends with a barrier.
+    Activations start at the first excitations, and fibres in equilibrium with them, unless the scene has others:
+    what is sensed first is that of the scene's. Ends with a barrier.
     """
     gait = model.gait
     step = state.step[instance]
@@ -160,8 +162,10 @@ def gait_state_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
         for m in range(lane, model.muscles.count, lanes):
             excitation = state_excitation(instance, m, control_step, model, state)
             state.muscles.reflex[instance, m] = excitation
-            if step == 1:
+            if step == gait.begins:
                 state.muscles.activation[instance, m] = excitation
+                if gait.settles == 1:
+                    state.muscles.fibre_length[instance, m] = UNSETTLED
     synchronize()
 
 

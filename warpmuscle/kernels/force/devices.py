@@ -20,6 +20,7 @@ from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.kernels.force.joint_motor import JointMotor, joint_motor
 from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad, joint_load, load, point_load
 from warpmuscle.kernels.force.point_spring import PointSpring, point_spring
+from warpmuscle.kernels.force.push import Push, push
 from warpmuscle.kernels.force.weight_support import WeightSupport, weight_support
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
@@ -213,6 +214,7 @@ FORCES = {
         variables=("theta_x", "theta_y", "theta_z", "delta_x", "delta_y", "delta_z"),
     ),
     "air_drag": ForceKind(wrench=air_drag, parameters=AirDrag),
+    "push": ForceKind(wrench=push, parameters=Push, device=True),
     "load": ForceKind(wrench=load, parameters=Load),
     "point_load": ForceKind(wrench=point_load, parameters=PointLoad),
     "joint_load": ForceKind(effort=joint_load, parameters=JointLoad),

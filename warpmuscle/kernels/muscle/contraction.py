@@ -9,6 +9,7 @@ from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, shaped_curves
 from warpmuscle.kernels.muscle import muscle
 from warpmuscle.kernels.muscle.muscle import (
+    UNSETTLED,
     pennation_cosine,
     rigid_fibre_speed,
     switched_fibre_length,
@@ -110,7 +111,8 @@ def contractions(curves: int, tendon: int, implicit: bool, own: CustomCurves | S
         if wp.static(shaped):
             shortest = bounded_length(of_muscle.row.shortest * l_opt, l_opt, width)
         path_length = stretch.fixed + stretch.moving
-        if state.step[instance] == 0:
+        unsettled = state.muscles.fibre_length[instance, m] == UNSETTLED
+        if state.step[instance] == 0 or unsettled:
             settled = fibre_equilibrium(of_muscle, activation, path_length, l_opt, l_slack, width)
             if wp.static(shaped):
                 settled = wp.max(settled, shortest)

@@ -26,6 +26,7 @@ LARGEST_SPEED = 1.0  # of v_max
 FASTEST_STRETCH = (
     10.0  # of v_max: a fibre with a compliant tendon gives way to a faster pull than that of LARGEST_SPEED
 )
+UNSETTLED = -1.0  # m, of a fibre that is to come into equilibrium with its tendon in this step
 FIBRE_DAMPING = 0.1  # beta of Millard 2013, of f_max at v_max
 EQUILIBRIUM_STEPS = 40
 SPEED_STEPS = 12

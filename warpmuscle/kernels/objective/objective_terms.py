@@ -58,6 +58,7 @@ _TERMS = (
         "fibre_range", "s", "squared l_opt by which fibres are beyond 0.5 to 1.5, summed over muscles and time",
         "muscle",
     ),
+    Term("rise", "m", "how far the centre of mass came above where it started", "instance", sign="earned"),
 )  # fmt: skip
 
 # In the order in which they are logged; each counts for the time of the decision, but for those in `PER_DECISION`.

@@ -24,7 +24,7 @@ from warpmuscle.kernels.muscle.metabolics import (
 )
 from warpmuscle.kernels.muscle.muscle import LARGEST_SPEED, bounded_passive
 from warpmuscle.kernels.objective.declaration import Scope
-from warpmuscle.kernels.objective.failure import turn_between
+from warpmuscle.kernels.objective.failure import above_ground, turn_between
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.kernels.structs import LEFT, RIGHT, ModelRef, ScratchRef, StateRef, at
 
@@ -312,6 +312,16 @@ def norm_force(instance: int, model: ModelRef, state: StateRef, work: ScratchRef
         error = state.foot_force[instance, side][1] / weight - human
         total += error * error
     return total / (model.norm_force_band * model.norm_force_band)
+
+
+@func
+def rise(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, total: float) -> float:
+    """What the centre of mass comes above the highest place that it has had, over the time step.
+
+    Heights are above the plane of the ground, and `total` is the sum so far: how far it had come above its start.
+    """
+    above = above_ground(instance, work.center[0], model) - state.start_height[instance]
+    return wp.max(above / model.time_step - total, 0.0)
 
 
 def _functions(scope: Scope) -> dict[str, Any]:

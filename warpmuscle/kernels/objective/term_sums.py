@@ -161,13 +161,17 @@ def _and_body_term(others: Any, term: Any, index: int, cause: int) -> Any:
 
 
 def _and_instance_term(others: Any, term: Any, index: int, cause: int) -> Any:
-    counted = _counted(cause)
+    counted, with_total = _counted(cause), "total" in term.input_types
 
     @wp.func
     def add(instance: int, model: ModelRef, state: StateRef, work: ScratchRef):
         others(instance, model, state, work)
-        value = counted(term(instance, model, state, work), instance, state, work)
-        state.instance_terms[instance, index] = state.instance_terms[instance, index] + value
+        total = state.instance_terms[instance, index]
+        if wp.static(with_total):
+            value = counted(term(instance, model, state, work, float(total)), instance, state, work)
+        else:
+            value = counted(term(instance, model, state, work), instance, state, work)
+        state.instance_terms[instance, index] = total + value
 
     return add
 

@@ -212,6 +212,8 @@ def gait_states_struct(scene: Scene, names: Topology, muscles: Sequence[str], de
     s.thresholds = structs_to_device(structs.GaitThresholds, limits, device)
     s.control_step = s.every * scene.time_step
     s.noise_seed = states.noise.seed if states.noise is not None else 0
+    s.begins = int(not scene.initial_state.activations)
+    s.settles = int(scene.muscle_model.tendon == "compliant")
     _put_patterns(s, found, device)
     return s
 

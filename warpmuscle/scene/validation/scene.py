@@ -219,6 +219,10 @@ class _Check(Checks):
             key = f"initial_state.joints.{name}"
             known(name, character.joints, "joint", key)
             joint_type(character.joints[name]).check_state(self, key, joint)
+        for name, activation in initial.activations.items():
+            key = f"initial_state.activations.{name}"
+            known(name, character.muscles, "muscle", key)
+            self.fraction(key, activation)
 
 
 def _plain(scene: Scene) -> Any:
