@@ -17,7 +17,7 @@ from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vect
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import massless
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
+from warpmuscle.scene.parameters import at_start, leaves, rebuilt
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
@@ -180,7 +180,7 @@ def muscle_length_factors(scene: Scene, scaled: Scene) -> dict[str, float]:
 
 def path_lengths(scene: Scene) -> dict[str, float]:
     """Length of each path of points at the start, m; free parameters count with their start values."""
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     poses, angles = initial_pose(plain)
     muscles = plain.character.muscles
     routes = {name: muscle for name, muscle in muscles.items() if muscle.path}
@@ -189,7 +189,7 @@ def path_lengths(scene: Scene) -> dict[str, float]:
 
 def _lowest_point(scene: Scene) -> float:
     """Height of the lowest point of all shapes at the start, m; 0 if there are no shapes."""
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     state = plain.initial_state
     root = normalized(plain_vector(state.root_orientation))
     poses, _ = initial_pose(plain)

@@ -10,7 +10,7 @@ import numpy as np
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
+from warpmuscle.scene.parameters import at_start, leaves, rebuilt
 
 
 def batch_scene(scenes: Sequence[Scene]) -> Scene:
@@ -23,7 +23,7 @@ def batch_scene(scenes: Sequence[Scene]) -> Scene:
     """
     if not scenes:
         raise SceneError("there are no scenes to put together")
-    plain = [dict(leaves(substitute(scene, start_values(scene)))) for scene in scenes]
+    plain = [dict(leaves(at_start(scene))) for scene in scenes]
     first = plain[0]
     differing: dict[str, Any] = {}
     for number, other in enumerate(plain[1:], start=1):
@@ -38,7 +38,7 @@ def batch_scene(scenes: Sequence[Scene]) -> Scene:
             differing[path] = None
     for path in differing:
         differing[path] = np.array([one[path] for one in plain], dtype=np.float64)
-    return rebuilt(substitute(scenes[0], start_values(scenes[0])), lambda path, leaf: differing.get(path, leaf))
+    return rebuilt(at_start(scenes[0]), lambda path, leaf: differing.get(path, leaf))
 
 
 def _is_number(leaf: Any) -> bool:

@@ -14,7 +14,7 @@ from warpmuscle.scene import InitialState, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.scene.masses import body_mass
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.scaling import multiplied, scaled_segments
 from warpmuscle.scene.sizes.similarity import gait_of_size
 
@@ -28,7 +28,7 @@ def height_of(scene: Scene) -> float:
     Raises:
         SceneError: it has no shapes.
     """
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     poses, _ = initial_pose(msgspec.structs.replace(plain, initial_state=InitialState()))
     ends = [
         (position + rotate(orientation, plain_vector(point)))[1] + sign * plain_number(radius)
@@ -67,7 +67,7 @@ def sized(
     Raises:
         SceneError: a height or mass that no body has, a factor that is not positive, or a pattern that names no body.
     """
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     own_height, own_mass = height_of(scene), body_mass(plain.character)
     height = own_height if height is None else _within("height", height, HEIGHTS, "m")
     length = height / own_height
