@@ -18,8 +18,6 @@ from warpmuscle.formats.osim.records import Axis, Body, Contact, Joint, Model, M
 
 Factors = Mapping[str, Floats]  # (3,) along x, y and z of a body, by its name
 
-ROUND = ("WrapCylinder", "WrapTorus")
-
 
 def scaled_model(
     model: Model, factors: Factors, mass: float | None = None, keep_mass_distribution: bool = False

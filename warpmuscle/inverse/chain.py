@@ -24,7 +24,6 @@ from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import topology
 
 Pieces = tuple[Floats, Floats]  # where they start (P,), and their coefficients (P, 4)
-STILL: Pieces = (np.zeros(1), np.zeros((1, 4)))
 LINE: Pieces = (np.zeros(1), np.array([[0.0, 1.0, 0.0, 0.0]]))
 GROUND = -1
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import is_number
 from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.scene import Character, Displacement, Joint, Scene, ViaPoint
 from warpmuscle.scene.geometry import contact_points
@@ -40,7 +40,7 @@ def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:
         SceneError: there is no number at a path, a free parameter cannot be multiplied so, or a number follows one
             that becomes 0.
     """
-    numbers = {path for path, leaf in leaves(scene) if isinstance(leaf, Free) or _is_plain(leaf)}
+    numbers = {path for path, leaf in leaves(scene) if isinstance(leaf, Free) or is_number(leaf)}
     for path in factors:
         if path not in numbers:
             raise SceneError("there is no number here that could be multiplied", key=path)
@@ -220,11 +220,6 @@ def _lifted(scene: Scene, height: float) -> Scene:
         return msgspec.structs.replace(leaf, **moved)
 
     return rebuilt(scene, replaced)
-
-
-def _is_plain(leaf: Any) -> bool:
-    """Whether this is a number as such."""
-    return isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool)
 
 
 def _times(path: str, free: Free, factor: float) -> Free:

@@ -29,7 +29,6 @@ SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has opti
     "init_file", "init", "use_init_file", "max_errors", "name", "global_std_factor", "global_std_offset", "sigma", "mu",
     "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size",
 )  # fmt: skip
-BEGUN = "muscles start at what the controller first asks of them"
 INIT = ("init", "init_file")
 UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
 FORCES = (

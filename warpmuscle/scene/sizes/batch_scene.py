@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import is_number
 from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import at_start, leaves, rebuilt
@@ -33,16 +34,12 @@ def batch_scene(scenes: Sequence[Scene]) -> Scene:
         for path, leaf in other.items():
             if path in ("name", "description") or _same(leaf, first[path]):
                 continue
-            if not _is_number(leaf) or not _is_number(first[path]) or path in ("duration", "time_step", "control_rate"):
+            if not is_number(leaf) or not is_number(first[path]) or path in ("duration", "time_step", "control_rate"):
                 raise SceneError(f"scene {number} differs from the first one in more than numbers", key=path)
             differing[path] = None
     for path in differing:
         differing[path] = np.array([one[path] for one in plain], dtype=np.float64)
     return rebuilt(at_start(scenes[0]), lambda path, leaf: differing.get(path, leaf))
-
-
-def _is_number(leaf: Any) -> bool:
-    return isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool)
 
 
 def _same(one: Any, other: Any) -> bool:
