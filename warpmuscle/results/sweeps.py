@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from warpmuscle.core import hdf5
 from warpmuscle.core.arguments import as_path, as_text, as_truth
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
-from warpmuscle.core.labelled import imported
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import words
 from warpmuscle.results.records import Result
