@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.plots.style import PALETTE, grid, style
 from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
@@ -51,7 +51,7 @@ def _score_rows(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def _percent(value: float) -> str:
-    return f"{value:.0f} %" if np.isfinite(value) else ""
+    return f"{rounded(value, 0)} %" if np.isfinite(value) else ""
 
 
 def change_table(found: Comparison) -> list[tuple[str, ...]]:
@@ -66,7 +66,7 @@ def change_table(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def _digits(value: float) -> str:
-    return f"{value:.2f}"
+    return rounded(value, 2)
 
 
 def page(found: Comparison, sweep: str, command: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.files import shown
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.gait.table import DECIMALS
 from warpmuscle.plots.conditions import FALLS, RISES, Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
@@ -39,7 +39,7 @@ def number(unit: str, value: float) -> str:
     """A value with as many decimals as its unit is worth; empty if there is none."""
     if not np.isfinite(value):
         return ""
-    return f"{value:.{DECIMALS[unit]}f}" if unit in DECIMALS else f"{value:.4g}"
+    return rounded(value, DECIMALS[unit]) if unit in DECIMALS else f"{value:.4g}"
 
 
 def lines(found: StudyResult) -> list[tuple[str, ...]]:
