@@ -72,8 +72,8 @@ def sized(
     height = own_height if height is None else _within("height", height, HEIGHTS, "m")
     length = height / own_height
     mass = own_mass * length**3 if mass is None else _within("mass", mass, MASSES, "kg")
-    stretched = {name: length * _product(scene, name, lengths or {}) for name in scene.character.bodies}
-    heavier = {name: _product(scene, name, masses or {}) for name in scene.character.bodies}
+    stretched = {name: length * _product(name, lengths or {}) for name in scene.character.bodies}
+    heavier = {name: _product(name, masses or {}) for name in scene.character.bodies}
     for key, table in (("lengths", lengths or {}), ("masses", masses or {})):
         _check_patterns(scene, key, table)
     made = scaled_segments(scene, stretched, muscles=True)
@@ -99,7 +99,7 @@ def _within(key: str, number: float, bounds: tuple[float, float], unit: str) -> 
     return number
 
 
-def _product(scene: Scene, name: str, table: Mapping[str, float]) -> float:
+def _product(name: str, table: Mapping[str, float]) -> float:
     """All factors of a body, multiplied."""
     return float(np.prod([factor for pattern, factor in table.items() if fnmatchcase(name, pattern)]))
 
