@@ -174,6 +174,32 @@ def defined(file: Path) -> set[str]:
     return names
 
 
+def test_single_names_on_the_page_are_of_modules_or_of_what_they_define():
+    known = {part for name in MODULES for part in name.split(".")} | {"__init__"}
+    for file in MODULES.values():
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ClassDef | ast.FunctionDef):
+                known.add(node.name)
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                known.add(node.id)
+    named = set(re.findall(r"`([A-Za-z_]+)`", PAGE))
+    assert len(named) > 40
+    assert named - known == set()
+
+
+def test_the_page_has_every_folder_of_kernels():
+    folders = {file.parent.name for file in (ROOT / "warpmuscle" / "kernels").glob("*/__init__.py")}
+    assert set(re.findall(r"^\| `kernels/(\w+)` \|", PAGE, re.MULTILINE)) == folders
+
+
+def test_files_that_a_part_is_to_be_added_to_are_there():
+    rows = (ROOT / "docs/tutorials/own-parts.md").read_text().split("| to add | where |")[1]
+    named = re.findall(r"`((?:warpmuscle|kernels)/[\w/]+(?:\.py)?)/?`", rows)
+    assert len(named) > 12
+    paths = [path.replace("NAME", "lee") for path in named]
+    assert [path for path in paths if not (ROOT / re.sub("^kernels/", "warpmuscle/kernels/", path)).exists()] == []
+
+
 def test_files_that_contributors_are_led_to_are_there():
     named = re.findall(r"`?((?:tools|tests|docs)/[\w/]+\.(?:py|md))", (ROOT / "CONTRIBUTING.md").read_text())
     assert len(named) > 15

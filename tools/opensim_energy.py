@@ -31,7 +31,7 @@ from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import muscle_mass, specific_tension
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 Floats = NDArray[np.float64]
 RATE = 100.0  # frames/s
@@ -193,7 +193,7 @@ class Row(NamedTuple):
 
 def compare(file: Path, scene: Scene, duration: float) -> list[Row]:
     """A row a formula."""
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     motion = moved(plain, duration)
     theirs = with_process(in_opensim, file, states(motion, plain))
     rows = []

@@ -35,7 +35,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import Result, read, write
 from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import REFERENCES, STANCE
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.people.pinzone_two import SEARCHED_MOMENTS
 from warpmuscle.search.cma import CmaSearch
 from warpmuscle.simulation.perturbations import Perturbations
@@ -103,7 +103,7 @@ class Tuner:
         task = undisturbed(task_of(learned))
         self._task = msgspec.structs.replace(task, command_time=0.0, episode_time=None)
         self._scene = msgspec.structs.replace(scene, duration=DURATION, learning=None)
-        self._numeric = substitute(self._scene, start_values(self._scene))
+        self._numeric = at_start(self._scene)
         self._gait = None
         batch = self._player(1).batch
         self.device, images = str(batch.device), batch.images

@@ -1,6 +1,8 @@
 """Commands that need an extra say so before any work, whatever else is wrong with what they are given."""
 
 import importlib.util
+import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,7 @@ from typer.testing import CliRunner
 
 from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import EXTRAS, imported
 
 FIND = importlib.util.find_spec
 
@@ -30,6 +33,9 @@ FIND = importlib.util.find_spec
             r"a film needs matplotlib: pip install 'warpmuscle\[plot\]'",
         ),
         ("jinja2", ["report", "none.h5", "-o", "a.html"], r"pip install 'warpmuscle\[plot\]'"),
+        ("jinja2", ["patient", "none.toml"], "a report page needs jinja2"),
+        ("jinja2", ["adaptation", "none.json"], "a report page needs jinja2"),
+        ("matplotlib", ["study", "none.toml"], "a report page needs matplotlib"),
     ],
 )
 def test_an_extra_is_asked_for_before_any_file_is_read(
@@ -42,3 +48,18 @@ def test_an_extra_is_asked_for_before_any_file_is_read(
     with pytest.raises(Error, match=says):
         raise result.exception
     assert list(tmp_path.iterdir()) == []
+
+
+def test_whatever_may_be_lacking_is_known_with_its_extra():
+    asked = set()
+    for file in (Path(__file__).parents[2] / "warpmuscle").rglob("*.py"):
+        asked |= set(re.findall(r"(?<![.\w])(?:need|imported)\(\"(\w+)[\".]", file.read_text()))
+    assert {"pandas", "xarray", "sklearn"} <= asked
+    assert asked <= set(EXTRAS)
+
+
+@pytest.mark.parametrize("module", ["pandas", "sklearn.cluster"])
+def test_what_is_imported_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch, module: str):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(Error, match=r"a table needs .*: pip install 'warpmuscle\["):
+        imported(module, "a table needs")

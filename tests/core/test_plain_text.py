@@ -12,7 +12,7 @@ from rich.table import Table
 from warpmuscle.cli.console import PlainConsole, marked
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error, ResultError, SceneError, SignalError
-from warpmuscle.core.plain_text import number_of, printable
+from warpmuscle.core.plain_text import few_of, number_of, printable
 from warpmuscle.formats import load, toml
 
 NAMES = ["[red]x", "a[/b]", "12:100:", ":boom:", "[link=http://x]y", "\\[bold]"]
@@ -126,3 +126,9 @@ def test_nouns_have_their_plural(noun: str, plural: str):
 def test_verbs_follow_the_number():
     assert [number_of(count, "body", "need") for count in (1, 2)] == ["1 body needs", "2 bodies need"]
     assert [number_of(count, "body", "are") for count in (1, 2)] == ["1 body is", "2 bodies are"]
+
+
+def test_long_lists_of_words_say_how_many_more_there_are():
+    assert few_of(["a", "b", "c"], 3) == "a, b, c"
+    assert few_of(("a", "b", "c", "d"), 2, "; ") == "a; b and 2 more"
+    assert few_of([], 2) == ""

@@ -25,7 +25,7 @@ from warpmuscle.scene.parameters import start_values, substitute
 
 @pytest.mark.parametrize("name", LEG_ANGLES)
 def test_nothing_between_the_norms_is_outside_and_beyond_them_their_standard_deviation_counts(name: str):
-    means, sds = means_at(name, [norm.angles[name] for norm in norms_of(running=False)])
+    means, sds = means_at([norm.angles[name] for norm in norms_of(running=False)])
     for part in (0.0, 0.3, 1.0):
         assert outside_span(part * means[0] + (1.0 - part) * means[1], means, sds) == 0.0
     above = means.max(axis=0) + 2.0 * sds.mean(axis=0)
@@ -38,7 +38,7 @@ def test_nothing_between_the_norms_is_outside_and_beyond_them_their_standard_dev
 def test_published_norms_differ_from_each_other_so_that_none_is_the_judge():
     apart = {}
     for name in LEG_ANGLES:
-        means, sds = means_at(name, [norm.angles[name] for norm in norms_of(running=False)])
+        means, sds = means_at([norm.angles[name] for norm in norms_of(running=False)])
         apart[name] = float(np.mean((np.abs(means[0] - means[1]) / sds.mean(axis=0))[:-1]))
     assert apart["Ankle dorsiflexion"] > 1.0 > apart["Hip flexion"]
 

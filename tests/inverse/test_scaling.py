@@ -20,7 +20,7 @@ from warpmuscle.inverse.files import angle_names, read_coordinates
 from warpmuscle.inverse.loads import read_loads
 from warpmuscle.inverse.size_fit import fit_sizes
 from warpmuscle.inverse.sized_chain import SizedChain, Sizes, grouped
-from warpmuscle.inverse.trial import Markers
+from warpmuscle.inverse.trial import Markers, TrialWarning
 from warpmuscle.simulation.devices import find_device
 
 TRUE = {"pelvis": (1.1, 0.95, 1.2), "femur": (1.05, 1.15, 0.9), "tibia": (0.95, 1.1, 1.05), "foot": (1.2, 1.0, 1.1)}
@@ -155,6 +155,16 @@ def test_a_set_up_scales_as_opensims_scale_tool(model, setup, monkeypatch):
         assert own.position_in_parent == pytest.approx(joint.position_in_parent, abs=1e-7)
     for name, marker in expected.opensim.markers.items():  # as exact as their fit of the pose, which costs 1.4 % more
         assert found.scene.opensim.markers[name].position == pytest.approx(marker.position, abs=2e-3), name
+
+
+def test_two_recordings_of_a_set_up_are_told_of(model, setup):
+    path, markers = setup
+    text = path.read_text()
+    other = path.with_name("two.xml")
+    first = text.index("static.trc")
+    other.write_text(text[: first + 10] + text[first + 10 :].replace("static.trc", "second.trc"))
+    with pytest.warns(TrialWarning, match=r"static\.trc is measured and second\.trc places markers; here one"):
+        wm.scale(model, markers, setup=other)
 
 
 def test_a_scaled_model_can_be_saved_and_loaded(model, setup, tmp_path):

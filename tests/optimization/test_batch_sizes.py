@@ -6,7 +6,8 @@ import numpy as np
 from warpmuscle.formats import load
 from warpmuscle.optimization.evaluation import BatchEvaluator, Generation
 from warpmuscle.optimization.progress import Progress, Tracker
-from warpmuscle.scene.parameters import free_parameters, from_unit
+from warpmuscle.optimization.unit_cube import from_unit
+from warpmuscle.scene.parameters import free_parameters
 
 SCENE = msgspec.structs.replace(load("fwalk"), duration=0.3)
 VALUES = from_unit(free_parameters(SCENE), np.random.default_rng(0).uniform(size=(21, len(free_parameters(SCENE)))))

@@ -11,7 +11,8 @@ from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.optimization.best_scene import best_scene
 from warpmuscle.optimization.evaluator import Evaluator
-from warpmuscle.scene.parameters import from_unit, start_values
+from warpmuscle.optimization.unit_cube import from_unit
+from warpmuscle.scene.parameters import start_values
 
 
 @pytest.fixture(scope="module")

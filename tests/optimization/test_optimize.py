@@ -13,9 +13,10 @@ from warpmuscle.optimization import evaluation
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.optimization.resume import resume
+from warpmuscle.optimization.unit_cube import from_unit, to_unit
 from warpmuscle.results.result import write
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import Parameter, free_parameters, from_unit, start_values, substitute, to_unit
+from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 
 

@@ -1,8 +1,8 @@
 """Figures: files appear, figures stand apart, skeletons are where the bodies are."""
 
-import builtins
 import dataclasses
 import itertools
+import sys
 
 import numpy as np
 import pytest
@@ -102,14 +102,7 @@ def test_failures_are_one_clear_error(tmp_path, monkeypatch):
         plot.stick_figures(recording, scene, tmp_path / "nowhere" / "a.png")
     with pytest.raises(Error, match=r"a\.xyz: a figure is written as \.png, \.svg, \.pdf"):
         plot.stick_figures(recording, scene, tmp_path / "a.xyz")
-    original = builtins.__import__
-
-    def without_matplotlib(name: str, *rest: object) -> object:
-        if name.startswith("matplotlib"):
-            raise ImportError(name)
-        return original(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without_matplotlib)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(Error, match=r"pip install 'warpmuscle\[plot\]'"):
         plot.stick_figures(recording, scene, tmp_path / "a.png")
 

@@ -1,8 +1,8 @@
 """The report as a page: it is whole, needs nothing from elsewhere, escapes what is in it, and its numbers add up."""
 
-import builtins
 import dataclasses
 import re
+import sys
 from importlib.resources import files
 
 import numpy as np
@@ -148,14 +148,7 @@ def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(brow
 
 
 def test_without_jinja2_the_error_says_what_to_install(result, monkeypatch):
-    original = builtins.__import__
-
-    def without_jinja2(name: str, *rest: object) -> object:
-        if name == "jinja2":
-            raise ImportError(name)
-        return original(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without_jinja2)
+    monkeypatch.setitem(sys.modules, "jinja2", None)
     with pytest.raises(Error, match=re.escape("pip install 'warpmuscle[plot]'")):
         report_html(Subject(result))
 

@@ -16,7 +16,6 @@ from warpmuscle.scene.parameters import (
     free_parameters,
     greatest,
     pinned,
-    snap,
     start_values,
     substitute,
     with_values,
@@ -156,23 +155,6 @@ def test_wrong_shapes_are_named(scene, values):
 def test_values_must_be_finite(scene):
     with pytest.raises(Error, match=r"pd\.lHip\.kp: value is not finite"):
         substitute(scene, np.array([0.6, 0.1, np.nan]))
-
-
-def test_snapping_rounds_to_the_grid_without_noise_and_stays_inside():
-    parameters = [
-        Parameter("a", 0.7, 0.5, 0.9, 0.01, "s"),
-        Parameter("b", 0.0, -1.0, 1.0, 0.0, ""),
-        Parameter("c", 0.0, 0.0, 1.0, 0.3, ""),
-    ]
-    values = np.array([[0.7049, 0.123456, 0.99], [0.2, -7.0, 0.46], [7.0, 7.0, -1.0]])
-    assert snap(parameters, values).tolist() == [[0.7, 0.123456, 0.9], [0.5, -1.0, 0.6], [0.9, 1.0, 0.0]]
-
-
-def test_snapping_is_idempotent():
-    generator = np.random.default_rng(1)
-    parameters = [Parameter("p", low, low, low + 1.7, step, "") for low in (-3.3, 0.1) for step in (0.01, 0.3, 1e-5)]
-    once = snap(parameters, generator.uniform(-4, 3, (200, len(parameters))))
-    np.testing.assert_array_equal(snap(parameters, once), once)
 
 
 def test_a_constant_scene_is_checked_once_and_every_time_afterwards(scene, monkeypatch):

@@ -7,7 +7,8 @@ import warp as wp
 from warpmuscle.core.arrays import arrays_of, repeat_rows, times_repeated
 from warpmuscle.formats import load, scene_names
 from warpmuscle.model.build import build_model, parts_of
-from warpmuscle.scene.parameters import free_numbers, free_parameters, from_unit, substitute
+from warpmuscle.optimization.unit_cube import from_unit
+from warpmuscle.scene.parameters import free_numbers, free_parameters, substitute
 from warpmuscle.simulation.rollout import Rollout
 
 

@@ -1,7 +1,7 @@
 """Films: frames show the whole character, repeat without a jump, and become files of the right length."""
 
-import builtins
 import dataclasses
+import sys
 
 import msgspec
 import numpy as np
@@ -158,14 +158,7 @@ def test_impossible_wishes_are_refused(film, tmp_path, monkeypatch):
         write(film, tmp_path / "walk.avi")
     with pytest.raises(Error, match="its folder does not exist"):
         write(film, tmp_path / "nowhere" / "walk.gif")
-    original = builtins.__import__
-
-    def without_ffmpeg(name: str, *rest: object) -> object:
-        if name.startswith("imageio"):
-            raise ImportError(name)
-        return original(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(Error, match=r"pip install 'warpmuscle\[video\]'"):
         write(film, tmp_path / "walk.mp4")
 

@@ -16,7 +16,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import surface
 
 NOISE = 0.1  # m/s, of each component of the root's velocity at the start
@@ -39,7 +39,7 @@ def standing(recording: Any, side: int) -> np.ndarray:
 
 def draw(scene: Any, recordings: list[Any], figure: Path) -> None:
     """The first walk, and the paths of the others."""
-    recording, ground = recordings[0], surface(substitute(scene, start_values(scene)).ground)
+    recording, ground = recordings[0], surface(at_start(scene).ground)
     com, way = recording.com, along_way(recording.com)
     names = list(recording.body_names)
     feet = [recording.body_position[:, names.index(foot)] for foot in scene.feet]

@@ -25,7 +25,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import PERCENT, over_strides, steady_strides
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 DATA = Path(os.environ.get("WARPMUSCLE_REFERENCE_DATA", "../shared/data"))
 TRIAL = Path("santuz_walking_synergies/filt_emg_ID0012_TW_01.csv")
@@ -67,7 +67,7 @@ def activation(name: str) -> dict[str, Floats]:
     batch = wm.Rollout(scene, 1, "cpu", record=[0], record_rate=200.0)
     batch.run()
     recording: Recording = batch.recording(0)
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     strides = steady_strides(recording, numeric)
     found = {}
     for ours in SAME:

@@ -35,7 +35,7 @@ from warpmuscle.results.records import installed_versions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import accounting
 from warpmuscle.scene.norms import KEY_POINTS
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.studies.robustness import upright
@@ -91,7 +91,7 @@ def scene_of(name: str) -> Scene:
     """
     base, _, changes = name.partition(":")
     scene = with_settings(wm.load(base), changes.split(",")) if changes else wm.load(base)
-    return substitute(scene, start_values(scene))
+    return at_start(scene)
 
 
 def called(name: str) -> str:

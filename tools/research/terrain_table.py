@@ -16,7 +16,7 @@ import typer
 
 import warpmuscle as wm
 from warpmuscle.scene import Scene, Terrain
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.tiles import AnyTile, Gaps, Rough, Slope, Stairs, Stones, Waves
 from warpmuscle.simulation.rollout import Rollout
 
@@ -74,7 +74,7 @@ def main(scenes: Annotated[list[str] | None, typer.Argument(help="Names or files
     columns = []
     for name in names:
         scene = wm.load(name)
-        columns.append(upright(substitute(scene, start_values(scene))))
+        columns.append(upright(at_start(scene)))
     print("| |", " | ".join(f"`{name}`" for name in names), "|")
     print("|---|" + "---|" * len(names))
     for row, ground in enumerate(GROUNDS):

@@ -143,7 +143,7 @@ def _walk(
 def _simulated(
     source: str, duration: float | None, settings: list[str] | None, device: str | None
 ) -> tuple[Recording, Scene]:
-    from warpmuscle.scene.parameters import start_values, substitute
+    from warpmuscle.scene.parameters import at_start
     from warpmuscle.simulation.devices import find_devices
     from warpmuscle.simulation.rollout import Rollout
 
@@ -151,4 +151,4 @@ def _simulated(
     with log.status(f"simulating {source}"):
         rollout = Rollout(scene, 1, str(find_devices(device)[0]), record=[0], record_rate=RATE)
         rollout.run()
-    return rollout.recording(), substitute(scene, start_values(scene))
+    return rollout.recording(), at_start(scene)

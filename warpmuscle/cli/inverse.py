@@ -163,18 +163,14 @@ def _weight(word: str) -> str:
 
 def _check_outputs(output: Path | None, path: Path | None, sto: Path | None) -> None:
     """Say now, rather than after the work, that a file, a page or tables in a folder cannot be made."""
-    from warpmuscle.core.extras import need
+    from warpmuscle.core.extras import check_report
 
     writable(output)
     if sto is not None and not sto.is_dir():
         raise Error(f"--sto names {sto}, which is no folder; make it first")
     if path is None:
         return
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise Error(f"{path}: a report is written as .html")
-    writable(path)
-    for module in ("jinja2", "matplotlib"):
-        need(module, "a report page needs")
+    check_report(path)
 
 
 def _page(

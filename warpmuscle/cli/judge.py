@@ -12,8 +12,7 @@ from rich.text import Text
 from warpmuscle.cli.common import Commands, Device, Policy, Settings, Threads, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.walkers import Walkers, walker_of
-from warpmuscle.core.errors import Error
-from warpmuscle.core.extras import need
+from warpmuscle.core.extras import check_report
 
 if TYPE_CHECKING:
     from warpmuscle.studies.judge import Judgement
@@ -44,11 +43,9 @@ def judge(
     warpmuscle judge walk56_commands --command speed=1.5; warpmuscle judge policy.h5 --report policy.html;
     warpmuscle judge walk56 --policy policy.h5
     """
-    if report is not None and report.suffix.lower() not in (".html", ".htm"):
-        raise Error(f"{report}: a report is written as .html")
-    writable(output, report)
-    for module in ("jinja2", "matplotlib") if report is not None else ():
-        need(module, "a report page needs")
+    writable(output)
+    if report is not None:
+        check_report(report)
     start_warp()
     from warpmuscle.core.files import replace_file
     from warpmuscle.studies.judge import judge as judged

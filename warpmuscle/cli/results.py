@@ -162,18 +162,13 @@ def report(
 
 
 def _write_page(result: Path, output: Path, references: list[Path], replay: int, run: str | None) -> None:
-    from warpmuscle.cli.common import writable
-    from warpmuscle.core.extras import need
+    from warpmuscle.core.extras import check_report
     from warpmuscle.core.files import replace_file
     from warpmuscle.plots.subject import Choices, Subject
     from warpmuscle.report.page import report_html
     from warpmuscle.results.result import read
 
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise Error(f"{output}: a report is written as .html")
-    writable(output)
-    for module in ("jinja2", "matplotlib"):
-        need(module, "a report page needs")
+    check_report(output)
     subject = Subject(read(result, run, replay=replay), Choices(replay), result, run)
     others = [Subject(read(path, replay=0), Choices(), path) for path in references]
     start_warp()

@@ -33,12 +33,12 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
     Points out muscles whose moment arm about a joint that they cross stays under 1 mm over its range.
     """
     from warpmuscle.scene.masses import body_mass, muscle_mass_text, total_mass
-    from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+    from warpmuscle.scene.parameters import at_start, free_parameters
     from warpmuscle.scene.topology import topology
 
     scene = load_scene(sources, settings=settings)
     parameters = free_parameters(scene)
-    numeric, names = substitute(scene, start_values(scene)), topology(scene.character)
+    numeric, names = at_start(scene), topology(scene.character)
     mass = body_mass(numeric.character)
     root = names.speed_start[1]
     out.print(marked(scene.name, "bold", f"  {scene.description}"))

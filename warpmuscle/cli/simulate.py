@@ -155,12 +155,12 @@ def _ended(status: Status, recording: Recording, scene: Scene, cause: str = "") 
     """How a simulation ended, in words; of bodies that ran into each other, which ones; and the scene's part if any."""
     from warpmuscle.core.status import Status
     from warpmuscle.gait.penetration import penetration
-    from warpmuscle.scene.parameters import start_values, substitute
+    from warpmuscle.scene.parameters import at_start
 
     words = f"{status.meaning}: {cause}" if cause else str(status.meaning)
     if status != Status.COLLIDED:
         return words
-    deepest = penetration(recording.window(float(recording.time[-1])), substitute(scene, start_values(scene)))
+    deepest = penetration(recording.window(float(recording.time[-1])), at_start(scene))
     pair = "" if deepest is None or deepest.pair is None else f" ({' and '.join(deepest.pair)})"
     return words + pair
 

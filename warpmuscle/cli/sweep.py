@@ -170,8 +170,10 @@ def study(
     first; `warpmuscle example studies` writes all of them. Examples: warpmuscle study weak_calves.toml;
     warpmuscle study brace
     """
+    from warpmuscle.core.extras import need_for_page
     from warpmuscle.core.files import files_beside, replace_file, shown
 
+    need_for_page()
     file = study_file(file)
     start_driver(device)
     from warpmuscle.sweep.plan import read

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import imported
 
 if TYPE_CHECKING:
     import pandas
@@ -26,14 +25,6 @@ class Labelled(NamedTuple):
 
 
 Labels = Mapping[str, Sequence[str]]  # by axis, what stands along it
-
-
-def imported(package: str) -> Any:
-    """A package of the extra `data`; raises Error if it is not installed."""
-    try:
-        return import_module(package)
-    except ImportError:
-        raise Error(f"this needs {package}: pip install 'warpmuscle[data]'") from None
 
 
 def to_xarray(index: Labelled, arrays: Sequence[Labelled], labels: Labels) -> xarray.Dataset:

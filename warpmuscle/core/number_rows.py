@@ -41,6 +41,11 @@ def _alike(nested: Any) -> Floats | None:
     return np.ascontiguousarray(np.moveaxis(table, -1, 0)) if table.ndim == depth + 1 else None
 
 
+def is_number(leaf: Any) -> bool:
+    """Whether this is a number as such, and neither true nor false."""
+    return isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool)
+
+
 def first_row(nested: Any) -> Floats:
     """The same of the first instance alone: nested lists of numbers, or of (n,) arrays, as an array of their shape."""
     return np.asarray(rows(nested)[0])

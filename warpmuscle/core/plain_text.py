@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 # Control characters but for tabs and ends of lines, marks that reorder letters, tags, and halves of characters.
 _UNPRINTABLE = re.compile(
@@ -28,6 +29,12 @@ def number_of(count: int, noun: str, verb: str = "") -> str:
         return f"1 {noun} {_OF_ONE.get(verb, verb + 's')}" if verb else f"1 {noun}"
     old, new = next((pair for pair in _PLURALS if noun.endswith(pair[0])), ("", "s"))
     return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
+
+
+def few_of(words: Sequence[str], most: int, between: str = ", ") -> str:
+    """Words in a row, or the first of them and how many more there are: "a, b and 3 more"."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return between.join(words[:most]) + more
 
 
 def rounded(value: float, decimals: int) -> str:

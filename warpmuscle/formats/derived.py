@@ -13,7 +13,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.toml_layout import inline, key_text
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import leaves, start_values, substitute
+from warpmuscle.scene.parameters import at_start, leaves
 
 OF_SCENE = ("name", "description")  # what a scene says of itself
 
@@ -41,7 +41,7 @@ def over(scenes: Sequence[Scene], key: str, base: Scene, base_name: str, comment
     Raises:
         SceneError: not all have a number of their own at the key, or they differ in more than numbers.
     """
-    tables = [dict(leaves(substitute(scene, start_values(scene)))) for scene in scenes]
+    tables = [dict(leaves(at_start(scene))) for scene in scenes]
     at = [float(table[key]) for table in tables if isinstance(table.get(key), int | float)]
     if len(at) < len(scenes) or len(set(at)) < max(len(at), 2):
         raise SceneError("each of two or more scenes needs a number of its own here", key=key)

@@ -53,7 +53,7 @@ from warpmuscle.scene.anatomy import bone_lines
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.masses import massless
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import topology
 
 Up = Literal["y", "z"]
@@ -80,7 +80,7 @@ def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
     Raises:
         SceneError: a number follows a parameter that is none.
     """
-    scene = substitute(scene, start_values(scene))
+    scene = at_start(scene)
     if scene.ground.terrain is not None:
         raise SceneError("MJCF files have the plane of the ground alone; leave terrain out", "ground.terrain")
     if scene.ground.treadmill is not None:

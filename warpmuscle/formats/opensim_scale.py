@@ -6,7 +6,7 @@ joint change as its parent does, unless they are a coordinate themselves; masses
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +17,6 @@ from warpmuscle.formats.osim.frames import GROUND, on_body, turned
 from warpmuscle.formats.osim.records import Axis, Body, Contact, Joint, Model, Muscle, Point, Surface, Vec3
 
 Factors = Mapping[str, Floats]  # (3,) along x, y and z of a body, by its name
-
-ROUND = ("WrapCylinder", "WrapTorus")
 
 
 def scaled_model(
@@ -58,7 +56,7 @@ def scaled_model(
         found.bodies = [replace(one, mass=one.mass * part, inertia=one.inertia * part) for one in found.bodies]
     found.joints = [_joint(joint, of(joint.parent), of(joint.child)) for joint in model.joints]
     found.surfaces = {name: _surface(one, of(one.frame)) for name, one in model.surfaces.items()}
-    found.muscles = [_muscle(model, muscle, of) for muscle in model.muscles]
+    found.muscles = [_muscle(muscle, of) for muscle in model.muscles]
     found.contacts = {name: _contact(one, of(one.frame)) for name, one in model.contacts.items()}
     found.markers = [replace(one, location=_times(one.location, of(one.frame))) for one in model.markers]
     found.meshes = [
@@ -139,7 +137,7 @@ def _contact(one: Contact, s: Floats) -> Contact:
     return replace(one, location=_times(one.location, s))
 
 
-def _muscle(model: Model, muscle: Muscle, of) -> Muscle:  # type: ignore[no-untyped-def]
+def _muscle(muscle: Muscle, of: Callable[[str], Floats]) -> Muscle:
     """Points of a path on their bodies."""
 
     def placed(point: Point) -> Point:

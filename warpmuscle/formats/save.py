@@ -17,7 +17,7 @@ from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.load import SUFFIXES, SceneLike, load, scene_of, summary
 from warpmuscle.scene import Actuation, JointState, Scene
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.parameters import leaves, start_values, substitute
+from warpmuscle.scene.parameters import at_start, leaves, start_values, substitute
 from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.paths import usual_drive
 from warpmuscle.scene.validation.scene import check_scene
@@ -66,7 +66,7 @@ def _write_model(scene: Scene, path: Path) -> list[Ignored]:
     """Write an OpenSim model; what it cannot hold."""
     from warpmuscle.formats.osim.write import write
 
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     free = [Ignored(path, 0, key, FIXED) for key, number in leaves(scene) if isinstance(number, Free)]
     return free + write(plain, path)
 

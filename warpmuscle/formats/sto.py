@@ -19,7 +19,7 @@ from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 SUFFIXES = (".mot", ".sto", ".csv")
 TAB = "\t"
@@ -41,7 +41,7 @@ def write(motion: Recording, scene: Scene, path: str | Path) -> None:
     check_motion_of(motion, scene, f"{path.name!r}: the motion")
     parts = []
     if suffix != ".sto":
-        parts.append(coordinates(motion, substitute(scene, start_values(scene))))
+        parts.append(coordinates(motion, at_start(scene)))
     if suffix != ".mot":
         parts.append(_muscles(motion))
     names = ["time", *(name for part, _ in parts for name in part)]

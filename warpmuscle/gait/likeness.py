@@ -81,7 +81,7 @@ def norms_of(running: bool) -> tuple[GaitNorm, ...]:
     return RUNNING if running else WALKING
 
 
-def means_at(name: str, bands: Sequence[Band], shift: Floats | float = 0.0) -> tuple[Floats, Floats]:
+def means_at(bands: Sequence[Band], shift: Floats | float = 0.0) -> tuple[Floats, Floats]:
     """Means (N, 101) and standard deviations (N, 101) of an angle in N norms over the cycle, moved by a trend."""
     means = np.array([band.mean(PERCENT) + shift for band in bands])
     return means, np.array([band.sd(PERCENT) for band in bands])

@@ -147,8 +147,8 @@ def _likeness(angle_curves: Mapping[str, list[Floats]], scene: Scene, speed: flo
     for name in LEG_ANGLES:
         curves = angle_curves[name]
         bands = [norm.angles[name] for norm in norms]
-        means, sds = means_at(name, bands, 0.0 if running else trend(name, relative))
-        published, _ = means_at(name, bands)
+        means, sds = means_at(bands, 0.0 if running else trend(name, relative))
+        published, _ = means_at(bands)
         outside[f"{_short(name)} outside the norms"] = _mean([outside_span(c, means, sds) for c in curves])
         as_published.append(_mean([outside_span(c, published, sds) for c in curves]))
         for norm, mean, sd in zip(norms, means, sds, strict=True):

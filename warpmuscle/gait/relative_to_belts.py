@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.treadmill.belt_motion import mean_shift
 
 PLACES = ("root_position", "com", "body_position")
@@ -17,7 +17,7 @@ def over_belts(recording: Recording, scene: Scene) -> Recording:
     """
     if scene.ground.treadmill is None:
         return recording
-    shift = mean_shift(substitute(scene, start_values(scene)).ground, recording.time)
+    shift = mean_shift(at_start(scene).ground, recording.time)
     moved = {}
     for name in PLACES:
         places = getattr(recording, name)

@@ -20,11 +20,10 @@ from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
 from warpmuscle.scene.joints.displacement import TURN, depends, pieces, rates
 from warpmuscle.scene.opensim_root import root_values, usual_root
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import topology
 
 Pieces = tuple[Floats, Floats]  # where they start (P,), and their coefficients (P, 4)
-STILL: Pieces = (np.zeros(1), np.zeros((1, 4)))
 LINE: Pieces = (np.zeros(1), np.array([[0.0, 1.0, 0.0, 0.0]]))
 GROUND = -1
 
@@ -139,7 +138,7 @@ def chain_of(scene: Scene) -> Chain:
     Raises:
         SceneError: a joint of a type whose pose is no turn and shift by functions of coordinates.
     """
-    return plain_chain(substitute(scene, start_values(scene)))
+    return plain_chain(at_start(scene))
 
 
 def plain_chain(scene: Scene) -> Chain:

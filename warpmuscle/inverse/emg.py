@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.plain_text import few_of
 from warpmuscle.inverse.laboratory.raw_emg import envelopes_of_c3d
 from warpmuscle.inverse.plausibility.motions import time_notes
 from warpmuscle.inverse.trial import TrialWarning, checked_names, checked_numbers, checked_times, of_file, put_fields
@@ -105,7 +106,7 @@ def _notes(left: Sequence[str], known: Sequence[str], values: Floats) -> list[st
     """What is to be known of envelopes: columns of no muscle, dead channels, holes."""
     notes = time_notes("EMG", values[:, 0])
     if left:
-        some = ", ".join(map(repr, left[:LISTED])) + (f" and {len(left) - LISTED} more" if len(left) > LISTED else "")
+        some = few_of(list(map(repr, left)), LISTED)
         notes.append(f"no muscle of the model is called {some}: what stands there does not count")
     still = [name for name, column in zip(known, values[:, 1:].T, strict=True)
              if len(column) > 1 and column[0] > 0.0 and not np.ptp(column)]  # fmt: skip

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.arguments import in_words
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, SignalError
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import few_of, number_of
 from warpmuscle.inverse.chain import Chain
 from warpmuscle.inverse.fit_plan import Recorded, seen_in, squared_lengths
 from warpmuscle.inverse.marker_fit import Fit
@@ -56,7 +56,7 @@ def chosen_markers(model: Sequence[str], markers: Markers, weights: Mapping[str,
         raise SignalError(
             f"{number_of(len(found), 'marker')} of a weight in both the model and the recording; {FEWEST} at least are "
             "needed. "
-            f"The model has {_listed(model)}; the recording {_listed(markers.names)}"
+            f"The model has {few_of(model, LISTED)}; the recording {few_of(markers.names, LISTED)}"
         )
     return found
 
@@ -242,7 +242,7 @@ def _loose(chain: Chain, loose: NDArray[np.bool_]) -> list[str]:
     always = [name for name, nowhere in zip(chain.coordinates, everywhere.tolist(), strict=True) if nowhere]
     notes = []
     if always:
-        notes.append(f"no marker tells {_listed(always)}: they stay as the model starts")
+        notes.append(f"no marker tells {few_of(always, LISTED)}: they stay as the model starts")
     gaps: dict[bytes, list[str]] = {}  # coordinates by the frames in which they are not told
     for k, name in enumerate(chain.coordinates):
         only = loose[:, k] & ~whole
@@ -250,7 +250,7 @@ def _loose(chain: Chain, loose: NDArray[np.bool_]) -> list[str]:
             gaps.setdefault(only.tobytes(), []).append(name)
     for pattern, names in gaps.items():
         frames = np.flatnonzero(np.frombuffer(pattern, bool))
-        notes.append(_gap(f"markers that tell {_listed(names)} are missing", frames))
+        notes.append(_gap(f"markers that tell {few_of(names, LISTED)} are missing", frames))
     nothing = np.flatnonzero(whole)
     if len(nothing):
         notes.append(_gap("no marker is seen", nothing))
@@ -260,7 +260,3 @@ def _loose(chain: Chain, loose: NDArray[np.bool_]) -> list[str]:
 def _gap(what: str, frames: Integers) -> str:
     count = number_of(len(frames), "frame")
     return f"{what} in {count}, the first is number {frames[0] + 1}: there it is as between those around"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")

@@ -163,11 +163,17 @@ def _by_setup(
     sized = scaled_model(record, scaled_by, mass if mass is not None else setup.mass, keep)
     factors = {body.name: _three(scaled_by.get(body.name, np.ones(3))) for body in record.bodies}
     moved: dict[str, float] = {}
+    notes: list[str] = []
     errors = np.full((1, 1, 3), np.nan)
     if setup.place and move_markers:
+        if setup.placer_file != setup.marker_file:
+            measured, placed = (one or "nothing" for one in (setup.marker_file, setup.placer_file))
+            notes.append(
+                f"in {setup.file.name} {measured} is measured and {placed} places markers; here one recording does both"
+            )
         still = _averaged(_during(trials[0], setup.tasks.times, setup))
         sized, moved, errors = _placed(sized, still, setup, device)
-    return _scaled(record, sized, factors, moved, errors, [])
+    return _scaled(record, sized, factors, moved, errors, notes)
 
 
 def _during(markers: Markers, times: tuple[float, float] | None, setup: ScaleSetup) -> Markers:

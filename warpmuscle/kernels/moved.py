@@ -33,9 +33,9 @@ ROOMS = {  # names of modules that lay in the package itself until 0.3.0, by roo
         "path polynomial_path route route_bends route_points route_walk stretch wrap_cylinder wrap_ellipsoid "
         "wrap_sphere wrap_torus wrap_touch"
     ),
-    "control": "control coordinate_control reflex simbicon",
-    "objective": "causes conditions desired_torques failure objective_terms term_functions",
-    "learning": "episodes policy policy_actions rewards senses",
+    "control": "control coordinate_control joint_values reflex simbicon",
+    "objective": "accelerations causes conditions declaration desired_torques failure objective_terms term_functions",
+    "learning": "decision episodes policy policy_actions rewards senses",
     "recording": "record recorded",
     "inverse": "inverse_dynamics marker_fit muscle_moments muscle_wrenches static_optimization",
 }  # fmt: skip

@@ -26,7 +26,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.simulation.perturbations import Perturbations
 
 UNITS = {"speed": "m/s", "turning_rate": "rad/s"}  # of commands
@@ -210,7 +210,7 @@ def commands_of(task: Task) -> dict[str, Command]:
 
 def of_body(task: Task | None, scene: Scene) -> Task | None:
     """The task without symmetry where the body is not its own mirror image: that is needed to learn, not to act."""
-    if task is None or not task.symmetric or is_symmetric(substitute(scene, start_values(scene)).character):
+    if task is None or not task.symmetric or is_symmetric(at_start(scene).character):
         return task
     return msgspec.structs.replace(task, symmetric=False)
 

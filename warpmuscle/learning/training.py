@@ -37,7 +37,7 @@ from warpmuscle.results.training_file import (
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
-from warpmuscle.scene.parameters import free_parameters, start_values, substitute
+from warpmuscle.scene.parameters import at_start, free_parameters
 from warpmuscle.simulation.devices import find_device
 
 ON_GPU, ON_CPU = 4096, 64  # instances, by default
@@ -122,7 +122,7 @@ def usual_task(scene: Scene) -> Task:
     if scene.learning is not None:
         return scene.learning
     starts = STARTS if scene.simbicon is not None else 0
-    even = is_symmetric(substitute(scene, start_values(scene)).character)
+    even = is_symmetric(at_start(scene).character)
     return Task(symmetric=even, variation=Variation(start_states=starts, start_after=0.0))
 
 

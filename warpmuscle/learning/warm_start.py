@@ -14,6 +14,7 @@ from torch import Tensor, nn
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ResultError, RolloutError
+from warpmuscle.core.plain_text import few_of
 from warpmuscle.learning.collector import Environment
 from warpmuscle.learning.networks.actor_critic import SMALL_VARIANCE, UNHEARD, ActorCritic, Normalizer
 from warpmuscle.learning.options import PPOOptions, bounded, options_of
@@ -179,11 +180,6 @@ def _check_names(what: str, learnt: tuple[str, ...], found: tuple[str, ...]) -> 
     raise RolloutError(f"the policy to begin with has other {what}: {said}")
 
 
-def _some(names: list[str], most: int = 3) -> str:
-    """Names, or the first of them and how many there are."""
-    listed = ", ".join(repr(name) for name in names[:most])
-    return (
-        listed
-        + (f" and {len(names) - most} more" if len(names) > most else "")
-        + (" is" if len(names) == 1 else " are")
-    )
+def _some(names: list[str]) -> str:
+    """Names, or the first of them and how many there are, with the verb."""
+    return few_of(list(map(repr, names)), 3) + (" is" if len(names) == 1 else " are")

@@ -19,6 +19,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.pose import normalized
 from warpmuscle.markers.files import UNITS, Markers
 
 Side = Literal["right", "left"]
@@ -50,6 +51,7 @@ MOST_RATE = 10_000.0  # Hz, of what is written
 APART = 0.005  # m, between markers of two roles, the least
 ASIDE = 0.2  # of the shoulders' width, by which one marker of both hips may lie beside their middle
 STRAIGHT = np.radians(5.0)  # of the elbow, below which the forearm tells nothing of the upper arm's rotation
+TINY = 1e-12  # m, below which a vector has no direction
 
 
 @dataclass(frozen=True)
@@ -267,16 +269,16 @@ def _smooth(markers: Markers, choices: Choices, time: Floats, values: Floats) ->
 def _angles(points: Mapping[str, Floats], side: float) -> tuple[Floats, Floats]:
     """Angles (T, 7) of `ANGLES` and the trunk's lean forwards (T,); `side`: 1 of a right arm, -1 of a left one."""
     shoulders = 0.5 * (points["shoulder"] + points["other_shoulder"])
-    up = _unit(shoulders - 0.5 * (points["hip"] + points["other_hip"]))
+    up = normalized(shoulders - 0.5 * (points["hip"] + points["other_hip"]), TINY)
     across = points["shoulder"] - points["other_shoulder"]  # outwards
-    outward = _unit(across - np.sum(across * up, axis=1, keepdims=True) * up)
+    outward = normalized(across - np.sum(across * up, axis=1, keepdims=True) * up, TINY)
     forward = np.cross(up, side * outward)
     trunk = np.stack([outward, up, forward], axis=1)  # rows
-    upper = _unit(points["elbow"] - points["shoulder"])
-    fore = _unit(points["wrist"] - points["elbow"])
-    hand = _unit(0.5 * (points["hand_thumb"] + points["hand_little"]) - points["wrist"])
+    upper = normalized(points["elbow"] - points["shoulder"], TINY)
+    fore = normalized(points["wrist"] - points["elbow"], TINY)
+    hand = normalized(0.5 * (points["hand_thumb"] + points["hand_little"]) - points["wrist"], TINY)
     width = points["hand_thumb"] - points["hand_little"]
-    thumb = _unit(width - np.sum(width * hand, axis=1, keepdims=True) * hand)
+    thumb = normalized(width - np.sum(width * hand, axis=1, keepdims=True) * hand, TINY)
     u, v, h, k = (np.einsum("tij,tj->ti", trunk, x) for x in (upper, fore, hand, thumb))
     flexion = np.unwrap(np.arctan2(u[:, 2], -u[:, 1]))
     abduction = np.arcsin(np.clip(u[:, 0], -1.0, 1.0))
@@ -307,10 +309,6 @@ def _where_bent(rotation: Floats, elbow: Floats) -> Floats:
         return np.zeros_like(rotation)
     index = np.arange(len(rotation))
     return np.asarray(np.interp(index, index[bent], rotation[bent]))
-
-
-def _unit(x: Floats) -> Floats:
-    return np.asarray(x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), 1e-12))
 
 
 def write_angles(path: Path, found: ArmAngles) -> None:

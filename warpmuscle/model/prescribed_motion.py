@@ -90,7 +90,7 @@ def kinematic(scene: Scene, names: Topology, drives: dict[str, list[str]]) -> Ki
             found.angle.append((coordinate, names.speed_start[body] + k, len(chosen)))
             chosen.append(every[coordinate])
 
-    def turn(body: int, coordinate: int, speed: int, world: int) -> None:
+    def turn(coordinate: int, speed: int, world: int) -> None:
         found.turn.append((coordinate, speed, len(chosen), world))
         chosen.extend(every[coordinate : coordinate + 4])
 
@@ -100,7 +100,7 @@ def kinematic(scene: Scene, names: Topology, drives: dict[str, list[str]]) -> Ki
         remaining[0] = structs.ROOT_PRESCRIBED
         angles(0, range(3))
         if root.placed:
-            turn(0, 3, 3, 1)
+            turn(3, 3, 1)
     for body, name in enumerate(names.joints, 1):
         entry = joint_type(character.joints[name])
         axes = [axis for axis, word in enumerate(drives[name]) if word == "kinematic"]
@@ -110,7 +110,7 @@ def kinematic(scene: Scene, names: Topology, drives: dict[str, list[str]]) -> Ki
         movers = [i for i, driver in enumerate(names.driver) if driver == body]
         found.joint.extend((mover, sum(1 << axis for axis in axes)) for mover in movers)
         if entry.quaternion:
-            turn(body, names.coordinate_start[body], names.speed_start[body], 0)
+            turn(names.coordinate_start[body], names.speed_start[body], 0)
             continue
         angles(body, axes)
         if len(axes) < len(entry.speeds):

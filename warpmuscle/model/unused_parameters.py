@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import few_of
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.model.build import build_model, start_of
 from warpmuscle.model.extension_arrays import extensions_struct, put_parameters
@@ -117,8 +118,7 @@ def without(scene: Scene, names: list[str]) -> Scene:
 
 def in_short(names: list[str]) -> str:
     """Some names, and how many more there are."""
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return f"{', '.join(names[:SHOWN])}{more}"
+    return few_of(names, SHOWN)
 
 
 def _is_weight(name: str) -> bool:

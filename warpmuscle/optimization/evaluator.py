@@ -19,10 +19,11 @@ from warpmuscle.optimization.evaluation import BatchEvaluator, Generation
 from warpmuscle.optimization.options import required_parameters
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replayer
+from warpmuscle.optimization.unit_cube import from_unit, to_unit
 from warpmuscle.optimization.usual_objective import with_usual_objective
 from warpmuscle.results.records import ANY_NUMBER, Evaluations, Result, best_of, joined, parameter_table
 from warpmuscle.results.result import write
-from warpmuscle.scene.parameters import from_unit, start_values, to_unit
+from warpmuscle.scene.parameters import start_values
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.batch_input import checked_threads
 

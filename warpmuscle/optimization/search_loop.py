@@ -13,9 +13,10 @@ from warpmuscle.core.errors import Interrupted
 from warpmuscle.optimization.evaluation import Generation, GenerationEvaluator, OtherCandidates
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replay
+from warpmuscle.optimization.unit_cube import from_unit, to_unit
 from warpmuscle.results.records import Evaluations, History, Searched, SearchOptions, joined
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import free_parameters, from_unit, start_values, to_unit
+from warpmuscle.scene.parameters import free_parameters, start_values
 from warpmuscle.search.batched import Batch, ask_all, tell_all
 from warpmuscle.search.search import Search
 

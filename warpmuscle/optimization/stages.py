@@ -11,9 +11,10 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.optimization.unit_cube import to_unit
 from warpmuscle.results.records import SearchOptions, Staged
 from warpmuscle.scene import Scene, SearchStage
-from warpmuscle.scene.parameters import free_parameters, start_values, to_unit
+from warpmuscle.scene.parameters import free_parameters, start_values
 from warpmuscle.scene.stage_scene import freed, stage_scene
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.search.search import Search

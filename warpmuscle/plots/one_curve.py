@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.extras import need
+from warpmuscle.core.extras import imported
 from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import PERCENT, leg_angles
 from warpmuscle.plots.angles import angle_bands, legend_below
@@ -58,16 +58,14 @@ def labelled_curve(title: str, unit: str, time: Floats, lines: Mapping[str, Floa
     Raises:
         Error: xarray is not installed.
     """
-    need("xarray", "a curve with names needs")
-    import xarray
-
+    package = imported("xarray", "a curve with names needs")
     sides = [side for side in lines if side]
-    seconds = xarray.Variable("time", time, {"units": "s"})
+    seconds = package.Variable("time", time, {"units": "s"})
     about = {"units": "1" if unit == "activation" else unit, "long_name": title}
     if not sides:
-        return xarray.DataArray(lines[""], {"time": seconds}, ("time",), title, about)
+        return package.DataArray(lines[""], {"time": seconds}, ("time",), title, about)
     values = np.stack([lines[side] for side in sides], axis=1)
-    return xarray.DataArray(values, {"time": seconds, "side": sides}, ("time", "side"), title, about)
+    return package.DataArray(values, {"time": seconds, "side": sides}, ("time", "side"), title, about)
 
 
 def curve_names(subject: Subject) -> list[str]:

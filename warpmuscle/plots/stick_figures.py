@@ -20,7 +20,7 @@ from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import Piece, pieces
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import Surface, surface
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Ga
     if recording.frames < 2:
         raise Error("a figure needs a recording of at least two frames")
     with style():
-        figure = _figure(_last_steps(recording), substitute(scene, start_values(scene)), gait, scene.name)
+        figure = _figure(_last_steps(recording), at_start(scene), gait, scene.name)
     save(figure, path)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import imported
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.sequences import rising
 
@@ -62,11 +62,8 @@ def matplotlib() -> Any:
     can have text typeset by other programs.
     """
     is_new = "matplotlib" not in sys.modules
-    try:
-        import matplotlib as module
-        import matplotlib.figure
-    except ImportError:
-        raise Error("figures need matplotlib: pip install 'warpmuscle[plot]'") from None
+    module = imported("matplotlib", "figures need")
+    imported("matplotlib.figure", "figures need")
     if is_new:
         module.rcdefaults()
     return module

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import imported
 from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.gait.table import MeasureRow, gait_table
@@ -112,11 +113,9 @@ def template(name: str) -> Any:
 
     Raises Error if jinja2 is missing.
     """
-    try:
-        import jinja2
-        import markupsafe
-    except ImportError:
-        raise Error("a report page needs jinja2: pip install 'warpmuscle[plot]'") from None
+    jinja2 = imported("jinja2", "a report page needs")
+    import markupsafe
+
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )

@@ -16,7 +16,7 @@ from warpmuscle.results.learned import Learned
 from warpmuscle.results.records import Evaluations, Fit, ParameterTable, Result
 from warpmuscle.scene.accounting import accounting
 from warpmuscle.scene.masses import mass_warnings
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.stage_scene import stage_scene
 
 BLOCKS = "▁▂▃▄▅▆▇█"
@@ -182,7 +182,7 @@ def shares(result: Result) -> tuple[str, list[Share]]:
     if scene.stages:
         of = f"stage {stage + 1}, {scene.stages[stage].name}"
     scene = stage_scene(scene, stage, np.asarray(result.best.params, dtype=np.float64))
-    objective = substitute(scene, start_values(scene)).objective
+    objective = at_start(scene).objective
     found = []
     for name, value in zip(result.evaluations.term_names, result.evaluations.terms[index], strict=True):
         weight = float(np.asarray(weight_of(objective, name)))

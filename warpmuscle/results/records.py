@@ -45,6 +45,11 @@ def installed_versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: version_of(package) for name, package in PACKAGES.items()}
 
 
+def made_by(command: str) -> str:
+    """What pages say of how they were made: the command, and the versions of what it ran on."""
+    return f"{command}; {', '.join(f'{name} {version}' for name, version in sorted(installed_versions().items()))}"
+
+
 @dataclass(frozen=True, repr=False)
 class ParameterTable:
     """The free parameters of a scene: P dimensions of a search."""

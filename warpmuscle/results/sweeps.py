@@ -2,51 +2,45 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core import hdf5
 from warpmuscle.core.arguments import as_path, as_text, as_truth
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
-from warpmuscle.core.labelled import imported
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.status import words
 from warpmuscle.results.records import Result
-from warpmuscle.results.result import SWEEP_FORMAT, check_format, opened_file
+from warpmuscle.results.result import SWEEP_FORMAT, opened_file
 from warpmuscle.results.result import read as read_result
+from warpmuscle.results.sweep_columns import (
+    BEST,
+    SweepColumn,
+    candidates_of,
+    check_shape,
+    column_of,
+    datasets,
+    opened_sweep,
+    texts,
+    with_best,
+)
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-BEST = {"best_params": "parameter", "best_terms": "term"}  # columns with a second axis, and its name
 CANDIDATES = {"params": "parameter", "terms": "term"}
 ENTRY = "entry"  # what the axis of entries of `[[run]]` is called, since `run` is the name of a run
 SHOWN = 10  # runs in a notebook
-
-
-@dataclass(frozen=True)
-class SweepColumn:
-    """A column of a table: one number or text a row, or several."""
-
-    values: NDArray[Any]  # (R,), or (R, n)
-    units: str = ""
-    description: str = ""
-
-    @property
-    def attributes(self) -> dict[str, str]:
-        """What an `xarray.DataArray` says of it."""
-        return {name: text for name, text in (("units", self.units), ("description", self.description)) if text}
 
 
 @dataclass(frozen=True, repr=False)
@@ -152,8 +146,8 @@ class Sweep:
         Raises:
             ResultError: the file cannot be read, or the runs are trainings.
         """
-        with _opened(self.path) as file:
-            found = _candidates(file, self.runs)
+        with opened_sweep(self.path) as file:
+            found = candidates_of(file, self.runs)
         if not found:
             raise ResultError(f"{self.path}: no candidates; each run has a policy, as `run(NAME).learned`")
         status = found["status"]
@@ -265,7 +259,7 @@ def is_sweep(path: Path) -> bool:
 
 def sweep_name(path: Path) -> str:
     """Name of the sweep that a file is of; raises ResultError if it is none, or cannot be read."""
-    with _opened(path) as file:
+    with opened_sweep(path) as file:
         return str(hdf5.attribute(file, "name"))
 
 
@@ -275,98 +269,25 @@ def read_sweep(path: Path) -> Sweep:
     Raises:
         ResultError: the file cannot be read, or is not that of a sweep.
     """
-    with _opened(path) as file:
+    with opened_sweep(path) as file:
         table = hdf5.member(file, "table")
-        runs = _texts(table, "run")
+        runs = texts(table, "run")
         beside = ("run", "parameter", "parameter_unit", "term")
-        kept = {name: _column(table, name) for name in _datasets(table) if name not in beside}
+        kept = {name: column_of(table, name) for name in datasets(table) if name not in beside}
         axes = hdf5.member(table, "axes")
-        labels = {axis: _texts(table, axis) for axis in BEST.values() if axis in table}
-        units = _texts(table, "parameter_unit") if "parameter_unit" in table else ()
+        labels = {axis: texts(table, axis) for axis in BEST.values() if axis in table}
+        units = texts(table, "parameter_unit") if "parameter_unit" in table else ()
         if "parameter" not in labels:
-            kept, labels, units = _with_best(file, runs, kept)
+            kept, labels, units = with_best(file, runs, kept)
         for name, column in kept.items():
-            _check_shape(name, column, runs, labels.get(BEST.get(name, "")))
+            check_shape(name, column, runs, labels.get(BEST.get(name, "")))
         known = ("format", "format_version", "name", "command", "ended")
         origin = {name: str(value) for name, value in sorted(file.attrs.items()) if name not in known}
+        sets_apart = {name: column_of(axes, name) for name in datasets(axes)}
         return Sweep(
             path, str(hdf5.attribute(file, "name")), hdf5.text(hdf5.member(file, "sweep")),
-            str(hdf5.attribute(file, "command")), origin, runs, {name: _column(axes, name) for name in _datasets(axes)},
-            kept, labels, units,
+            str(hdf5.attribute(file, "command")), origin, runs, sets_apart, kept, labels, units,
         )  # fmt: skip
-
-
-def _check_shape(name: str, column: SweepColumn, runs: Sequence[str], along: Sequence[str] | None) -> None:
-    """Raise ValueError if a column has not a row a run, or not a number for each name."""
-    shape = (len(runs),) if name not in BEST else (len(runs), len(along or ()))
-    if column.values.shape != shape:
-        raise ValueError(f"table/{name} has shape {column.values.shape}, and should have {shape}")
-
-
-@contextlib.contextmanager
-def _opened(path: Path) -> Iterator[Any]:
-    """The open file of a sweep; raises ResultError for any other."""
-    with opened_file(path) as file:
-        check_format(path, file)
-        if file.attrs["format"] != SWEEP_FORMAT:
-            raise ResultError(f"{path}: the file of one optimisation, not of a sweep")
-        yield file
-
-
-def _datasets(group: Any) -> list[str]:
-    """Names of the datasets of a group, in order."""
-    return [name for name in group if isinstance(hdf5.member(group, name), h5py.Dataset)]
-
-
-def _texts(group: Any, name: str) -> tuple[str, ...]:
-    return hdf5.strings(hdf5.checked(group, name))
-
-
-def _column(group: Any, name: str) -> SweepColumn:
-    dataset = hdf5.checked(group, name)
-    units, description = (str(dataset.attrs.get(key, "")) for key in ("units", "description"))
-    values = np.array(hdf5.strings(dataset), dtype=object) if dataset.dtype.kind == "O" else dataset[()]
-    return SweepColumn(values, units, description)
-
-
-def _with_best(
-    file: Any, runs: Sequence[str], columns: Mapping[str, SweepColumn]
-) -> tuple[dict[str, SweepColumn], dict[str, tuple[str, ...]], tuple[str, ...]]:
-    """The columns of a table of version 3 and before, with best candidates from the groups of its runs, if alike."""
-    groups = [_group(file, run) for run in runs]
-    if not groups or any(group is None or "best" not in group or "evaluations" not in group for group in groups):
-        return dict(columns), {}, ()
-    names = [_texts(hdf5.member(group, "parameters"), "name") for group in groups]
-    if len(set(names)) > 1:
-        return dict(columns), {}, ()
-    rows = [hdf5.checked_array(hdf5.member(group, "best"), "params") for group in groups]
-    best = SweepColumn(np.array(rows), "see parameter_unit", "parameters of the best candidate")
-    units = _texts(hdf5.member(groups[0], "parameters"), "unit")
-    return {**columns, "best_params": best}, {"parameter": names[0]}, units
-
-
-def _group(file: Any, run: str) -> Any:
-    """A run of a file of version 3 and before; None where it is none."""
-    found = hdf5.member(hdf5.member(file, "runs"), run)
-    return found if isinstance(found, h5py.Group) else None
-
-
-def _candidates(file: Any, runs: Sequence[str]) -> dict[str, SweepColumn]:
-    """Columns of `/all`; those of older files are put together from the groups of the runs."""
-    if "all" not in file:
-        return {}
-    whole = hdf5.member(file, "all")
-    names = [name for name in _datasets(whole) if name not in ("candidate", "parameter", "parameter_unit", "term")]
-    if "candidate" in whole:
-        return {name: _column(whole, name) for name in names}
-    groups = [hdf5.member(_group(file, run) or {}, "evaluations") for run in runs]
-    found = {"run": _column(whole, "run")} if "run" in names else {}
-    for name in names:
-        if name != "run" and name != "terms":
-            parts = [hdf5.checked_array(group, name) for group in groups]
-            attributes = {key: str(whole[name].attrs.get(key, "")) for key in ("units", "description")}
-            found[name] = SweepColumn(np.concatenate(parts), **attributes)
-    return found
 
 
 def _shown(value: Any) -> str:

@@ -15,7 +15,7 @@ from warpmuscle.scene import Box, Capsule, Character, Joint, Scene, Shape
 from warpmuscle.scene.initial_pose import plain_vector, world_poses
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import massless
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 Side = Literal["left", "right", "middle"]
 BONE_RADIUS = 0.017  # m
@@ -200,7 +200,7 @@ def far_end(shape: Shape, start: Floats) -> Floats:
 
 def picture(scene: Scene) -> str:
     """SVG of bones and muscles at the start, from the left side; empty where there is neither."""
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     poses, character = world_poses(numeric), numeric.character
     lines: list[tuple[str, float, Floats]] = []
     for name in character.bodies:

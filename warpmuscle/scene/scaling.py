@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import is_number
 from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.scene import Character, Displacement, Joint, Scene, ViaPoint
 from warpmuscle.scene.geometry import contact_points
@@ -17,7 +17,7 @@ from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vect
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import massless
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
+from warpmuscle.scene.parameters import at_start, leaves, rebuilt
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
@@ -40,7 +40,7 @@ def multiplied(scene: Scene, factors: Mapping[str, float]) -> Scene:
         SceneError: there is no number at a path, a free parameter cannot be multiplied so, or a number follows one
             that becomes 0.
     """
-    numbers = {path for path, leaf in leaves(scene) if isinstance(leaf, Free) or _is_plain(leaf)}
+    numbers = {path for path, leaf in leaves(scene) if isinstance(leaf, Free) or is_number(leaf)}
     for path in factors:
         if path not in numbers:
             raise SceneError("there is no number here that could be multiplied", key=path)
@@ -180,7 +180,7 @@ def muscle_length_factors(scene: Scene, scaled: Scene) -> dict[str, float]:
 
 def path_lengths(scene: Scene) -> dict[str, float]:
     """Length of each path of points at the start, m; free parameters count with their start values."""
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     poses, angles = initial_pose(plain)
     muscles = plain.character.muscles
     routes = {name: muscle for name, muscle in muscles.items() if muscle.path}
@@ -189,7 +189,7 @@ def path_lengths(scene: Scene) -> dict[str, float]:
 
 def _lowest_point(scene: Scene) -> float:
     """Height of the lowest point of all shapes at the start, m; 0 if there are no shapes."""
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     state = plain.initial_state
     root = normalized(plain_vector(state.root_orientation))
     poses, _ = initial_pose(plain)
@@ -220,11 +220,6 @@ def _lifted(scene: Scene, height: float) -> Scene:
         return msgspec.structs.replace(leaf, **moved)
 
     return rebuilt(scene, replaced)
-
-
-def _is_plain(leaf: Any) -> bool:
-    """Whether this is a number as such."""
-    return isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool)
 
 
 def _times(path: str, free: Free, factor: float) -> Free:

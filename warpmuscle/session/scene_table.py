@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, overload
 
 from warpmuscle.core.arguments import as_text
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.core.extras import need
+from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
 from warpmuscle.formats import load, scene_names
 from warpmuscle.scene.parameters import free_parameters
@@ -74,10 +74,8 @@ class SceneTable(Sequence[SceneRow]):
 
     def to_dataframe(self) -> pandas.DataFrame:
         """The table as a `pandas.DataFrame`, a row a scene."""
-        need("pandas", "a table of scenes as a DataFrame needs")
-        import pandas
-
-        return pandas.DataFrame([vars(row) for row in self._rows], columns=[one.name for one in fields(SceneRow)])
+        package = imported("pandas", "a table of scenes as a DataFrame needs")
+        return package.DataFrame([vars(row) for row in self._rows], columns=[one.name for one in fields(SceneRow)])
 
     def __repr__(self) -> str:
         width = max((len(name) for name in self.names), default=0)

@@ -20,7 +20,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import NORM_TERMS, PERCENT_OF_BIN
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 Curves = dict[str, dict[str, Floats]]  # by name and side, of all frames
 
@@ -73,7 +73,7 @@ def _body(result: Result, path: Path) -> Scene:
     """The scene of the recorded body, without free parameters."""
     try:
         scene = toml.loads(result.scene)
-        return substitute(scene, start_values(scene))
+        return at_start(scene)
     except Error as error:
         raise RolloutError(f"{path}: the body of its motions is not known: {error}") from None
 

@@ -20,7 +20,7 @@ from warpmuscle.model.structure import Structure
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene, Tracking
 from warpmuscle.scene.initial_pose import initial_pose
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import Topology
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
         return None
     motion: Recording | JointMotion
     if tracking.file:
-        motion = motion_in_file(tracking, substitute(scene, start_values(scene)))
+        motion = motion_in_file(tracking, at_start(scene))
     else:
         tracked = load(tracking.scene)
         if tracked.tracking is not None:  # perhaps this one; what it tracks itself does not move it
@@ -79,14 +79,14 @@ def reference_of(scene: Scene, structure: Structure, record: Callable[[Scene], R
         motion = record(tracked)
     part = motion.window(tracking.start)
     if isinstance(part, Recording) and "phase" in part.missing:
-        motion = part = _by_contact(part, substitute(scene, start_values(scene)), tracking.file or tracking.scene)
+        motion = part = _by_contact(part, at_start(scene), tracking.file or tracking.scene)
     if not len(part.phase):
         source = tracking.file or tracking.scene
         raise RolloutError(f"{source} has no motion from {tracking.start:g} s on, which `tracking.start` asks for")
     orientation, counts = reference_table(part, structure.names, tracking.joints, tracking.weights)
     if isinstance(motion, Recording) or not motion.by_contact:
         return ReferenceGait(orientation, counts, False)
-    begin = nearest_part(orientation, counts, substitute(scene, start_values(scene)), structure.names)
+    begin = nearest_part(orientation, counts, at_start(scene), structure.names)
     return ReferenceGait(orientation, counts, True, motion.period, begin)
 
 

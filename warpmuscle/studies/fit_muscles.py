@@ -24,7 +24,7 @@ from warpmuscle.scene import Actuation, Muscle, Part, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import counterpart
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.trusted_code import without_code
 from warpmuscle.simulation.devices import find_devices
 from warpmuscle.simulation.rollout import Rollout
@@ -83,7 +83,7 @@ def fit_muscles(
     Raises:
         SceneError: the scene has no muscles, or the motion fails on torques before anything could be measured.
     """
-    scene = substitute(scene, start_values(scene))
+    scene = at_start(scene)
     muscles = scene.character.muscles
     if not muscles:
         raise SceneError("the character has no muscles to fit", key="character.muscles")

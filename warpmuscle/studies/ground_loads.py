@@ -12,7 +12,7 @@ from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import foot_bodies
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.scene.trusted_code import without_code
 from warpmuscle.simulation.stages import Stages
@@ -44,7 +44,7 @@ def ground_loads(motion: Recording, scene: Scene) -> list[GroundLoad]:
     check_motion_of(motion, scene)
     if not motion.coordinate_names:
         raise Error("this motion was recorded without coordinates, from which ground forces follow; record it again")
-    scene = without_code(substitute(scene, start_values(scene)))
+    scene = without_code(at_start(scene))
     stages = Stages(scene, max(motion.frames, 1), "cpu")
     coordinates, speeds = (np.asarray(part, np.float32) for part in (motion.coordinate, motion.speed))
     if motion.frames == 0 or coordinates.shape[1] != stages.names.coordinates:

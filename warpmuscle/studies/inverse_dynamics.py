@@ -19,7 +19,7 @@ from warpmuscle.core.pose import conjugate, multiply, normalized, rotate
 from warpmuscle.scene import Body, Character, Joint, Scene
 from warpmuscle.scene.joints import JointKinematics, RootType, joint_type, root_type
 from warpmuscle.scene.joints.displacement import rates
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start, start_values, substitute
 from warpmuscle.scene.topology import Topology, topology
 
 Moving = tuple[Floats, Floats, Floats]  # coordinates (n, C), speeds (n, S), accelerations (n, S)
@@ -89,7 +89,7 @@ def joint_space(scene: Scene, coordinates: ArrayLike, values: ArrayLike | None =
 
 def body_points(scene: Scene, coordinates: ArrayLike) -> dict[str, tuple[Floats, Floats]]:
     """Position (n, 3), m, of every body's joint and the body's orientation (n, 4), by name of the body."""
-    return points_of(substitute(scene, start_values(scene)).character, coordinates)
+    return points_of(at_start(scene).character, coordinates)
 
 
 def points_of(character: Character, coordinates: ArrayLike) -> dict[str, tuple[Floats, Floats]]:

@@ -12,7 +12,7 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.model.build import start_of
 from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.trusted_code import without_code
 from warpmuscle.simulation.stages import Stages
 
@@ -45,7 +45,7 @@ def moment_arms(scene: Scene, joint: str, axis: int, angles: Floats) -> MomentAr
 
 def _moment_arms(scene: Scene, wanted: Sequence[tuple[str, int, Floats]]) -> list[MomentArms]:
     """Moment arms about several joints' degrees of freedom, each at its angles, computed as one batch."""
-    scene = without_code(substitute(scene, start_values(scene)))
+    scene = without_code(at_start(scene))
     ends = np.cumsum([len(angles) for _, _, angles in wanted])
     stages = Stages(scene, int(ends[-1]), "cpu")
     stages.state.coordinates.assign(np.concatenate([_poses(scene, stages, *one) for one in wanted]))
@@ -69,7 +69,7 @@ def muscle_geometry(scene: Scene, coordinates: Floats) -> tuple[Floats, Floats]:
     Args:
         scene: checked scene; free parameters count with their start values. coordinates: (n, C), see `Rollout.state`.
     """
-    scene = without_code(substitute(scene, start_values(scene)))
+    scene = without_code(at_start(scene))
     stages = Stages(scene, len(coordinates), "cpu")
     stages.state.coordinates.assign(coordinates.astype(np.float32))
     kinematics, paths = stages.forward_kinematics(), stages.muscle_paths()

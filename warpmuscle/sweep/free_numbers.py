@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import few_of
 from warpmuscle.formats.overrides import check_exists, is_pattern, matching
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
@@ -78,7 +79,9 @@ def with_free_numbers(scene: Scene, intervals: Sequence[Interval]) -> tuple[Scen
         if not found:
             raise SceneError(_why_none(matched, followers), interval.pattern)
         if nothing:
-            notes.append(f"{interval.pattern}: {_some(nothing)}: 0 or without end, which has no interval in percent")
+            notes.append(
+                f"{interval.pattern}: {few_of(nothing, 1)}: 0 or without end, which has no interval in percent"
+            )
         free = {path: _freed(path, number, interval) for path, number in found.items()}
         scene = rebuilt(scene, partial(_at, free))
     check_scene(scene)
@@ -116,7 +119,3 @@ def _why_none(matched: dict[str, float | Free], followers: list[str]) -> str:
         assert isinstance(number, Free)
         return f"follows {number.same_as}: free that one"
     return "is 0 or without end, which has no interval in percent: write [min, max]"
-
-
-def _some(paths: list[str]) -> str:
-    return f"{paths[0]} and {len(paths) - 1} more" if len(paths) > 1 else paths[0]

@@ -80,7 +80,7 @@ def gather(
         table, candidates, finished = _Table(file), _All(file), FinishedRuns(folder.path)
         for number, entry in enumerate(entries):
             run = put_run(folder, runs, entry, finished)
-            table.add(entry, run)
+            table.add(run)
             candidates.add(number, run)
             if tell is not None:
                 tell(number + 1)
@@ -160,7 +160,7 @@ class _Table:
             "terms": _Common(self._group, "best_terms", "terms of the best candidate, unweighted", ("run", "term")),
         }
 
-    def add(self, entry: RunEntry, run: RunTable) -> None:
+    def add(self, run: RunTable) -> None:
         """Put a row behind those that are there."""
         cost = run.columns["cost"]
         self._rows["evaluated"].append(len(cost))

@@ -28,7 +28,6 @@ from warpmuscle.results.records import Evaluations, joined, version_of
 from warpmuscle.sweep.shared_batches import Asked
 
 PATTERN = "*.rounds"
-ROWS = ("row", "search", "cost", "status", "end_time")  # of a record, a value a candidate
 
 
 class Rounds:

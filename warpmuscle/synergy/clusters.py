@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.extras import imported
 from warpmuscle.core.plain_text import number_of
 
 STARTS = 50  # of k-means
@@ -59,14 +60,12 @@ def cluster_modules(
         raise SignalError(f"{number_of(count, 'cluster', 'are')} not to be had of {number_of(total, 'module')}")
     distinct = len(np.unique(unit, axis=0))
     tried = [min(count, distinct)] if count is not None else _numbers([w.shape[1] for w in weights], distinct)
-    try:
-        from sklearn.cluster import KMeans
-        from sklearn.metrics import silhouette_score
-    except ImportError:
-        raise Error("clusters need scikit-learn: pip install 'warpmuscle[synergies]'") from None
+    cluster = imported("sklearn.cluster", "clusters need")
+    from sklearn.metrics import silhouette_score
+
     labels, silhouette = dict[int, Integers](), dict[int, float]()
     for k in tried:
-        labels[k] = KMeans(k, n_init=STARTS, random_state=seed).fit_predict(unit)
+        labels[k] = cluster.KMeans(k, n_init=STARTS, random_state=seed).fit_predict(unit)
         held = len(np.unique(labels[k]))
         silhouette[k] = float(silhouette_score(unit, labels[k])) if 1 < held < total else 0.0
     best = max(tried, key=lambda k: silhouette[k])

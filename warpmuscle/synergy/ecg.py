@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error
+from warpmuscle.core.extras import imported
 from warpmuscle.synergy.signals import Signals
 
 BEAT_BAND = (8.0, 30.0)  # Hz, where most of a QRS complex is
@@ -51,14 +50,17 @@ def remove_ecg(signals: Signals, reference: Floats | None = None, seed: int = 0)
         SignalError: fewer than two channels, or too low a sampling rate.
         Error: scikit-learn is not installed.
     """
-    decomposition, convergence = _sklearn()
+    decomposition = imported("sklearn.decomposition", "removing the heart's signal needs")
+    from sklearn.exceptions import ConvergenceWarning
+
     values = signals.values if reference is None else np.column_stack([signals.values, reference])
     if values.shape[1] < 2:
         raise signals.error("one channel alone holds nothing to tell the heart's signal by; at least two are needed")
     scale = values.std(axis=0)
     analysis = decomposition.FastICA(whiten="unit-variance", random_state=seed, max_iter=1000, tol=1e-4)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", convergence)  # gaussian components never settle; those of the heart do at once
+        # Gaussian components never settle; those of the heart do at once.
+        warnings.simplefilter("ignore", ConvergenceWarning)
         sources = analysis.fit_transform(values / scale)
     if signals.rate <= 2.0 * HEART:
         raise signals.error(
@@ -96,12 +98,3 @@ def beat_rate(source: Floats, rate: float) -> float:
     concentration = np.sum(beats**2) / np.sum(wave**2)
     alike = concentration >= CONCENTRATION and np.median(likeness) >= LIKENESS
     return 60.0 / float(middle) if alike else 0.0
-
-
-def _sklearn() -> tuple[Any, type[Warning]]:
-    try:
-        from sklearn import decomposition
-        from sklearn.exceptions import ConvergenceWarning
-    except ImportError:
-        raise Error("removing the heart's signal needs scikit-learn: pip install 'warpmuscle[synergies]'") from None
-    return decomposition, ConvergenceWarning

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment, nnls
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error, SignalError
+from warpmuscle.core.errors import SignalError
+from warpmuscle.core.extras import imported
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 
@@ -64,17 +65,16 @@ def factorize(activations: Floats, count: int, restarts: int = RESTARTS, seed: i
         Error: scikit-learn is not installed.
     """
     _check(activations, count, restarts)
-    try:
-        from sklearn.decomposition import NMF
-        from sklearn.exceptions import ConvergenceWarning
-    except ImportError:
-        raise Error("synergies need scikit-learn: pip install 'warpmuscle[synergies]'") from None
+    decomposition = imported("sklearn.decomposition", "synergies need")
+    from sklearn.exceptions import ConvergenceWarning
+
     best: tuple[float, Floats, Floats] | None = None
     power, reached = float(np.sum(activations**2)), []
     for restart in range(restarts):
         start = int(np.random.SeedSequence([seed, count, restart]).generate_state(1)[0])
-        model = NMF(count, init="random" if restart else "nndsvda", tol=PRECISION, max_iter=ITERATIONS,
-                    random_state=start)  # fmt: skip
+        model = decomposition.NMF(
+            count, init="random" if restart else "nndsvda", tol=PRECISION, max_iter=ITERATIONS, random_state=start
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)  # what it reached is compared with other restarts
             coefficients = model.fit_transform(activations)

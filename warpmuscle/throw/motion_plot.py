@@ -13,7 +13,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.names import file_name
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots.style import matplotlib, save
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.throw.arm import hand_position, needed_torques, states
 from warpmuscle.throw.fit import Fitted
 from warpmuscle.throw.follow import Follower
@@ -196,7 +196,7 @@ def _draw_signals(panels: Any, follower: Follower, fitted: Fitted, row: int, wid
 def _draw_flight(axes: Any, follower: Follower, hand: Floats) -> None:
     """Way of the hand (T, 2), m, and the flight of a ball that leaves it where it would fly farthest."""
     velocity = np.gradient(hand, 1.0 / RATE, axis=0)
-    gravity = float(substitute(follower.arm.scene, start_values(follower.arm.scene)).gravity)  # type: ignore[arg-type]
+    gravity = float(at_start(follower.arm.scene).gravity)  # type: ignore[arg-type]
     rise, speed = velocity[:, 1], np.linalg.norm(velocity, axis=1)
     duration = (rise + np.sqrt(rise**2 + 2.0 * gravity * np.maximum(hand[:, 1], 0.0))) / gravity
     reach = np.where(speed >= FAST * speed.max(), hand[:, 0] + velocity[:, 0] * duration, -np.inf)

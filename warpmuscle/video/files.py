@@ -10,13 +10,11 @@ import subprocess
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.errors import Error
-from warpmuscle.core.extras import need
+from warpmuscle.core.extras import imported, need
 from warpmuscle.core.files import check_output, replace_file, replacing
 from warpmuscle.video.colours import FORCES
 from warpmuscle.video.film import Film
@@ -25,6 +23,7 @@ from warpmuscle.video.side_by_side import Beside, Sheet
 
 ENDINGS = (".mp4", ".gif", ".webp")
 Tell = Callable[[int, int], None]  # of frames done, of all
+FFMPEG = "imageio_ffmpeg"
 _COLORS = 192  # of a .gif
 _SAMPLE = 8  # frames that its colours are chosen from
 Image = NDArray[np.uint8]
@@ -34,7 +33,7 @@ def check_film(path: Path) -> None:
     """Raise Error now, rather than after the work, if no film can be written to a file of this name."""
     check_output(path, "a film", ENDINGS)
     if path.suffix.lower() == ".mp4":
-        _ffmpeg()
+        imported(FFMPEG, "an .mp4 needs")
     need("matplotlib", "a film needs")
 
 
@@ -62,19 +61,11 @@ def _frames(film: Film | Beside, tell: Tell | None) -> Iterator[Image]:
             tell(number + 1, len(film.time))
 
 
-def _ffmpeg() -> Any:
-    try:
-        import imageio_ffmpeg
-    except ImportError:
-        raise Error("an .mp4 needs imageio-ffmpeg: pip install 'warpmuscle[video]'") from None
-    return imageio_ffmpeg
-
-
 def _write_mp4(path: Path, film: Film | Beside, frames: Iterator[Image]) -> None:
     """Encode with ffmpeg as another process; raises OSError unless it has written a whole film."""
-    look = film.look
+    look, program = film.look, imported(FFMPEG, "an .mp4 needs").get_ffmpeg_exe()
     command = [
-        _ffmpeg().get_ffmpeg_exe(), "-nostdin", "-v", "quiet", "-f", "rawvideo", "-pix_fmt", "rgb24",
+        program, "-nostdin", "-v", "quiet", "-f", "rawvideo", "-pix_fmt", "rgb24",
         "-s", f"{look.width}x{look.height}", "-r", str(Fraction(look.rate).limit_denominator()), "-i", "-", "-an",
         "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "medium", "-movflags", "+faststart",
         "-y", str(path),

@@ -17,7 +17,7 @@ from warpmuscle.core.sequences import at_moments
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import Surface, surface
 from warpmuscle.video.bellies import Bellies, bellies_of
 from warpmuscle.video.camera import Camera, camera_on
@@ -151,7 +151,7 @@ def _prepared(recording: Recording, scene: Scene, name: str) -> tuple[Track, Sce
     """What is shown of a motion, and its scene without free parameters."""
     if recording.frames < 2:
         raise Error("a film needs a motion of at least two frames")
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     return track_of(recording, numeric, name), numeric
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from warpmuscle.core.limits import GREATEST_NUMBER
+from warpmuscle.core.plain_text import few_of
 from warpmuscle.formats import toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
@@ -275,8 +276,7 @@ class Editor:
         words += [f"points of {key}" for key in edits.curves]
         if not words:
             return self._first.description
-        more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
-        return f"{self._first.name}, changed by hand in the live viewer: {', '.join(words[:NAMED])}{more}."
+        return f"{self._first.name}, changed by hand in the live viewer: {few_of(words, NAMED)}."
 
 
 def _short(number: float) -> str:

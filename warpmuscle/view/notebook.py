@@ -15,7 +15,7 @@ from warpmuscle.results.records import Result
 from warpmuscle.results.result import holds_trials
 from warpmuscle.results.sweeps import read
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.view.page import Page
 from warpmuscle.view.sources import Sight, is_result, of_replays, of_scene, page_of_sights, with_measured
 
@@ -94,7 +94,7 @@ def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> li
         if replay is not None:
             raise ArgumentError("motion is a recording, one motion; replay chooses one of a result")
         own = scene_of(scene)
-        return [Sight(own.name, demanding(motion, "this recording"), substitute(own, start_values(own)))]
+        return [Sight(own.name, demanding(motion, "this recording"), at_start(own))]
     if replay is not None:
         replay = as_integer(replay, "replay", 0)
     if isinstance(motion, HasRecordings):

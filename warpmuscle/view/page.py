@@ -23,7 +23,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.ground import plane
 from warpmuscle.scene.initial_pose import world_poses
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.view.access import POLICY, POLICY_OF_FILES
 from warpmuscle.view.bones.attachments import attachments
 from warpmuscle.view.bones.model_meshes import mesh_folder, with_meshes
@@ -111,7 +111,7 @@ def replay_html(
     motions = [recordings] if isinstance(recordings, Recording) else list(recordings)
     motions = [demanding(motion, "this recording") for motion in motions]
     given = [scenes] * len(motions) if isinstance(scenes, Scene) else list(scenes)
-    numeric = {id(scene): substitute(scene, start_values(scene)) for scene in given}
+    numeric = {id(scene): at_start(scene) for scene in given}
     plain = [numeric[id(scene)] for scene in given]
     folder, name = mesh_folder(meshes, plain[0]), title or given[0].name
     dolls: dict[tuple[int, tuple[str, ...]], Doll] = {}

@@ -21,7 +21,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import holds_trials, read
 from warpmuscle.scene import Failure, Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start, start_values, substitute
 from warpmuscle.view.bones.model_meshes import mesh_folder
 from warpmuscle.view.crowd import Facts
 from warpmuscle.view.lanes import MOST
@@ -168,7 +168,7 @@ def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
 
     rollout = Rollout(scene, 1, device, record=[0], record_rate=RATE)
     rollout.run()
-    return [Sight(scene.name, rollout.recording(), substitute(scene, start_values(scene)))]
+    return [Sight(scene.name, rollout.recording(), at_start(scene))]
 
 
 def tracks_of(sights: Sequence[Sight], rate: float | None = None) -> list[Track]:

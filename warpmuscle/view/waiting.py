@@ -13,7 +13,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.masses import center_of_mass
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import topology
 from warpmuscle.view.page import page_of
 from warpmuscle.view.server import PROTOCOL, Message, PageServer
@@ -53,7 +53,7 @@ class Waiting:
 
 def waiting_page(scene: Scene) -> str:
     """The page of a scene's first pose, which hears from its server when there is more to see."""
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     track = track_of(first_pose(numeric), numeric)
     return page_of([track], [numeric], scene.name, autoplay=False, plots=False, waiting={"protocol": PROTOCOL})
 

@@ -145,3 +145,8 @@ def test_a_page_says_whether_a_change_agrees_in_size(interval: tuple[float, floa
     spread = Spread(20, float(np.mean(interval)), *interval)
     cell, expected = Cell("up 8 %", 20, 20, spread, spread, interval), Expected("speed", "rises", "up 8 %", 2.8)
     assert study_page._words(Held(expected, "", cell, verdict_of(expected, cell))) == words
+
+
+def test_a_change_that_rounds_to_nothing_has_no_sign():
+    assert study_page.number("m/s", -0.0001) == "0.00"
+    assert study_page.number("m/s", float("nan")) == ""

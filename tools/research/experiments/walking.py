@@ -18,7 +18,7 @@ from warpmuscle.plots.projection import project
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import pieces
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 X = (1.0, 0.0, 0.0)
 SIDE, FRONT = (2, 1), (0, 1)  # world axes to the right and up of the page
@@ -66,7 +66,7 @@ def last_stride(motion: Recording) -> Recording:
 
 def with_muscles(axes: Any, scene: Scene, motion: Recording, view: tuple[int, int], frame: int = 0) -> None:
     """The character in one frame with its muscles, the darker the more active."""
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     assert plain.controller is not None
     for piece in pieces(plain.character, plain.controller.feet):
         axes.plot(*project(motion, piece, frame, view).T, color="#B0B0B0", lw=2.0, zorder=1)

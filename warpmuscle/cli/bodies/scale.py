@@ -41,7 +41,7 @@ def scale(
     from warpmuscle.core.files import replace_file
     from warpmuscle.formats import toml
     from warpmuscle.scene.masses import body_mass
-    from warpmuscle.scene.parameters import start_values, substitute
+    from warpmuscle.scene.parameters import at_start
     from warpmuscle.scene.sizes.sized import height_of, sized
     from warpmuscle.scene.validation.scene import check_scene
 
@@ -52,7 +52,7 @@ def scale(
     )
     check_scene(made)
     replace_file(output, f"# By `{command_line()}`.\n\n{toml.dumps(made)}")
-    plain = substitute(made, start_values(made))
+    plain = at_start(made)
     out.print(f"wrote {output}: {height_of(made):.3g} m, {body_mass(plain.character):.4g} kg", markup=False)
     suggest(f"`warpmuscle simulate {output}` runs it")
 

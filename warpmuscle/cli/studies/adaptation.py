@@ -58,8 +58,10 @@ def adaptation(
     Examples: warpmuscle adaptation adaptation.json --conditions "Koelewijn*" --seeds 6; warpmuscle adaptation
     adaptation.json --set objective.cost_of_transport=5 --set objective.metabolic_model=margaria
     """
+    from warpmuscle.core.extras import need_for_page
     from warpmuscle.core.files import files_beside, replace_file
 
+    need_for_page()
     sweep_file, page_file, table_file = files_beside(output, (".toml", ".html", ".csv"))
     start_driver(device)
     from warpmuscle.formats import load

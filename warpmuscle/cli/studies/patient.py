@@ -36,11 +36,13 @@ def patient(
     came, also in moments and forces that no search saw, and what changed. Run again, the command continues where it
     stopped. Example: warpmuscle patient patient.toml --seeds 6
     """
+    from warpmuscle.core.extras import need_for_page
     from warpmuscle.core.files import check_output, files_beside, replace_file
 
     page = output if output is not None else Path(f"{file.stem}.html")
     check_output(page, "a patient's path", (".html",))
     (table,) = files_beside(page, (".csv",))
+    need_for_page()
     start_driver(device)
     from warpmuscle.sweep.patient.file import read
 

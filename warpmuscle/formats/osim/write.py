@@ -44,7 +44,6 @@ from warpmuscle.scene.surfaces import CylinderSurface, EllipsoidSurface, SphereS
 
 VERSION, WITH_POLYNOMIALS = 40000, 40600  # of the file; the latter for paths that are polynomials
 STIFFNESS, DISSIPATION = 1.0e6, 2.0  # of contact: Pa and s/m, as models of walking have them
-HEAD = '<?xml version="1.0" encoding="UTF-8" ?>'
 NOT_HELD = "OpenSim models do not hold this"
 RANGE_ONLY = "the range is kept, but not its stiffness"
 SPHERES_ONLY = "contacts of OpenSim models are spheres; boxes are left out"

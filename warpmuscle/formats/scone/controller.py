@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from fnmatch import fnmatchcase
 
 import numpy as np
 
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, Sensed, key_of
+from warpmuscle.formats.scone.start import matches
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Character, Force, GaitStates, Scene
 from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, LegThresholds, Shape, Side, State
@@ -209,7 +209,7 @@ class _Reader:
         names = dict.fromkeys(
             name.removesuffix("_l").removesuffix("_r")
             for name in muscles
-            if _matches(name, include) and not _matches(name, exclude)
+            if matches(name, include) and not matches(name, exclude)
         )
         if not names:
             node.fail(f"no muscle is included: {include!r} without {exclude!r}")
@@ -265,11 +265,6 @@ def _count(node: Node, least: int) -> int:
     if not (number.is_integer() and least <= number <= MOST_KNOTS):
         node.fail(f"must be a whole number from {least} to {MOST_KNOTS}, is {number:g}")
     return int(number)
-
-
-def _matches(name: str, patterns: str) -> bool:
-    """Whether a name is one of some patterns with * and ?, which semicolons separate."""
-    return any(fnmatchcase(name, pattern.strip()) for pattern in patterns.split(";") if pattern.strip())
 
 
 def _labels(node: Node) -> None:

@@ -35,7 +35,6 @@ from warpmuscle.scene.number import Number
 
 SOURCE = re.compile(r"(?P<sign>-?)(?P<name>.+)_(?P<kind>[rt])(?P<axis>[xyz])(?P<side>_[lr])?")
 HELD = "joints hold exactly here, and their stiffness and damping are not used"
-DRAWN = "bodies are drawn by their meshes' names alone"
 OPTIONS = ("joint_stiffness", "joint_damping", "damping_mode", "limit_damping_mode", "density")  # of held joints
 SHAPES = ("capsule", "box", "cylinder")  # that no ground is felt by
 UNTOUCHED = "only spheres touch the ground here; left out"

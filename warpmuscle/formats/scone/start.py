@@ -20,7 +20,7 @@ from warpmuscle.formats.scone.joints import Coordinate
 from warpmuscle.formats.scone.zml import parse
 from warpmuscle.scene import InitialState, Scene, Sphere
 from warpmuscle.scene.initial_pose import plain_number, plain_vector, world_poses
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 
 LIFT_STEPS = 60  # of a bisection, of 2 m
 
@@ -102,7 +102,7 @@ def put_load(scene: Scene, load: float) -> None:
 
     Where the feet hang more than 2 m above the ground, or under it, it stays as it is.
     """
-    numbers = substitute(scene, start_values(scene))
+    numbers = at_start(scene)
     poses = world_poses(numbers)
     weight = sum(plain_number(body.mass) for body in numbers.character.bodies.values()) * plain_number(numbers.gravity)
     normal, height = plain_vector(numbers.ground.normal), plain_number(numbers.ground.height)

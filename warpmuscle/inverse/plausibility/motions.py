@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import few_of
 
 SLOW = 0.1  # s between frames, from which on nobody knows the speeds
 FAST = 5.0e-5  # s between frames, below which the times may well be in another unit
@@ -60,8 +61,8 @@ def value_notes(names: Sequence[str], units: Sequence[str], times: Floats, value
     if shaking:
         go = "go" if len(shaking) > 1 else "goes"
         notes.append(
-            f"{_listed(shaking)} {go} to and fro from frame to frame: rows out of order, swapped markers or noise; "
-            "speeds and moments are wrong"
+            f"{few_of(shaking, LISTED)} {go} to and fro from frame to frame: rows out of order, swapped markers or "
+            "noise; speeds and moments are wrong"
         )
     size = np.abs(first)
     usual = np.quantile(size, 0.9, axis=0)
@@ -114,7 +115,3 @@ def unit_notes(angles: Floats) -> list[str]:
     if most < LEAST_ANGLE and moved > 0.1:
         return [f"no angle comes to more than {most:.2g} degrees: are they radians? Then say inDegrees=no"]
     return []
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")

@@ -43,7 +43,7 @@ class Coupled(Coordinate):
             for index, displacement in enumerate(given):
                 check_displacement(checks, f"{key}.{field}.{index}", displacement)
         if joint.beside:
-            check_two(checks, key, joint)
+            check_two(key, joint)
         elif not any(map(depends, (*joint.rotations, *joint.translations))):
             message = "depends on no coordinate; give a rotation or translation a `slope`, a `polynomial`, or knots"
             raise SceneError(message, key=key)
@@ -136,7 +136,7 @@ def check_terms(key: str, displacement: Displacement) -> None:
         raise SceneError("a rod has a length and two angles", key=f"{key}.rod")
 
 
-def check_two(checks: Checks, key: str, joint: Joint) -> None:
+def check_two(key: str, joint: Joint) -> None:
     """Raise SceneError unless a joint of two coordinates turns about one axis, or moves along some."""
     given = [*joint.rotations, *joint.translations]
     if len(joint.rotations) > 1 or (joint.rotations and joint.translations):

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.number_rows import is_number
 from warpmuscle.kernels.moved import of_former_names
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import leaves, rebuilt, start_values, substitute
+from warpmuscle.scene.parameters import at_start, leaves, rebuilt
 
 
 def batch_scene(scenes: Sequence[Scene]) -> Scene:
@@ -23,7 +24,7 @@ def batch_scene(scenes: Sequence[Scene]) -> Scene:
     """
     if not scenes:
         raise SceneError("there are no scenes to put together")
-    plain = [dict(leaves(substitute(scene, start_values(scene)))) for scene in scenes]
+    plain = [dict(leaves(at_start(scene))) for scene in scenes]
     first = plain[0]
     differing: dict[str, Any] = {}
     for number, other in enumerate(plain[1:], start=1):
@@ -33,16 +34,12 @@ def batch_scene(scenes: Sequence[Scene]) -> Scene:
         for path, leaf in other.items():
             if path in ("name", "description") or _same(leaf, first[path]):
                 continue
-            if not _is_number(leaf) or not _is_number(first[path]) or path in ("duration", "time_step", "control_rate"):
+            if not is_number(leaf) or not is_number(first[path]) or path in ("duration", "time_step", "control_rate"):
                 raise SceneError(f"scene {number} differs from the first one in more than numbers", key=path)
             differing[path] = None
     for path in differing:
         differing[path] = np.array([one[path] for one in plain], dtype=np.float64)
-    return rebuilt(substitute(scenes[0], start_values(scenes[0])), lambda path, leaf: differing.get(path, leaf))
-
-
-def _is_number(leaf: Any) -> bool:
-    return isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool)
+    return rebuilt(at_start(scenes[0]), lambda path, leaf: differing.get(path, leaf))
 
 
 def _same(one: Any, other: Any) -> bool:

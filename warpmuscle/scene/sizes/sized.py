@@ -14,7 +14,7 @@ from warpmuscle.scene import InitialState, Scene
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import initial_pose, plain_number, plain_vector
 from warpmuscle.scene.masses import body_mass
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.scaling import multiplied, scaled_segments
 from warpmuscle.scene.sizes.similarity import gait_of_size
 
@@ -28,7 +28,7 @@ def height_of(scene: Scene) -> float:
     Raises:
         SceneError: it has no shapes.
     """
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     poses, _ = initial_pose(msgspec.structs.replace(plain, initial_state=InitialState()))
     ends = [
         (position + rotate(orientation, plain_vector(point)))[1] + sign * plain_number(radius)
@@ -67,13 +67,13 @@ def sized(
     Raises:
         SceneError: a height or mass that no body has, a factor that is not positive, or a pattern that names no body.
     """
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     own_height, own_mass = height_of(scene), body_mass(plain.character)
     height = own_height if height is None else _within("height", height, HEIGHTS, "m")
     length = height / own_height
     mass = own_mass * length**3 if mass is None else _within("mass", mass, MASSES, "kg")
-    stretched = {name: length * _product(scene, name, lengths or {}) for name in scene.character.bodies}
-    heavier = {name: _product(scene, name, masses or {}) for name in scene.character.bodies}
+    stretched = {name: length * _product(name, lengths or {}) for name in scene.character.bodies}
+    heavier = {name: _product(name, masses or {}) for name in scene.character.bodies}
     for key, table in (("lengths", lengths or {}), ("masses", masses or {})):
         _check_patterns(scene, key, table)
     made = scaled_segments(scene, stretched, muscles=True)
@@ -99,7 +99,7 @@ def _within(key: str, number: float, bounds: tuple[float, float], unit: str) -> 
     return number
 
 
-def _product(scene: Scene, name: str, table: Mapping[str, float]) -> float:
+def _product(name: str, table: Mapping[str, float]) -> float:
     """All factors of a body, multiplied."""
     return float(np.prod([factor for pattern, factor in table.items() if fnmatchcase(name, pattern)]))
 

@@ -8,7 +8,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.scene import Constraint, Scene
 from warpmuscle.scene.constraints.pose import ROWS, constraint_errors, start_coordinates
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.checks import Checks, known
 
@@ -51,7 +51,7 @@ def check_closed(scene: Scene) -> None:
     """
     if not scene.character.constraints:
         return
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     names = topology(plain.character)
     errors = constraint_errors(plain.character, names, start_coordinates(plain, names))[0]
     first = 0

@@ -8,7 +8,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Impairment, Scene
 from warpmuscle.scene.impairments.impaired import impaired_muscles, impaired_number
 from warpmuscle.scene.impairments.part import FACTORS
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.validation.checks import Checks, near
 from warpmuscle.scene.validation.muscles import check_muscles
 
@@ -63,7 +63,7 @@ def _sound(checks: Checks, end: int) -> None:
     }
     plain = replace(scene, impairments=ends)
     try:
-        check_muscles(Checks(substitute(plain, start_values(plain))))
+        check_muscles(Checks(at_start(plain)))
     except SceneError as error:
         name = error.key.removeprefix("character.muscles.").partition(".")[0]
         guilty = [key for key, one in ends.items() if impaired_muscles(one, [name])]

@@ -53,7 +53,7 @@ def check_task(check: Checks) -> None:
             known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
     rewards = task.rewards
     check.positive("learning.rewards", rewards, "speed_width", "pose_width", "imitation_width", "force_width")
-    check.not_negative("learning.rewards", rewards, "force_smoothing", "force_limit", *_weights(task))
+    check.not_negative("learning.rewards", rewards, "force_smoothing", "force_limit", *REWARDS)
     for name, weight in rewards.custom.items():
         key = f"learning.rewards.custom.{name}"
         if ":" not in name:
@@ -115,10 +115,6 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
         known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
         if not 0.0 <= weight < math.inf:
             raise SceneError(f"must not be negative, is {weight:g}", key=f"{key}.weights.{name}")
-
-
-def _weights(task: Task) -> list[str]:
-    return list(REWARDS)
 
 
 def _variation(check: Checks, variation: Variation) -> None:

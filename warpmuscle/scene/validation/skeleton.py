@@ -11,7 +11,7 @@ from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.scene import Body, Capsule, Character, Joint, Scene, Shape, Sphere
 from warpmuscle.scene.joints import TYPES, joint_type
 from warpmuscle.scene.masses import is_zero, massless
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.topology import carried, followers, topology
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.motion import kinematic_axes
@@ -42,7 +42,7 @@ def check_skeleton(checks: Checks) -> None:
             _follower(f"character.joints.{name}", joint, character)
     if any(massless(body) for body in character.bodies.values()):
         _moves_mass(character, _held(checks.checked))
-        _independent(substitute(checks.checked, start_values(checks.checked)).character, _held(checks.checked))
+        _independent(at_start(checks.checked).character, _held(checks.checked))
 
 
 def _body(checks: Checks, key: str, body: Body) -> None:

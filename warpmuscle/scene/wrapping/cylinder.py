@@ -95,14 +95,14 @@ def _slid(first: Floats, second: Floats, a: Floats, b: Floats, radius: float, an
             break
         before = first[2], second[2]
         share = 1.0 / count
-        first = _slide(first, a, first, radius, angle * share, rise * share)
-        second = _slide(second, b, first, radius, angle * (1.0 - share), rise * (1.0 - share))
+        first = _slide(first, a, first, angle * share, rise * share)
+        second = _slide(second, b, first, angle * (1.0 - share), rise * (1.0 - share))
         if (first[2], second[2]) == before:
             break
     return float(first[2]), float(second[2])
 
 
-def _slide(place: Floats, end: Floats, first: Floats, radius: float, turn: float, rise: float) -> Floats:
+def _slide(place: Floats, end: Floats, first: Floats, turn: float, rise: float) -> Floats:
     """A tangent point after a slide, between the end of its leg and a place on the arc."""
     c, s = math.cos(turn), math.sin(turn)
     on_arc = np.array([c * first[0] - s * first[1], s * first[0] + c * first[1], first[2] + rise])

@@ -71,11 +71,11 @@ def ellipsoid_touch(
     first, second = first * r, second * r
     normal = np.cross(p - q, p - c)
     normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
-    return _touch(p, q, first, second, c, normal, r, scale, side)
+    return _touch(p, first, second, c, normal, r, scale, side)
 
 
 def _touch(
-    p: Floats, q: Floats, first: Floats, second: Floats, c: Floats, normal: Floats, r: Floats, scale: float, side: int
+    p: Floats, first: Floats, second: Floats, c: Floats, normal: Floats, r: Floats, scale: float, side: int
 ) -> Touch:
     """The touch with these tangent points, all in scaled numbers; its arc is measured in pieces, as OpenSim does it."""
     chord = float(np.linalg.norm(second - first)) / scale

@@ -7,7 +7,7 @@ from functools import partial
 
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.sweep.adaptation.compared import angle_changes, changes, scores
 from warpmuscle.sweep.adaptation.page import Comparison
 from warpmuscle.sweep.adaptation.predicted import Prediction, predicted
@@ -25,7 +25,7 @@ def comparison(
     Args:
         scene: that all of them change. processes: at most so many measure at the same time.
     """
-    mass = body_mass(substitute(scene, start_values(scene)).character)
+    mass = body_mass(at_start(scene).character)
     found: dict[str, dict[int, Prediction]] = {}
     left_out: dict[str, str] = dict(done.failed)
     ended = [run for run in plan.runs if run.name not in done.failed]

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.plots.style import PALETTE, grid, style
 from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
-from warpmuscle.results.records import installed_versions
+from warpmuscle.results.records import made_by
 from warpmuscle.sweep.adaptation.compared import FREQUENCY, KINDS, AngleChange, Change, Score
 
 COLUMNS = 3
@@ -51,7 +51,7 @@ def _score_rows(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def _percent(value: float) -> str:
-    return f"{value:.0f} %" if np.isfinite(value) else ""
+    return f"{rounded(value, 0)} %" if np.isfinite(value) else ""
 
 
 def change_table(found: Comparison) -> list[tuple[str, ...]]:
@@ -66,14 +66,13 @@ def change_table(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def _digits(value: float) -> str:
-    return f"{value:.2f}"
+    return rounded(value, 2)
 
 
 def page(found: Comparison, sweep: str, command: str) -> str:
     """The page; raises Error if jinja2 or matplotlib are missing."""
     with style():
         figure = data_uri(_figure(found)) if found.changes else ""
-    versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
     return str(
         template("adaptation.html").render(
             counted=found.counted,
@@ -94,7 +93,7 @@ def page(found: Comparison, sweep: str, command: str) -> str:
             ],
             left_out=sorted(found.left_out.items()),
             sweep=sweep,
-            made=f"{command}; {versions}",
+            made=made_by(command),
         )
     )
 

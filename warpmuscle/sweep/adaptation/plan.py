@@ -14,7 +14,7 @@ from warpmuscle.formats.toml_layout import inline
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.sweep.adaptation.records import Record
 
 # Bodies that carry a load, by its place; of limbs both, each with the whole load.
@@ -63,7 +63,7 @@ def sweep_text(
     for key in settings:
         if key in SAID:
             raise Error(f"--set {key}: {SAID[key]}")
-    plain = substitute(scene, start_values(scene))
+    plain = at_start(scene)
     leg, mass = leg_length(plain), body_mass(plain.character)
     lines = [f"scene = {json.dumps(name)}", "", "[search]", 'strategy = "cma"']
     lines += [f"{option} = {shown(value)}" for option, value in search.items()]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from warpmuscle.plots.stride_bands import Group, Panel, draw_strides
 from warpmuscle.plots.style import style
 from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
-from warpmuscle.results.records import installed_versions
+from warpmuscle.results.records import made_by
 from warpmuscle.scene.norms import FORCE
 from warpmuscle.studies.conditions import Cell, Spread
 from warpmuscle.sweep.patient.compared import BAND, JUDGED_POINTS, Changed, Distance, Walk, numbers_of
@@ -27,15 +26,6 @@ from warpmuscle.sweep.patient.recorded import Patient
 DECIMALS = {"deg": 1, "N m/kg": 2, "W/kg": 2, "body weights": 2, "m/s": 2, "s": 2, "m": 2, "J/(kg m)": 2, "SD": 1}
 SHOWN = 0.05  # deg, from which on a shift of angles is told
 ENOUGH = 6  # pairs of walks, from which on a change has an interval
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A figure of the page, and what it shows."""
-
-    title: str
-    source: str
-    alt: str
 
 
 def number(unit: str, value: float | None) -> str:
@@ -140,7 +130,6 @@ def page(found: PathResult, command: str) -> str:
             "change_angles": _uri(_change_panels(found, ANGLES), 3, label),
             "change_moments": _uri(_change_panels(found, (*MOMENTS, FORCE)), 4, label),
         }
-    versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
     return str(
         rendered.render(
             title=found.asked.title, text=found.asked.asked.text, headline=_headline(found), verdict=_verdict(found),
@@ -150,7 +139,7 @@ def page(found: PathResult, command: str) -> str:
             numbers=[_number_row(one, found) for one in found.numbers],
             fallen=[(w.seed, w.condition or "match", w.why) for w in (*found.matched, *found.adapted) if not w.walked],
             least=found.patient.least_spread, floor=_floor(found), band=BAND, habit=found.asked.asked.adapt.habit,
-            enough=len(found.distances) >= ENOUGH, file=found.asked.source.text, made=f"{command}; {versions}",
+            enough=len(found.distances) >= ENOUGH, file=found.asked.source.text, made=made_by(command),
         )
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from warpmuscle.optimization.best_scene import best_scene, recorded_scene
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.result import read as read_result
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.sweep.board import Tell
 from warpmuscle.sweep.patient.compared import (
@@ -112,7 +112,7 @@ def follow(
         walk = _measured(way, made, threads)[0]
         if walk.walked:
             before, first = walk, best_scene(read_result(made.folder.result(way.runs[0].name)))[0]
-    numeric = substitute(plan.runs[0].scene, start_values(plan.runs[0].scene))
+    numeric = at_start(plan.runs[0].scene)
     offset = hip_offset(asked, patient, numeric, None if before.gait is None else before.gait.tilt)
     if first is not None or offset != 0.0:
         patient = patient.with_hips(offset)
@@ -178,7 +178,7 @@ def _with_gait(walk: Walk, motion: Recording, scene: Scene) -> Walk:
 
 def _as_it_stands(scene: Scene, device: str | None, threads: int | None) -> Walk:
     """How a scene walks with the numbers that it begins with."""
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     rollout = make_rollout(numeric, 1, device, record=[0], record_rate=RATE, threads=threads)
     rollout.run()
     status, motion = Status(rollout.status()[0]), rollout.recording()

@@ -29,7 +29,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.norms import FLEXION
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.sweep.patient.body import changes_to_size, trunk_is_pelvis
 from warpmuscle.sweep.patient.file import UNCHANGED, Adapt, Match, PatientFile
 from warpmuscle.sweep.patient.gait import ANGLES
@@ -66,7 +66,7 @@ def walk_plan(asked: PatientFile, patient: Patient, files: Files) -> Plan:
         Error: as of `match_plan`.
     """
     scene, match = _scene_of(asked), asked.asked.match
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     speed = first_number(numeric.objective.speed) or match.speed
     changes = _sizes(asked, numeric, patient) | {
         "duration": match.duration, "objective.target_speed": patient.gait.speed, "objective.speed": speed,
@@ -88,7 +88,7 @@ def match_plan(asked: PatientFile, patient: Patient, files: Files, first: Scene 
         Error: the scene cannot be used, has no legs, or a change of it cannot be made; with the key of the file.
     """
     scene = _scene_of(asked)
-    numeric = substitute(scene, start_values(scene))
+    numeric = at_start(scene)
     match, named = asked.asked.match, _named(asked)
     try:
         gait = _write_gait(files.folder, numeric, patient)
@@ -164,7 +164,7 @@ def adapt_plan(asked: PatientFile, matched: Mapping[int, Scene], files: Files) -
         Error: a change cannot be made; with its key in the patient's file.
     """
     adapt, duration, scene = asked.asked.adapt, asked.asked.match.duration, _scene_of(asked)
-    own = _weights(substitute(scene, start_values(scene)))
+    own = _weights(at_start(scene))
     changes = {"objective.speed": asked.asked.match.speed} | {f"objective.{name}": own[name] for name in own}
     changes["objective.tracking"] = adapt.habit / duration
     lines = [f"name = {json.dumps(f'{asked.path.stem}, changes')}"]

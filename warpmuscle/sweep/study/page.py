@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.files import shown
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.gait.table import DECIMALS
 from warpmuscle.plots.conditions import FALLS, RISES, Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
 from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
-from warpmuscle.results.records import installed_versions
+from warpmuscle.results.records import made_by
 from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
@@ -39,7 +39,7 @@ def number(unit: str, value: float) -> str:
     """A value with as many decimals as its unit is worth; empty if there is none."""
     if not np.isfinite(value):
         return ""
-    return f"{value:.{DECIMALS[unit]}f}" if unit in DECIMALS else f"{value:.4g}"
+    return rounded(value, DECIMALS[unit]) if unit in DECIMALS else f"{value:.4g}"
 
 
 def lines(found: StudyResult) -> list[tuple[str, ...]]:
@@ -85,7 +85,6 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
     tables = [_table(found, one, len(series) > 1) for one in series]
     with style():
         figure = data_uri(_figure(found))
-    versions = ", ".join(f"{name} {version}" for name, version in sorted(installed_versions().items()))
     return str(
         template("study.html").render(
             title=found.study.title,
@@ -101,7 +100,7 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
             tables=tables,
             left_out=[(run.run.name, run.why or "fell") for run in found.runs if run.why or not run.walked],
             sweep=plan.text,
-            made=f"{command}; {versions}",
+            made=made_by(command),
         )
     )
 

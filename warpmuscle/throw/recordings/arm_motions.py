@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError, SignalError
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import few_of, number_of
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type, root_type
@@ -125,7 +125,7 @@ def notes(
 def _of(names: Sequence[str], motions: Sequence[ArmMotion]) -> str:
     """Which of some motions are meant."""
     if len(names) == 1 or len(names) < len(motions):
-        return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        return few_of(names, 3)
     return f"all {number_of(len(motions), 'motion')}"
 
 

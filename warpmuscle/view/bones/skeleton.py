@@ -18,7 +18,6 @@ AHEAD = np.array([0.0, 0.0, 1.0])
 ASIDE = np.array([1.0, 0.0, 0.0])
 RIBS = 9  # pairs
 ARM = 0.11  # m, shortest of a limb with a form of its own
-FOREARM = 0.66  # of a forearm with its hand, the part before it
 
 
 def _unit(vector: Floats) -> Floats:

@@ -42,7 +42,7 @@ def read_shortest(
             frame = frames.socket(inner, f"{path}/{one.name}/{inner.name}", "parent_frame")
             points.append(Point(one.name, one.line, frame, own.vector(inner, "location")))
         elif one.tag == OBSTACLE:
-            made = _surface(one, muscle, f"{muscle}_{len(wraps) + 1}", shapes, frames, own)
+            made = _surface(one, f"{muscle}_{len(wraps) + 1}", shapes, frames, own)
             if isinstance(made, str):
                 return made
             surfaces[made.name] = made
@@ -57,7 +57,7 @@ def read_shortest(
 
 
 def _surface(
-    element: Element, muscle: str, name: str, shapes: Mapping[str, Element], frames: Frames, own: Properties
+    element: Element, name: str, shapes: Mapping[str, Element], frames: Frames, own: Properties
 ) -> Surface | str:
     """The surface of an obstacle, or why it cannot be had."""
     socket = element.child("socket_contact_geometry")
