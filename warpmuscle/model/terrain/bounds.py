@@ -44,7 +44,7 @@ def bounds_of(grid: Grid) -> tuple[Floats, tuple[float, float, float]]:
     """
     lengths = [axis.spacing * (count - 1) for axis, count in zip((grid.z, grid.x), grid.heights.shape, strict=True)]
     cell = max(CELL, max(lengths) / MOST)
-    beyond = math.ceil(max(SPANS) / cell) + 1
+    beyond = math.ceil(max(SPANS) / cell) + 2  # so that its outermost cells are level
     low, high = ([extremes(grid, how, reach, cell, beyond) for reach in SPANS] for how in (np.minimum, np.maximum))
     start = [axis.first - beyond * cell for axis in (grid.x, grid.z)]
     return np.stack([low, high], axis=-1), (start[0], start[1], 1.0 / cell)
