@@ -43,7 +43,7 @@ def test_bounds_hold_and_are_no_wider_than_a_cell_and_the_grid_make_them(tile: A
 
 
 def test_only_ground_that_is_tall_somewhere_has_bounds():
-    assert is_bounded(Stairs()) and is_bounded(field(HILL))
+    assert all(map(is_bounded, [Stairs(), field(HILL)]))
     others = [Flat(), Slope(0.1), Rough(height=1.0), Waves(0.5, 1.0), field(0.1 * HILL), field(HILL, edge="repeat")]
     assert not any(map(is_bounded, others))
 

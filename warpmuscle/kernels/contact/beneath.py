@@ -73,7 +73,7 @@ def about_body_of(terrain: int) -> Any:
     def about_body(instance: int, body: int, height: float, model: ModelRef, work: ScratchRef) -> About:
         about = About()
         about.highest = highest_about(instance, body, model, work)
-        if wp.static(bounds):
+        if wp.static(bounds):  # noqa: SIM102, with `and` it would be compiled in all the same
             if height <= at(model.contacts.reach, instance, body) + about.highest:
                 about = bounded_about(instance, body, about, model, work)
         return about
@@ -91,9 +91,9 @@ def beneath_sphere_of(terrain: int) -> Any:
         instance: int, body: int, about: About, plane: Footing, up: wp.vec3, place: wp.vec3, radius: float,
         margin: float, model: ModelRef, work: ScratchRef,
     ) -> Beneath:  # fmt: skip
-        """Args: plane: of the ground, without what rises over it. up: its normal. place: the middle; body axes, m."""
+        """Args: plane: of the ground, without what rises over it. up, place: its normal, the middle, m; body axes."""
         beneath = Beneath()
-        if wp.static(bounds):
+        if wp.static(bounds):  # noqa: SIM102, with `and` it would be compiled in all the same
             if about.level == 1:
                 beneath.ways = 1
                 return beneath
@@ -118,7 +118,7 @@ def plane_of_way_of(terrain: int) -> Any:
         instance: int, body: int, way: int, about: About, beneath: Beneath, plane: Footing, place: wp.vec3,
         radius: float, margin: float, model: ModelRef, work: ScratchRef,
     ) -> Footing:  # fmt: skip
-        if wp.static(bounds):
+        if wp.static(bounds):  # noqa: SIM102, with `and` it would be compiled in all the same
             if about.level == 1:
                 below = Footing()
                 below.normal = plane.normal
@@ -127,9 +127,7 @@ def plane_of_way_of(terrain: int) -> Any:
         arm = work.rotation[body] * place
         point = work.position[body] + arm
         if wp.static(walls):
-            return sphere_plane(
-                instance, way, beneath, plane.normal, plane.height, arm, point, radius, margin, model
-            )
+            return sphere_plane(instance, way, beneath, plane.normal, plane.height, arm, point, radius, margin, model)
         return nearest_footing(instance, plane.normal, plane.height, arm, point, radius, model)
 
     return plane_of_way

@@ -19,7 +19,7 @@ from warpmuscle.scene.terrain.shapes import grid_of
 from warpmuscle.scene.terrain.tiles import AnyTile, Gaps, Profile, Stairs, Steps, Stones, Terrain
 
 WITH_WALLS = (Stairs, Steps, Stones, Gaps, Profile)
-TALL = 0.1  # m, between the lowest and the highest ground of a tile of which it is worth while to know how high it gets where
+TALL = 0.1  # m, from the lowest to the highest ground of a tile without walls that has bounds, see `is_bounded`
 WALL = 0.5  # slope of a wall before heights are scaled, at least; see `kernels.contact.walls`
 
 
@@ -121,7 +121,7 @@ def walls_of(tile: AnyTile) -> int:
 
 
 def is_bounded(tile: AnyTile) -> bool:
-    """Whether a body on a tile first asks how high that gets about it: with walls, or where it is tall, but not alike."""
+    """Whether a body on a tile first asks how high that gets about it: with walls or tall, and not repeated."""
     grid = grid_at(tile)
     repeats = grid.x.repeats or grid.z.repeats
     return not repeats and np.isfinite(grid.top) and (walls_of(tile) != 0 or float(np.ptp(grid.heights)) > TALL)
