@@ -75,6 +75,7 @@ from warpmuscle.kernels.status import Status
 from warpmuscle.kernels.terrain_structs import Patch as Patch
 from warpmuscle.kernels.terrain_structs import Terrain as Terrain
 from warpmuscle.kernels.terrain_structs import Tile as Tile
+from warpmuscle.kernels.terrain_structs import TileBounds as TileBounds
 from warpmuscle.kernels.terrain_structs import TilePlace as TilePlace
 
 ROOT_FREE, ROOT_PLANAR, ROOT_FIXED = 0, 1, 2

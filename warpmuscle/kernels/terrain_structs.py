@@ -23,6 +23,7 @@ class Tile:
     low_z: float
     high_z: float
     walls: int  # along which axes it may have any: see `contact.walls`
+    first_crest: int  # of its crests, as many as heights where it has walls
 
 
 @wp.struct
@@ -53,11 +54,25 @@ class Patch:
 
 
 @wp.struct
+class TileBounds:
+    """A coarse grid over a tile, of whose cells it is known how high the ground gets about them."""
+
+    first: int  # of its cells, which lie row by row along z
+    columns: int  # cells along x
+    rows: int  # cells along z; 0: there are none, since it would spare nothing
+    x: float  # m, where the first cell begins, tile axes
+    z: float
+    per_metre: float  # cells
+
+
+@wp.struct
 class Terrain:
     """Tiles that all instances share, and where they lie; nothing in it where the ground is flat."""
 
     place: wp.array2d[TilePlace]  # (rows, 1)
     tile: wp.array[Tile]  # (tiles,)
     height: wp.array[float]  # m, over the plane of the ground
-    crest: wp.array2d[float]  # (2, heights) m, highest near each cell of tiles with walls, see `contact.walls.NEAR`
+    crest: wp.array2d[float]  # (2, crests) m, highest near each cell of tiles with walls, see `contact.walls.NEAR`
+    bounds: wp.array[TileBounds]  # (tiles,)
+    span: wp.array2d[wp.vec2]  # (3, cells) m, lowest and highest about each, see `contact.beneath.SPANS`
     patch: wp.array[Patch]  # (patches,)

@@ -12,12 +12,12 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.joint_motion import MotionOf, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind
 from warpmuscle.kernels.contact.contact_laws import LAWS
-from warpmuscle.kernels.contact.terrain import FLAT, PATCHED, RISES, WALLED
+from warpmuscle.kernels.contact.terrain import BOUNDED, FLAT, PATCHED, RISES, WALLED
 from warpmuscle.scene import Body, Character, Ground, Joint
 from warpmuscle.scene.constraints.pose import ROWS, row_count
 from warpmuscle.scene.joints import TYPES, JointType, RootType, joint_type, root_type
 from warpmuscle.scene.masses import is_zero
-from warpmuscle.scene.terrain.surface import walls_of
+from warpmuscle.scene.terrain.surface import is_bounded, walls_of
 from warpmuscle.scene.topology import Topology, followed_drivers, followers, topology
 
 
@@ -96,8 +96,9 @@ def compiled_terrain(ground: Ground) -> int:
     if ground.terrain is None:
         return int(FLAT)
     tiles = ground.terrain.tiles
-    walls = WALLED if any(walls_of(tile) for tile in tiles) else FLAT
-    return int((PATCHED if any(tile.patches for tile in tiles) else RISES) + walls)
+    walls = WALLED if any(map(walls_of, tiles)) else FLAT
+    bounds = BOUNDED if any(map(is_bounded, tiles)) else FLAT
+    return int((PATCHED if any(tile.patches for tile in tiles) else RISES) + walls + bounds)
 
 
 def has_turned_axes(body: Body) -> bool:

@@ -139,6 +139,24 @@ def test_a_height_field_of_mujoco_lies_as_mujoco_has_it(tmp_path: Path):
             assert ground.height_at(left, forward) == pytest.approx(0.6 * data[row, column], abs=1e-6)
 
 
+def test_files_of_height_fields_of_mujoco_are_found_and_read_as_mujoco_does(tmp_path: Path):
+    """Its own kind of file is not turned over, as pictures are; without a file or elevation it is level."""
+    mujoco = pytest.importorskip("mujoco")
+    text = '<mujoco><compiler {}/><asset><hfield name="h" size="2 1.5 0.6 0.1" {}/></asset></mujoco>'
+    numbers = RNG.uniform(1.0, 5.0, 12).astype("<f4")
+    (tmp_path / "sub").mkdir()
+    written(tmp_path / "sub", "h.bin", struct.pack("<ii", 3, 4) + numbers.tobytes())
+    written(tmp_path / "sub", "h.png", GOOD)
+    named = ('meshdir="sub" assetdir="no"', 'file="h.bin"'), ('assetdir="sub"', 'file="h.png"')
+    for folder, which in (*named, ("", 'nrow="3" ncol="4"')):
+        written(tmp_path, "h.xml", text.format(folder, which))
+        model = mujoco.MjModel.from_xml_path(str(tmp_path / "h.xml"))
+        found = read_heights(tmp_path / "h.xml")
+        assert found.size == (3.0, 4.0)
+        expected = model.hfield_data.reshape(model.hfield_nrow[0], model.hfield_ncol[0])
+        np.testing.assert_allclose(found.heights.T, 0.6 * expected, atol=1e-6)
+
+
 GOOD = png(RNG.integers(0, 255, (4, 4, 1)))
 BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
 
@@ -164,6 +182,8 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
         ("a.xml", "<mujoco/>", "no hfield"),
         ("a.xml", HFIELD.format("1 2 3"), "3 elevations for a grid of 3 x 4"),
         ("a.xml", '<!DOCTYPE m [<!ENTITY a "b">]><mujoco/>', "entities"),
+        ("a.xml", HFIELD.format("").replace('"3"', '"300000"'), "0 elevations for a grid of 300000 x 4"),
+        ("a.xml", HFIELD.format("1").replace("elevation", "file"), "1: there is no such file"),
         ("a.jpg", b"x", "heights are read from .png"),
     ],
 )  # fmt: skip
@@ -178,6 +198,23 @@ def test_what_is_wrong_with_a_file_is_said_in_one_line_with_its_place(tmp_path: 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path):
     with pytest.raises(SceneError, match=r"none\.png"):
         scene(tmp_path, "none.png")
+
+
+def test_what_is_no_height_field_of_mujoco_is_refused(tmp_path: Path):
+    written(tmp_path, "h.xml", HFIELD.format("h.bin").replace("elevation", "file"))
+    for data in (b"", b"x" * 7, struct.pack("<ii3f", 2, 3, 0, 1, 2), struct.pack("<ii", -1, -1) + bytes(4)):
+        written(tmp_path, "h.bin", data)
+        with pytest.raises(SceneError, match="neither a PNG picture nor MuJoCo's own"):
+            scene(tmp_path, "h.xml")
+    written(tmp_path, "h.bin", struct.pack("<ii4f", 2, 2, 0, 1, 2, np.inf))
+    with pytest.raises(SceneError, match="no finite number"):
+        scene(tmp_path, "h.xml")
+
+
+def test_complex_numbers_are_no_heights(tmp_path: Path):
+    np.save(tmp_path / "a.npy", np.ones((3, 3), dtype=complex))
+    with pytest.raises(SceneError, match="no table of numbers"):
+        scene(tmp_path, "a.npy")
 
 
 @pytest.mark.parametrize("kind", ["object", "huge"])

@@ -23,9 +23,9 @@ def ask(model: Model, points: wp.array[wp.vec3], radius: float, planes: wp.array
     i = wp.tid()
     m = model
     up, height, arm, point = wp.vec3(0.0, 1.0, 0.0), points[i][1], wp.vec3(0.0), points[i]
-    ways = ways_of(0, up, height, arm, point, radius, 0.0, m)
-    for way in range(ways):
-        plane = sphere_plane(0, way, ways, up, height, arm, point, radius, 0.0, m)
+    beneath = ways_of(0, up, height, arm, point, radius, 0.0, m)
+    for way in range(beneath.ways):
+        plane = sphere_plane(0, way, beneath, up, height, arm, point, radius, 0.0, m)
         planes[i, way] = wp.vec4(plane.normal[0], plane.normal[1], plane.normal[2], plane.height)
 
 

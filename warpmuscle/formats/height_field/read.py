@@ -102,6 +102,8 @@ def _png(path: Path) -> Heights:
 def _npy(path: Path) -> Heights:
     try:
         table = np.load(io.BytesIO(read_file(path, "model")), allow_pickle=False)
+        if np.iscomplexobj(table):
+            raise TypeError
         return Heights(np.asarray(table, dtype=np.float64))
     except NOT_NUMPY:
         raise ValueError("this is no table of numbers of NumPy") from None
@@ -127,16 +129,19 @@ def _csv(path: Path) -> Heights:
 
 def _hfield(path: Path) -> Heights:
     """The first height field of a MuJoCo model, whose x is forward, y to the left and z up."""
-    found = _attributes(read_file(path, "model"))
+    found, folder = _attributes(read_file(path, "model"))
     try:
         radius_x, radius_y, elevation, _ = (float(word) for word in found.get("size", "").split())
     except ValueError:
         raise ValueError("the hfield has no size of four numbers") from None
     if "file" in found:
-        picture = path.parent / found["file"]
-        if picture.suffix.lower() != ".png":
-            raise ValueError("of hfields in files, only those in PNG pictures are read")
-        table = grey_values(read_file(picture, "model"), LIMITS["heights"].most)[::-1]
+        file = path.parent / folder / found["file"]
+        try:
+            data = read_file(file, "model")
+        except OSError as error:
+            raise ValueError(f"{Path(folder) / found['file']}: {unreadable(error)}") from None
+        is_png = file.suffix.lower() == ".png"
+        table = grey_values(data, LIMITS["heights"].most)[::-1] if is_png else _binary(data)
     else:
         table = _elevation(found)
     span = float(np.ptp(table))
@@ -144,13 +149,29 @@ def _hfield(path: Path) -> Heights:
     return Heights(table.T, (2.0 * radius_y, 2.0 * radius_x))
 
 
+def _binary(data: bytes) -> Floats:
+    """Numbers (rows, columns) of MuJoCo's own file: both counts as int32, then float32 row by row along y."""
+    rows, columns = np.frombuffer(data[:8].ljust(8, b"\0"), "<i4").tolist()
+    if rows < 1 or columns < 1 or len(data) != 8 + 4 * rows * columns:
+        raise ValueError("the file of an hfield is neither a PNG picture nor MuJoCo's own with two counts and numbers")
+    numbers: Floats = np.frombuffer(data, "<f4", offset=8).astype(np.float64).reshape(rows, columns)
+    if not np.isfinite(numbers).all():
+        raise ValueError("an elevation of the hfield is no finite number")
+    return numbers
+
+
 def _elevation(found: dict[str, str]) -> Floats:
-    """Numbers of an hfield (rows, columns) along y and x; the first row is the one at the back of the picture."""
+    """Numbers of an hfield (rows, columns) along y and x; the first row is the one at the back of the picture.
+
+    An hfield of which only the size is told is level, as MuJoCo has it until a program fills it.
+    """
     try:
         rows, columns = int(found["nrow"]), int(found["ncol"])
         numbers = np.array([float(word) for word in found.get("elevation", "").split()])
     except (KeyError, ValueError):
-        raise ValueError("the hfield has no nrow, ncol and elevation of numbers") from None
+        raise ValueError("the hfield has no nrow and ncol, or its elevation is not of numbers") from None
+    if not len(numbers) and 4 <= rows * columns <= LIMITS["heights"].most:
+        numbers = np.zeros(rows * columns)
     if rows < 2 or columns < 2 or len(numbers) != rows * columns:
         raise ValueError(f"the hfield has {number_of(len(numbers), 'elevation')} for a grid of {rows} x {columns}")
     if not np.isfinite(numbers).all():
@@ -158,14 +179,17 @@ def _elevation(found: dict[str, str]) -> Floats:
     return numbers.reshape(rows, columns)[::-1]
 
 
-def _attributes(data: bytes) -> dict[str, str]:
-    """Attributes of the first hfield of a model."""
+def _attributes(data: bytes) -> tuple[dict[str, str], str]:
+    """Attributes of the first hfield of a model, and the folder of its files; `assetdir` is less than `meshdir`."""
     found: list[dict[str, str]] = []
+    folders: dict[str, str] = {}
     parser = expat.ParserCreate()
 
     def start(name: str, attributes: dict[str, str]) -> None:
         if name == "hfield":
             found.append(attributes)
+        if name == "compiler":
+            folders.update(attributes)
 
     def refuse(*_: object) -> None:
         raise ValueError("models with entities are not read")
@@ -177,4 +201,4 @@ def _attributes(data: bytes) -> dict[str, str]:
         raise ValueError(f"not valid XML in line {error.lineno}") from None
     if not found:
         raise ValueError("this model has no hfield")
-    return found[0]
+    return found[0], folders.get("meshdir", folders.get("assetdir", ""))

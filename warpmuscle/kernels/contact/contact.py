@@ -12,6 +12,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows, symmetric, symmetric_outer, symmetric_product
 from warpmuscle.kernels.contact.belts import belt_velocity
+from warpmuscle.kernels.contact.beneath import about_body_of, beneath_sphere_of, plane_of_way_of
 from warpmuscle.kernels.contact.ground_plane import above_ground as above_ground
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
 from warpmuscle.kernels.contact.terrain import (
@@ -19,10 +20,8 @@ from warpmuscle.kernels.contact.terrain import (
     Footing,
     has_patches,
     has_walls,
-    highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 
@@ -83,7 +82,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         moves: whether it moves along itself, see `belts.py`.
     """
     rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
-    ways_at, plane_at = ground_about(walls)
+    about_body, beneath_sphere = about_body_of(terrain), beneath_sphere_of(terrain)
+    plane_of_way = plane_of_way_of(terrain)
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -93,8 +93,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         normal = at(contacts.normal, instance, 0)
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
         if wp.static(rises):
-            highest = highest_about(instance, body, model, work)
-            if height > at(contacts.reach, instance, body) + highest:
+            about = about_body(instance, body, height, model, work)
+            if height > at(contacts.reach, instance, body) + about.highest:
                 return total
         elif height > at(contacts.reach, instance, body):
             return total
@@ -112,23 +112,23 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
             plane_up = up
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
-            if wp.static(rises):
-                near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > 0.0
             ways = 1  # a constant, whose loop is written out
-            if wp.static(walls):
-                ways = wp.int32(0)
-                if near:
-                    ways = ways_at(instance, body, point.place, point.radius, 0.0, model, work)
+            if wp.static(rises):
+                beneath = beneath_sphere(
+                    instance, body, about, plane, plane_up, point.place, point.radius, 0.0, model, work
+                )
+                if beneath.ways == 0:
+                    continue
+                if wp.static(walls):
+                    ways = beneath.ways
             for way in range(ways):
                 if wp.static(rises):
-                    normal = plane.normal
-                    height = plane.height
-                    up = plane_up
-                    if near:  # else it is above all ground
-                        below = plane_at(instance, body, way, ways, point.place, point.radius, 0.0, model, work)
-                        normal = below.normal
-                        height = below.height
-                        up = wp.transpose(work.rotation[body]) * normal
+                    below = plane_of_way(
+                        instance, body, way, about, beneath, plane, point.place, point.radius, 0.0, model, work
+                    )
+                    normal = below.normal
+                    height = below.height
+                    up = wp.transpose(work.rotation[body]) * normal
                 depth = point.radius - height - wp.dot(up, point.place)
                 if depth > 0.0:
                     r = work.rotation[body] * point.place - point.radius * normal

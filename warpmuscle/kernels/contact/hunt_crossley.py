@@ -18,16 +18,15 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.belts import belt_velocity
+from warpmuscle.kernels.contact.beneath import about_body_of, beneath_sphere_of, plane_of_way_of
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
 from warpmuscle.kernels.contact.terrain import (
     FLAT,
     Footing,
     has_patches,
     has_walls,
-    highest_about,
     patch_below,
 )
-from warpmuscle.kernels.contact.walls import ground_about
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 
@@ -86,7 +85,8 @@ def friction_coefficient(slip: float, material: ContactMaterial) -> float:
 def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of all contacts of a body, as `contact.point_contacts_of`."""
     rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
-    ways_at, plane_at = ground_about(walls)
+    about_body, beneath_sphere = about_body_of(terrain), beneath_sphere_of(terrain)
+    plane_of_way = plane_of_way_of(terrain)
 
     @wp.func
     def body_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -96,8 +96,8 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
         normal = at(contacts.normal, instance, 0)
         height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
         if wp.static(rises):
-            highest = highest_about(instance, body, model, work)
-            if height > at(contacts.reach, instance, body) + highest:
+            about = about_body(instance, body, height, model, work)
+            if height > at(contacts.reach, instance, body) + about.highest:
                 return total
         elif height > at(contacts.reach, instance, body):
             return total
@@ -112,25 +112,25 @@ def hunt_crossley_contacts_of(smooth: bool, terrain: int = FLAT, moves: bool = F
             plane_up = up
         for k in range(plan.first_point, plan.end_point):
             point = at(contacts.point, instance, k)
+            ways = 1  # a constant, whose loop is written out
             if wp.static(rises):
                 margin = at(contacts.material, instance, k).margin
-                near = point.radius - plane.height - wp.dot(plane_up, point.place) + highest > -margin
-            ways = 1  # a constant, whose loop is written out
-            if wp.static(walls):
-                ways = wp.int32(0)
-                if near:
-                    ways = ways_at(instance, body, point.place, point.radius, margin, model, work)
+                beneath = beneath_sphere(
+                    instance, body, about, plane, plane_up, point.place, point.radius, margin, model, work
+                )
+                if beneath.ways == 0:
+                    continue
+                if wp.static(walls):
+                    ways = beneath.ways
             for way in range(ways):
                 material = at(contacts.material, instance, k)
                 if wp.static(rises):
-                    normal = plane.normal
-                    height = plane.height
-                    up = plane_up
-                    if near:
-                        below = plane_at(instance, body, way, ways, point.place, point.radius, margin, model, work)
-                        normal = below.normal
-                        height = below.height
-                        up = wp.transpose(work.rotation[body]) * normal
+                    below = plane_of_way(
+                        instance, body, way, about, beneath, plane, point.place, point.radius, margin, model, work
+                    )
+                    normal = below.normal
+                    height = below.height
+                    up = wp.transpose(work.rotation[body]) * normal
                 depth = point.radius - height - wp.dot(up, point.place)
                 if depth > -material.margin:
                     if wp.static(patched):

@@ -18,6 +18,7 @@ DEEP = wp.constant(0.02)  # m below the ground, from where on it is asked which 
 ABOUT = wp.constant(0.015)  # m from a point, and twice and three times that, the ground is then looked at
 FLAT, RISES, PATCHED = 0, 1, 2  # what a step has compiled in: nothing, heights, other kinds of ground besides
 WALLED = 4  # added to the last two: walls of tiles, see `walls.py`
+BOUNDED = 8  # added to all of them: how high tiles get about a place, see `beneath.py`
 
 
 def has_patches(terrain: int) -> bool:
@@ -28,6 +29,11 @@ def has_patches(terrain: int) -> bool:
 def has_walls(terrain: int) -> bool:
     """Whether a step has walls beside spheres compiled in."""
     return terrain & WALLED != 0
+
+
+def has_bounds(terrain: int) -> bool:
+    """Whether a step has bounds of the ground about bodies compiled in."""
+    return terrain & BOUNDED != 0
 
 
 @func
@@ -76,13 +82,18 @@ def tile_surface(u: float, w: float, tile: Tile, height: wp.array[float]) -> wp.
 
 
 @func
-def tile_rise(x: float, z: float, place: TilePlace, terrain: Terrain) -> wp.vec3:
-    """Height of a tile where it lies, m, and how it grows along x and z of the world, at a place of that, m."""
-    own = in_tile(x, z, place)
-    found = tile_surface(own[0], own[1], terrain.tile[place.tile], terrain.height)
+def turned_rise(found: wp.vec3, place: TilePlace) -> wp.vec3:
+    """What `tile_surface` has found, where the tile lies: m, and how it grows along x and z of the world."""
     along_x = found[1] * place.cosine + found[2] * place.sine
     along_z = found[2] * place.cosine - found[1] * place.sine
     return wp.vec3(found[0], along_x, along_z) * place.scale
+
+
+@func
+def tile_rise(x: float, z: float, place: TilePlace, terrain: Terrain) -> wp.vec3:
+    """Height of a tile where it lies, m, and how it grows along x and z of the world, at a place of that, m."""
+    own = in_tile(x, z, place)
+    return turned_rise(tile_surface(own[0], own[1], terrain.tile[place.tile], terrain.height), place)
 
 
 @func
@@ -156,15 +167,17 @@ def easiest_way_out(
 
 
 @func
-def nearest_footing(
-    instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, model: ModelRef
-) -> Footing:
+def footing_near(
+    instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, rise: wp.vec3,
+    model: ModelRef,
+) -> Footing:  # fmt: skip
     """That plane below the middle of a sphere; the one at its foot, where the sphere touches a plane but no ground.
 
     Args:
         normal, height, arm: as of `footing`. point: the middle, m, world. radius: m.
+        rise: of the ground below the middle, see `rise_at`.
     """
-    below = footing(normal, height, arm, rise_at(instance, point[0], point[2], model))
+    below = footing(normal, height, arm, rise)
     distance = below.height + wp.dot(below.normal, arm)
     if distance < -DEEP:
         return easiest_way_out(instance, normal, height, arm, point, below, model)
@@ -178,14 +191,12 @@ def nearest_footing(
 
 
 @func
-def footing_below(
-    instance: int, body: int, place: wp.vec3, radius: float, model: ModelRef, work: ScratchRef
+def nearest_footing(
+    instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, model: ModelRef
 ) -> Footing:
-    """The same of a sphere in the axes of its body, m from the joint."""
-    arm = work.rotation[body] * place
-    normal = at(model.contacts.normal, instance, 0)
-    height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
-    return nearest_footing(instance, normal, height, arm, work.position[body] + arm, radius, model)
+    """As `footing_near`, which asks for the ground itself."""
+    rise = rise_at(instance, point[0], point[2], model)
+    return footing_near(instance, normal, height, arm, point, radius, rise, model)
 
 
 @func

@@ -6,22 +6,19 @@ the ground at the foot of the wall, so that a sphere in a corner rests on both. 
 touch nothing before they are in it.
 """
 
-from functools import cache
-from typing import Any
-
 import warp as wp
 
 from warpmuscle.kernels.contact.terrain import (
     Footing,
     footing,
-    footing_below,
+    footing_near,
     in_tile,
-    nearest_footing,
     rise_at,
     tile_surface,
+    turned_rise,
 )
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
+from warpmuscle.kernels.structs import ModelRef, at
 from warpmuscle.kernels.terrain_structs import TilePlace
 
 ALONG_Z, ALONG_X = wp.constant(1), wp.constant(2)  # bits of `Tile.walls`
@@ -149,107 +146,72 @@ def foot_of_wall(instance: int, point: wp.vec3, reach: float, model: ModelRef) -
     return in_world(here - own, place)
 
 
+@wp.struct
+class Beneath:
+    """The ground beneath a sphere."""
+
+    ways: int  # in which it may touch: 0, 1: below alone, or `WAYS`
+    rise: wp.vec3  # of the ground below its middle, where it may touch in any; see `rise_at`
+
+
 @func
 def ways_of(
     instance: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float, margin: float,
     model: ModelRef,
-) -> int:  # fmt: skip
-    """In how many ways a sphere may touch the ground: 0, 1: below alone, or `WAYS`. Arguments as of `sphere_plane`."""
+) -> Beneath:  # fmt: skip
+    """In how many ways a sphere may touch the ground, and how this rises. Arguments as of `sphere_plane`."""
+    beneath = Beneath()
     place = at(model.contacts.terrain.place, instance, 0)
     tile = model.contacts.terrain.tile[place.tile]
     reach = radius + margin
-    if tile.walls == 0 or radius == 0.0:
-        return 1
-    if place.scale < 0.0 or reach > wp.static(NEAR[1]):
-        return wp.static(WAYS)
     own = in_tile(point[0], point[2], place)
-    x = (own[0] - tile.x) * tile.per_x
-    z = (own[1] - tile.z) * tile.per_z
-    s = wp.clamp(x, tile.low_x, tile.high_x)
-    t = wp.clamp(z, tile.low_z, tile.high_z)
-    beyond_x = tile.walls & ALONG_X != 0 and wp.abs(x - s) > reach * tile.per_x
-    beyond_z = tile.walls & ALONG_Z != 0 and wp.abs(z - t) > reach * tile.per_z
-    if beyond_x or beyond_z:
-        return 1  # beyond the tile's edge it is as at the edge
-    k = tile.first + wp.min(int(t), tile.rows - 2) * tile.columns + wp.min(int(s), tile.columns - 2)
-    crest = place.scale * model.contacts.terrain.crest[wp.where(reach > wp.static(NEAR[0]), 1, 0), k]
-    incline = wp.sqrt(wp.max(1.0 - normal[1] * normal[1], 0.0)) / normal[1]
-    over = (height + wp.dot(normal, arm)) / normal[1]
-    if over > crest + (1.0 + 2.0 * incline) * reach:
-        return 0
-    here = place.scale * tile_surface(own[0], own[1], tile, model.contacts.terrain.height)[0]
-    return wp.where(crest > here + LEVEL, wp.static(WAYS), 1)
+    crest = wp.float32(NOTHING)
+    beneath.ways = wp.static(WAYS)
+    if tile.walls == 0 or radius == 0.0:
+        beneath.ways = 1
+    elif reach <= wp.static(NEAR[1]):
+        x = (own[0] - tile.x) * tile.per_x
+        z = (own[1] - tile.z) * tile.per_z
+        s = wp.clamp(x, tile.low_x, tile.high_x)
+        t = wp.clamp(z, tile.low_z, tile.high_z)
+        beyond_x = tile.walls & ALONG_X != 0 and wp.abs(x - s) > reach * tile.per_x
+        beyond_z = tile.walls & ALONG_Z != 0 and wp.abs(z - t) > reach * tile.per_z
+        if beyond_x or beyond_z:
+            beneath.ways = 1  # beyond the tile's edge it is as at the edge
+        else:
+            k = tile.first_crest + wp.min(int(t), tile.rows - 2) * tile.columns + wp.min(int(s), tile.columns - 2)
+            crest = place.scale * model.contacts.terrain.crest[wp.where(reach > wp.static(NEAR[0]), 1, 0), k]
+            incline = wp.sqrt(wp.max(1.0 - normal[1] * normal[1], 0.0)) / normal[1]
+            over = (height + wp.dot(normal, arm)) / normal[1]
+            if over > crest + (1.0 + 2.0 * incline) * reach:
+                beneath.ways = 0
+                return beneath
+    beneath.rise = turned_rise(tile_surface(own[0], own[1], tile, model.contacts.terrain.height), place)
+    if crest <= beneath.rise[0] + LEVEL:
+        beneath.ways = 1
+    return beneath
 
 
 @func
 def sphere_plane(
-    instance: int, way: int, ways: int, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3, radius: float,
-    margin: float, model: ModelRef,
+    instance: int, way: int, beneath: Beneath, normal: wp.vec3, height: float, arm: wp.vec3, point: wp.vec3,
+    radius: float, margin: float, model: ModelRef,
 ) -> Footing:  # fmt: skip
     """The plane that a sphere touches below its middle, or in one of the directions that `tile_way` tells.
 
     Args:
-        way: 0: below. ways: see `ways_of`. normal, height, arm: as of `footing`. point: the middle, m, world.
+        way: 0: below. beneath: see `ways_of`. normal, height, arm: as of `footing`. point: the middle, m, world.
         radius: m. margin: m, from where on contacts count before they touch.
     """
     if way > 0:
         return wall_beside(instance, way, normal, height, arm, point, radius + margin, model)
     moved = wp.vec3(0.0)
-    if ways > 1:
+    if beneath.ways > 1:
         moved = foot_of_wall(instance, point, radius, model)
     if moved[0] == 0.0 and moved[2] == 0.0:
-        return nearest_footing(instance, normal, height, arm, point, radius, model)
+        return footing_near(instance, normal, height, arm, point, radius, beneath.rise, model)
     rise = rise_at(instance, point[0] + moved[0], point[2] + moved[2], model)
     plane = footing(normal, height, arm + moved, rise)
     if wp.abs(rise[1]) + wp.abs(rise[2]) > STEEP:
         plane.height = NOTHING
     return plane
-
-
-@func
-def ways_of_body(
-    instance: int, body: int, place: wp.vec3, radius: float, margin: float, model: ModelRef, work: ScratchRef
-) -> int:
-    """As `ways_of` of a sphere in the axes of its body, m from the joint."""
-    arm = work.rotation[body] * place
-    normal = at(model.contacts.normal, instance, 0)
-    height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
-    return ways_of(instance, normal, height, arm, work.position[body] + arm, radius, margin, model)
-
-
-@func
-def plane_of_body(
-    instance: int, body: int, way: int, ways: int, place: wp.vec3, radius: float, margin: float, model: ModelRef,
-    work: ScratchRef,
-) -> Footing:  # fmt: skip
-    """As `sphere_plane` of the same."""
-    arm = work.rotation[body] * place
-    normal = at(model.contacts.normal, instance, 0)
-    height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
-    return sphere_plane(instance, way, ways, normal, height, arm, work.position[body] + arm, radius, margin, model)
-
-
-@cache
-def ground_about(walls: bool) -> tuple[Any, Any]:
-    """The Warp functions of the ways in which a sphere of a body may touch the ground, and of its plane in each.
-
-    Args:
-        walls: as `ways_of_body` and `plane_of_body`; else below its middle alone.
-    """
-    if walls:
-        return ways_of_body, plane_of_body
-
-    @wp.func
-    def one_way(
-        instance: int, body: int, place: wp.vec3, radius: float, margin: float, model: ModelRef, work: ScratchRef
-    ) -> int:
-        return 1
-
-    @wp.func
-    def below(
-        instance: int, body: int, way: int, ways: int, place: wp.vec3, radius: float, margin: float, model: ModelRef,
-        work: ScratchRef,
-    ) -> Footing:  # fmt: skip
-        return footing_below(instance, body, place, radius, model, work)
-
-    return one_way, below

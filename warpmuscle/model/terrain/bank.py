@@ -13,12 +13,13 @@ from warpmuscle.core.arrays import rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.contact.terrain import ENDLESS_TOP
 from warpmuscle.kernels.contact.walls import NEAR
+from warpmuscle.model.terrain.bounds import bounds_arrays
 from warpmuscle.scene import Ground, Terrain
 from warpmuscle.scene.terrain.grid import Axis, Grid
 from warpmuscle.scene.terrain.surface import as_text, grid_at, walls_of
 from warpmuscle.scene.terrain.tiles import Patch
 
-_banks: dict[tuple[bytes, str], tuple[wp.array, wp.array, wp.array, wp.array]] = {}  # the last one of each device
+_banks: dict[tuple[bytes, str], tuple[wp.array, ...]] = {}  # the last one of each device
 
 
 def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
@@ -28,7 +29,7 @@ def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
     if terrain is None:
         return s
     grids = [grid_at(tile) for tile in terrain.tiles]
-    s.tile, s.height, s.crest, s.patch = _bank(terrain, grids, device)
+    s.tile, s.height, s.crest, s.bounds, s.span, s.patch = _bank(terrain, grids, device)
     tile = np.clip(np.rint(rows([terrain.tile])), 0, len(grids) - 1).astype(np.int32)
     yaw, scale = rows([terrain.yaw]), rows([terrain.scale])
     tops = np.minimum([grid.top for grid in grids], ENDLESS_TOP)
@@ -42,20 +43,19 @@ def terrain_struct(ground: Ground, device: Any) -> structs.Terrain:
     return s
 
 
-def _bank(terrain: Terrain, grids: list[Grid], device: Any) -> tuple[wp.array, wp.array, wp.array, wp.array]:
-    """Tiles, heights, crests and patches on a device, which keeps them as long as it is asked for no others."""
+def _bank(terrain: Terrain, grids: list[Grid], device: Any) -> tuple[wp.array, ...]:
+    """Tiles, heights, crests, bounds and patches on a device, which keeps them as long as it is asked for no others."""
     key = as_text(terrain.tiles), str(device)
     if key not in _banks:
         for other in [kept for kept in _banks if kept[1] == key[1]]:
             del _banks[other]
         patches = [patch for tile in terrain.tiles for patch in tile.patches]
         heights = np.concatenate([grid.heights.ravel() for grid in grids])
-        crests = np.concatenate(
-            [_crests(grid, bool(walls_of(tile))) for tile, grid in zip(terrain.tiles, grids, strict=True)], axis=1
-        )
+        walled = [grid for tile, grid in zip(terrain.tiles, grids, strict=True) if walls_of(tile)]
+        crests = np.concatenate([np.zeros((len(NEAR), 0)), *map(_crests, walled)], axis=1)
         _banks[key] = (
             _tiles(terrain, grids, device), to_device(heights, float, device), to_device(crests, float, device),
-            _patches(patches, device),
+            *bounds_arrays(terrain, grids, device), _patches(patches, device),
         )  # fmt: skip
     return _banks[key]
 
@@ -68,19 +68,20 @@ def _tiles(terrain: Terrain, grids: list[Grid], device: Any) -> wp.array:
         "first": starts(grid.heights.size for grid in grids)[:-1], "rows": sizes[:, 0], "columns": sizes[:, 1],
         "first_patch": patches[:-1], "end_patch": patches[1:],
         "walls": [walls_of(tile) for tile in terrain.tiles],
+        "first_crest": starts(
+            grid.heights.size if walls_of(tile) else 0 for tile, grid in zip(terrain.tiles, grids, strict=True)
+        )[:-1],
     }  # fmt: skip
     for name, axes, points in (("x", [g.x for g in grids], sizes[:, 1]), ("z", [g.z for g in grids], sizes[:, 0])):
         columns |= _axis(name, axes, points)
     return structs_to_device(structs.Tile, columns, device)
 
 
-def _crests(grid: Grid, walls: bool) -> Floats:
-    """Highest ground, m, within the distances `NEAR` of each cell, (2, heights); heights themselves without walls.
+def _crests(grid: Grid) -> Floats:
+    """Highest ground, m, within the distances `NEAR` of each cell, (2, heights).
 
     Cells are numbered as their first points. What is no cell, in the last row and column, has no meaning.
     """
-    if not walls:
-        return np.tile(grid.heights.ravel(), (len(NEAR), 1))
     from scipy.ndimage import maximum_filter  # takes a while, which only walls cost
 
     cells = grid.heights.copy()

@@ -19,6 +19,7 @@ from warpmuscle.scene.terrain.shapes import grid_of
 from warpmuscle.scene.terrain.tiles import AnyTile, Gaps, Profile, Stairs, Steps, Stones, Terrain
 
 WITH_WALLS = (Stairs, Steps, Stones, Gaps, Profile)
+TALL = 0.1  # m, from the lowest to the highest ground of a tile without walls that has bounds, see `is_bounded`
 WALL = 0.5  # slope of a wall before heights are scaled, at least; see `kernels.contact.walls`
 
 
@@ -117,6 +118,13 @@ def walls_of(tile: AnyTile) -> int:
     grid = grid_at(tile)
     steepest = [np.abs(np.diff(grid.heights, axis=k)).max() / axis.spacing for k, axis in enumerate((grid.z, grid.x))]
     return sum(bit for bit, slope in zip((1, 2), steepest, strict=True) if slope > WALL)
+
+
+def is_bounded(tile: AnyTile) -> bool:
+    """Whether a body on a tile first asks how high that gets about it: with walls or tall, and not repeated."""
+    grid = grid_at(tile)
+    repeats = grid.x.repeats or grid.z.repeats
+    return not repeats and np.isfinite(grid.top) and (walls_of(tile) != 0 or float(np.ptp(grid.heights)) > TALL)
 
 
 def as_text(tiles: AnyTile | list[AnyTile]) -> bytes:
