@@ -32,6 +32,7 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.session.keeping import keep
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.kernel_cache import said
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.page import Page
 from warpmuscle.view.sources import of_replays, page_of_sights
@@ -277,28 +278,30 @@ def simulate(
     Raises:
         SceneError, RolloutError, ArgumentError: the scene or an argument cannot be used.
     """
-    given = with_values(scene_of(scene, trust=trust), set)
-    if duration is not None:
-        given = msgspec.structs.replace(given, duration=as_number(duration, "duration", above=0.0))
-    check_scene(given)
-    asked = {
-        str(name): as_number(value, f"command {name}")
-        for name, value in ({} if commands is None else as_kind(dict, commands, "commands")).items()
-    }
-    if policy is not None:
+    with said("preparing a run"):
+        given = with_values(scene_of(scene, trust=trust), set)
+        if duration is not None:
+            given = msgspec.structs.replace(given, duration=as_number(duration, "duration", above=0.0))
+        check_scene(given)
+        asked = {
+            str(name): as_number(value, f"command {name}")
+            for name, value in ({} if commands is None else as_kind(dict, commands, "commands")).items()
+        }
+        if policy is not None:
+            if excitations is not None:
+                raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
+            run = _by_policy(given, as_path(policy, "policy"), asked, device, record_rate)
+            return replace(run, folder=_folder(scene))
+        given = _commanded(given, asked)
+        rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
         if excitations is not None:
-            raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
-        return replace(_by_policy(given, as_path(policy, "policy"), asked, device, record_rate), folder=_folder(scene))
-    given = _commanded(given, asked)
-    rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
-    if excitations is not None:
-        rollout.set_excitations([0.0], _excitations(excitations, rollout.muscle_names)[None, :, None])
-    rollout.run()
-    terms = {name: float(values[0]) for name, values in rollout.terms().items()}
-    status = Status(int(rollout.status()[0]))
-    ended = _End(status, float(rollout.end_time()[0]), rollout.causes()[0])
-    made = _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
-    return replace(made, folder=_folder(scene))
+            rollout.set_excitations([0.0], _excitations(excitations, rollout.muscle_names)[None, :, None])
+        rollout.run()
+        terms = {name: float(values[0]) for name, values in rollout.terms().items()}
+        status = Status(int(rollout.status()[0]))
+        ended = _End(status, float(rollout.end_time()[0]), rollout.causes()[0])
+        made = _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
+        return replace(made, folder=_folder(scene))
 
 
 def _folder(scene: SceneLike) -> Path | None:
