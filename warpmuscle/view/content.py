@@ -81,7 +81,7 @@ def crowd_arrays(track: Track) -> dict[str, tuple[Floats, float]]:
 def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, float]]:
     """Curves of panels that are in no array of `track_arrays`, in the order of their columns."""
     loose = [line.values for panel in panels for line in panel.lines if line.stored is None]
-    arrays = {"curves": (np.column_stack(loose), 12)} if loose else {}
+    arrays: dict[str, tuple[Floats, float]] = {"curves": (np.column_stack(loose), 12)} if loose else {}
     for name in ("wanted", "excitation", "fibre"):
         columns = {line.stored.column: line.values for panel in panels for line in panel.lines
                    if line.stored is not None and line.stored.array == name}  # fmt: skip
