@@ -1,5 +1,7 @@
 """What somebody new types first, in a script that type checkers read as well; `test_first_guesses` runs it."""
 
+import copy
+import pickle
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -39,6 +41,14 @@ def first_guesses(folder: Path) -> list[str]:
     say(run["hip flexion"].sel(side="left"))
     say(run["centre of mass y"].max())
     say(run.recording.window(0.2, 0.4).frames)
+    say(wm.plot([run, run], "hip flexion"))
+    say(wm.plot([run, folder / "run.h5"], "rKnee", folder / "knees.png"))
+    say(wm.plot(run.recording, "hip flexion"))
+    say(np.asarray(run["joint_angle"]).shape)
+    say(pickle.loads(pickle.dumps(run)).time[-1])
+    say(copy.deepcopy(run).scene == run.scene)
+    say(run.to_xarray().sel(time=0.5, method="nearest")["com"].shape)
+    say(run.to_dataframe().describe().shape)
     say(run.plot("joint angles"))
     say(wm.scenes("stairs").names)
     say(wm.scenes()["fwalk"].muscles)
@@ -54,6 +64,7 @@ def first_guesses(folder: Path) -> list[str]:
         rollout.set_parameters({name: np.linspace(0.6, 0.7, 4)})  # 19
         rollout.run()
         say(rollout.cost().shape)  # 20
+        say(len(rollout))
         recording = rollout.recording(3)
         say(rollout._repr_html_()[:4])
         say(wm.show(rollout))

@@ -102,7 +102,7 @@ def test_a_motion_is_followed_and_a_page_is_written(folder, tmp_path):
     pytest.importorskip("matplotlib")
     done = run(
         folder, "small.osim", "walk.sto", "--loads", "walk_loads.xml", "--steps", "id,track", "--reserve", "5",
-        "--end", "0.15", "-o", tmp_path / "out.h5", "--sto", tmp_path, "--report", tmp_path / "page.html",
+        "--end", "0.15", "-o", tmp_path / "out.h5", "--sto", tmp_path / "tables", "--report", tmp_path / "page.html",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "walk: followed over 10 windows to" in done.stdout
@@ -118,7 +118,7 @@ def test_a_motion_is_followed_and_a_page_is_written(folder, tmp_path):
     assert kept.replay_names == ("walk", "walk followed")
     assert kept.replays[1].time[[0, -1]] == pytest.approx([0.0, 0.14], abs=0.011)
     assert kept.replays[1].muscle_force.max() > 10.0
-    _, names, rows = table(tmp_path / "walk_CMC_Actuation_force.sto")
+    _, names, rows = table(tmp_path / "tables" / "walk_CMC_Actuation_force.sto")
     assert {"gastrocnemius", "pelvis_ty_residual", "knee_angle_reserve"} <= set(names)
     assert len(rows) == 10
     assert "Hicks et al. 2015" in (tmp_path / "page.html").read_text()
@@ -142,7 +142,8 @@ def test_reserves_that_are_too_great_are_told(folder):
         (("small.osim", "walk.sto", "--reserve", "much"), "is not a number"),
         (("small.osim", "walk.sto", "--begin", "7"), "no frame lies between"),
         (("small.osim", "walk.sto", "--filter", "70"), "cut-off"),
-        (("small.osim", "walk.sto", "--sto", "nowhere"), "no folder"),
+        (("small.osim", "walk.sto", "--sto", "nowhere/below"), "nowhere is no folder; make that first"),
+        (("small.osim", "walk.sto", "--sto", "walk.sto"), "which is no folder"),
         (("small.osim", "walk.sto", "--report", "page.txt"), "a report is written as .html"),
         (("small.osim", "walk.sto", "--steps", "track", "--window", "2"), "window is a number from"),
         (("small.osim", "walk.sto", "--steps", "track", "--ground"), "a model on the ground needs two feet"),

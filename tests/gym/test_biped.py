@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode
 
 from muscle_arm import leg
 from warpmuscle.core.errors import Error
+from warpmuscle.core.shipped import shipped_scenes
 from warpmuscle.gym import biped as environment
 from warpmuscle.gym.biped import BipedEnv, BipedVectorEnv
 from warpmuscle.scene import Actuation, Scene
@@ -149,6 +150,13 @@ def test_a_name_with_its_module_needs_no_import_of_ours():
     code = f"import gymnasium; gymnasium.make({name!r}, scene='no such scene')"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stderr
     assert "there is no scene called 'no such scene'" in said
+
+
+def test_each_shipped_scene_is_an_environment_by_its_name():
+    specs = {name: gymnasium.spec(f"warpmuscle/{name}-v0") for name in shipped_scenes()}
+    assert len(specs) > 40
+    assert all(spec.kwargs == {"scene": name} for name, spec in specs.items())
+    assert all(spec.entry_point == gymnasium.spec("warpmuscle/Biped-v0").entry_point for spec in specs.values())
 
 
 def test_pictures_show_the_body_as_it_stands_and_films_are_made_of_them():

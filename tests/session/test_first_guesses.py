@@ -58,6 +58,8 @@ def test_a_rollout_is_free_at_the_end_of_with():
         rollout.run(0.1)
     with pytest.raises(RolloutError, match="this rollout is closed"):
         rollout.cost()
+    with pytest.raises(RolloutError, match="this rollout is closed"):
+        rollout.recordings()
     rollout.close()
 
 
@@ -124,6 +126,37 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("run.plot('com')", "name one of 'centre of mass x'"),
     ("run.plot('hip flexoin')", "did you mean 'Hip flexion'?"),
     ("run.plot(['hip flexion', 3])", "kind must be a list of texts; 3 is none"),
+    ("run.t", "run.time has the times"),
+    ("run.df", "to_dataframe()"),
+    ("run.sel(time=0.1)", "to_xarray() has it"),
+    ("run.fps", "record_rate=200"),
+    ("run.columns", "run.keys() names the quantities"),
+    ("run['grf']", "run['foot_force'] has them"),
+    ("run.plot('hip flexion', save='a.png')", "path='hip.png' writes the figure"),
+    ("run.plot('hip flexion', ax=None)", "plot returns a figure of matplotlib"),
+    ("run.plot('hip flexion', side='left')", "run['hip flexion'].sel(side='left')"),
+    ("run.plot(y='hip flexion')", "the first argument names the curve"),
+    ("run.show(speed=0.5)", "the page has buttons for it"),
+    ("run.recording[0:10]", "recording.window(begin, end), in s"),
+    ("run.recording['hip flexion']", "a run has curves: run['hip flexion']"),
+    ("[frame for frame in run.recording]", "recording['joint_angle']"),
+    ("run.recording.units", "to_xarray() has the units"),
+    ("run.recording.dt", "time has the times of all frames"),
+    ("wm.simulate('fwalk', T=1)", "duration is in s"),
+    ("wm.simulate('fwalk', verbose=True)", "a line says what takes long"),
+    ("wm.optimize('fwalk', budget=9)", "candidates=1000"),
+    ("wm.optimize('fwalk', callback=print)", "progress=print"),
+    ("wm.learn('walk56', total_timesteps=9)", "iterations=100"),
+    ("wm.learn('walk56', num_envs=9)", "options={'instances': 1024}"),
+    ("wm.make('walk56')", "gymnasium.make('warpmuscle/walk56-v0')"),
+    ("wm.set_device('cuda')", "device='cuda:0'"),
+    ("wm.read_osim('a.osim')", "wm.load reads it"),
+    ("wm.load('fwalk').n_muscles", "len(scene.character.muscles)"),
+    ("wm.load('fwalk').replace(duration=3)", "wm.load(scene, set={'duration': 3})"),
+    ("wm.Rollout('fwalk').num_envs", "instances are as many"),
+    ("wm.Rollout('fwalk').qpos", "state.coordinates.numpy()"),
+    ("pickle.dumps(wm.Rollout('fwalk'))", "neither copied nor pickled"),
+    ("copy.deepcopy(wm.Rollout('fwalk'))", "neither copied nor pickled"),
 ]
 
 
@@ -139,7 +172,7 @@ def test_a_wrong_guess_is_answered_in_a_line_that_says_what_to_type(walked, type
     monkeypatch.chdir(tmp_path)
     walked.save("run.h5")
     with pytest.raises((wm.Error, AttributeError, TypeError)) as told:
-        eval(typed, {"wm": wm, "run": walked})
+        eval(typed, {"wm": wm, "run": walked, "pickle": pickle, "copy": copy})
     assert answer in str(told.value)
     assert "\n" not in str(told.value)
 

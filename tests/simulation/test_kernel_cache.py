@@ -1,16 +1,22 @@
-"""A kernel counts as compiled once Warp has it in its cache, and a search says so when it has to be compiled."""
+"""A kernel counts as compiled once Warp has it in its cache; what takes long is said, on a terminal."""
 
 import ast
+import io
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
 import warp as wp
 
+import warpmuscle as wm
 import warpmuscle.kernels
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
+from warpmuscle.optimization.progress import Progress
 from warpmuscle.simulation import kernel_cache
+from warpmuscle.simulation.kernel_cache import compiling_reported, said, told
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -97,3 +103,91 @@ def test_modules_with_kernels_say_that_they_need_no_derivatives():
                     or (not own and 'wp.set_module_options({"enable_backward": False' in text)
                 ), f"{path}:{node.lineno}"
     assert kernels > 40
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """A terminal that lines are written on at once."""
+    shown = Terminal()
+    monkeypatch.setattr(kernel_cache, "sys", SimpleNamespace(stderr=shown, modules={}))
+    monkeypatch.setattr(kernel_cache, "_listeners", [])
+    monkeypatch.setattr(kernel_cache, "LONG", 0.01)
+    monkeypatch.setattr(kernel_cache, "EACH", 0.01)
+    return shown
+
+
+def lines(terminal):
+    return [line.rsplit(", ", 1)[0] for line in terminal.getvalue().split("\r") if line.strip()]
+
+
+def test_compiling_is_said_within_what_it_is_a_part_of(terminal):
+    with said("searching"):
+        time.sleep(0.1)
+        with compiling_reported("joints"):
+            time.sleep(0.1)
+        time.sleep(0.1)
+    shown = lines(terminal)
+    assert [line for line, before in zip(shown, ["", *shown[:-1]], strict=True) if line != before] == [
+        "searching", "compiling joints, once (usually 5 to 20 s)", "searching",
+    ]  # fmt: skip
+    assert terminal.getvalue().split("\r")[-1] == ""
+
+
+def test_nothing_is_said_of_what_is_short_or_where_nobody_reads(terminal, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "LONG", 1.0)
+    with said("searching"):
+        pass
+    monkeypatch.setattr(kernel_cache, "LONG", 0.01)
+    monkeypatch.setattr(terminal, "isatty", lambda: False)
+    with said("searching") as line, told(None, "searching", str) as tell:
+        time.sleep(0.05)
+    assert line is tell is None
+    assert terminal.getvalue() == ""
+
+
+def test_what_listens_says_it_alone(terminal, monkeypatch):
+    heard = []
+    monkeypatch.setattr(kernel_cache, "_listeners", [lambda what: heard.append(what) or (lambda: None)])
+    with compiling_reported("joints"), said("searching"):
+        time.sleep(0.05)
+    assert heard == ["joints"]
+    assert terminal.getvalue() == ""
+
+
+def test_a_failure_leaves_the_line_empty(terminal):
+    def fail():
+        with said("searching"):
+            time.sleep(0.05)
+            raise RuntimeError("failed")
+
+    with pytest.raises(RuntimeError, match="failed"):
+        fail()
+    assert terminal.getvalue().endswith("\r")
+    assert not kernel_cache._lines
+
+
+def test_a_search_from_python_says_how_far_it_is(terminal):
+    with told(None, "searching fwalk", Progress.in_words) as tell:
+        tell(Progress(60, 26, 3, 2207.3, 1.0, 0.4, 2, 2300.0, 0))
+        time.sleep(0.1)
+    assert lines(terminal)[-1] == "searching: 26 of 60 candidates, best 2207.3"
+
+
+def test_a_run_from_python_says_what_it_does(terminal):
+    wm.simulate("throw", duration=0.1)
+    assert any(line.startswith(("preparing a run", "simulating throw", "compiling")) for line in lines(terminal))
+    assert not kernel_cache._lines
+
+
+def test_what_a_user_gives_is_told_in_place_of_a_line(terminal):
+    heard = []
+    with told(heard.append, "searching", str) as tell:
+        tell(3)
+        time.sleep(0.05)
+    assert heard == [3]
+    assert terminal.getvalue() == ""

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from muscle_arm import arm
+from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.scene import (
     Condition,
     CylinderSurface,
@@ -20,6 +21,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.wrapping.polylines import over
 from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.view.muscle_lines import in_bodies
 from warpmuscle.view.pieces import surface_pieces
 from warpmuscle.view.track import Track, track_of
 
@@ -95,3 +97,15 @@ def test_surfaces_are_drawn_where_they_are_on_their_bodies():
     np.testing.assert_allclose(places[:, 0], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(places, axis=1), 0.05, rtol=0.01)
     assert {round(piece.radii[0], 9) for piece in ring} == {0.01}
+
+
+def test_points_of_routes_are_told_in_the_body_that_carries_them(track: Track):
+    recording, points = track.recording, track.routes.all()
+    turns = normalized(recording.body_orientation)
+    bodies, places = in_bodies(points, recording.body_position, turns)
+    back = recording.body_position[:, bodies] + rotate(turns[:, bodies], places)
+    np.testing.assert_allclose(back, points, atol=1e-6)
+    carried = [recording.body_names[number] for number in bodies[: len(bodies) // len(SURFACES)]]
+    assert carried[:1] + carried[-1:] == ["base", arm().character.muscles["flexor"].path[-1].body]
+    assert np.ptp(places[:, -1], axis=0).max() < 1e-6 < np.ptp(points[:, -1], axis=0).max()  # which stays in its body
+    assert np.abs(np.diff(places, axis=0)).sum() < np.abs(np.diff(points, axis=0)).sum()

@@ -11,17 +11,37 @@ from warpmuscle.view.lanes import lanes
 from warpmuscle.view.packing import Packer, as_small, packed_json, without_comments
 
 
-@pytest.mark.parametrize("bits", [8, 16])
+def unpacked(packer: Packer) -> np.ndarray:
+    """The only array of a packer, as `assets/unpack.js` has it."""
+    entry, raw = packer.table()[0], zlib.decompress(base64.b64decode(packer.text()))
+    bits, (frames, *rest) = entry["bits"], entry["shape"]
+    planes = np.frombuffer(raw, dtype=np.uint8).reshape(1 if bits <= 8 else 2, -1, frames).astype(int)
+    whole = np.cumsum(sum(plane << (8 * k) for k, plane in enumerate(planes)), axis=1) % 2 ** (8 * len(planes))
+    back = np.array(entry["low"]) + np.array(entry["width"]) * whole.T / (2**bits - 1)
+    return np.asarray(back.reshape(frames, *rest))
+
+
+@pytest.mark.parametrize("bits", [8, 12, 16])
 def test_packed_arrays_come_back_within_half_a_step(bits: int):
     values = np.cumsum(np.random.default_rng(2).normal(size=(50, 3, 2)), axis=0)
     values[:, 1, 1] = 7.0
     packer = Packer()
     assert packer.add(values, bits) == 0
-    entry, raw = packer.table()[0], zlib.decompress(base64.b64decode(packer.text()))
-    planes = np.frombuffer(raw, dtype=np.uint8).reshape(bits // 8, 6, 50).astype(int)
-    whole = np.cumsum(sum(plane << (8 * k) for k, plane in enumerate(planes)), axis=1) % 2**bits
-    back = np.array(entry["low"]) + np.array(entry["width"]) * whole.T / (2**bits - 1)
-    assert np.abs(back.reshape(50, 3, 2) - values).max() <= 0.51 * max(entry["width"]) / (2**bits - 1) + 1e-5
+    width = max(packer.table()[0]["width"])
+    assert np.abs(unpacked(packer) - values).max() <= 0.51 * width / (2**bits - 1) + 1e-5
+
+
+@pytest.mark.parametrize(("range_", "bits", "step"), [(0.01, 8, 1e-3), (5.0, 13, 1e-3), (200.0, 16, 200.0 / 65535)])
+def test_columns_of_one_step_come_back_within_half_of_it(range_: float, bits: int, step: float):
+    values = np.random.default_rng(2).normal(size=(50, 3))
+    values *= range_ / np.ptp(values, axis=0) * [1.0, 0.1, 0.0]
+    packer = Packer()
+    packer.add(values, 1e-3)
+    assert packer.table()[0]["bits"] == bits
+    assert np.abs(unpacked(packer) - values).max() <= 0.51 * step + 1e-6 * range_
+    still = Packer()
+    still.add(np.full((5000, 30), 0.3), 1e-3)
+    assert len(still.text()) < 500
 
 
 def test_json_within_a_page_cannot_end_its_element():

@@ -267,6 +267,17 @@ def writable(*paths: Path | None) -> None:
             check_writable(path)
 
 
+def writable_folder(path: Path | None, option: str) -> None:
+    """The same of a folder that an option names: it is there, or can be made where it is to be."""
+    if path is None or path.is_dir():
+        return
+    if path.exists():
+        raise Error(f"{option} names {path}, which is no folder")
+    if not path.absolute().parent.is_dir():
+        raise Error(f"{option} names {path}, and {path.parent} is no folder; make that first")
+    writable(path)
+
+
 def writable_beside(sources: list[str], *paths: Path) -> None:
     """The same of files that a scene is written to, none of which may be one that it is read from."""
     for path in paths:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -11,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable
-from warpmuscle.cli.console import log, out
+from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable, writable_folder
+from warpmuscle.cli.console import log, out, suggest
 from warpmuscle.cli.recordings.inputs import predicted_loads, read_all_emg, read_all_loads, read_motions, reserves_of
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
@@ -166,8 +167,7 @@ def _check_outputs(output: Path | None, path: Path | None, sto: Path | None) -> 
     from warpmuscle.core.extras import check_report
 
     writable(output)
-    if sto is not None and not sto.is_dir():
-        raise Error(f"--sto names {sto}, which is no folder; make it first")
+    writable_folder(sto, "--sto")
     if path is None:
         return
     check_report(path)
@@ -204,6 +204,10 @@ def _give(found: list[Trial], output: Path | None, sto: Path | None, about: dict
         out.print(f"wrote {output}: {number_of(len(found), 'trial')}", markup=False)
     if sto is not None:
         out.print(f"wrote {number_of(len(write_storages(sto, found)), 'file')} to {sto}", markup=False)
+    if output is not None:
+        suggest(
+            f"`warpmuscle report {shlex.quote(str(output))} -o page.html` draws it, `warpmuscle view` shows the motion"
+        )
 
 
 class _notes(warnings.catch_warnings):

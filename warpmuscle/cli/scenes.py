@@ -211,7 +211,9 @@ def _print_muscles(scene: Scene) -> None:
         if joint in scene.actuation:
             out.print(f"{joint}: {', '.join(words)}")
     start_warp()
-    for name, joint, arm in useless_muscles(scene):
+    with log.status("measuring moment arms"):
+        useless = useless_muscles(scene)
+    for name, joint, arm in useless:
         little = f" its moment arm stays under {1e3 * max(arm, 1e-5):.2g} mm"
         out.print(marked(f"{name} cannot act on {joint}:", "yellow", little))
     for name, joints in joints_of_muscles(scene.character, names).items():

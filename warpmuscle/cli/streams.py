@@ -21,7 +21,13 @@ WORKING = frozenset({
     "adaptation", "compile", "fit-muscles", "fit-paths", "gait", "inverse", "judge", "learn", "optimize", "patient",
     "report", "robustness", "simulate", "study", "sweep", "throw", "video", "view",
 })  # fmt: skip
+# Others that end by themselves and print what they did: only where they are slower than usual is there anything to say.
+SHORT = frozenset({
+    "apply", "arm-angles", "cluster-synergies", "convert", "creature", "example", "export", "info", "plot", "reactions",
+    "scale", "schema", "synergies", "throw-rule",
+})  # fmt: skip
 FIRST, AGAIN = 0.7, 1.4  # s, until it is said that the program starts, and until it is said again
+SLOW = 1.8  # s, until it is said of a short command
 started = threading.Event()  # whether a command has printed something itself
 
 
@@ -81,16 +87,17 @@ def output_refused() -> OSError | None:
 
 
 def tell_of_start() -> None:
-    """Say that a command that works for a while is being imported, if that takes long, until it prints something.
+    """Say that a command is being imported, if that takes long, until it prints something.
 
-    It is said by a thread of its own, and only where `optimize` or the like is called.
+    It is said by a thread of its own, and only where `optimize` or the like is called, or `plot` on a slow machine.
     """
-    if WORKING.isdisjoint(sys.argv[1:2]):
+    command = "".join(sys.argv[1:2])
+    if command not in WORKING | SHORT:
         return
     begin = time.monotonic()
 
     def tell() -> None:
-        pause = FIRST
+        pause = FIRST if command in WORKING else SLOW
         while not started.wait(pause):
             try:
                 os.write(2, f"starting warpmuscle, {time.monotonic() - begin:.0f} s\n".encode())

@@ -29,6 +29,7 @@ from warpmuscle.inverse.smoothing import low_pass, spline
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, each_of
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.simulation.kernel_cache import said
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
@@ -92,6 +93,7 @@ class Prepared(NamedTuple):
         return np.split(array, self.starts[1:-1])
 
 
+@said("finding moments")
 def inverse_dynamics(
     model: SceneLike | BodyModel,
     coordinates: Coordinates | Sequence[Coordinates],

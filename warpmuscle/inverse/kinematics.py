@@ -31,6 +31,7 @@ from warpmuscle.inverse.marker_fit import Fit, MarkerFitter
 from warpmuscle.inverse.trial import Coordinates, Markers, TrialWarning
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.kernel_cache import said
 
 MarkersLike = Markers | str | PathLike[str]
 
@@ -118,6 +119,7 @@ def inverse_kinematics(
     model: SceneLike, markers: list[Any], weights: Mapping[str, float] | None = None, *,
     setup: Files | None = None, device: str | None = None,
 ) -> list[Kinematics]: ...  # fmt: skip
+@said("finding coordinates")
 def inverse_kinematics(
     model: SceneLike, markers: MarkersLike | list[Any], weights: Mapping[str, float] | None = None, *,
     setup: Files | None = None, device: str | None = None,

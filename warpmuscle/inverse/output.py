@@ -7,6 +7,7 @@ array of its name.
 
 from __future__ import annotations
 
+import contextlib
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -176,7 +177,7 @@ def _arrays(trial: Trial) -> list[NamedArray]:
 
 
 def write_storages(folder: str | Path, trials: Sequence[Trial]) -> list[Path]:
-    """Write all of the trials as `.sto` files with OpenSim's names into a folder that there is.
+    """Write all of the trials as `.sto` files with OpenSim's names into a folder, which is made if it is not there.
 
     Raises:
         SceneError: a file cannot be written; none is left behind then.
@@ -189,6 +190,8 @@ def write_storages(folder: str | Path, trials: Sequence[Trial]) -> list[Path]:
             if not np.isfinite(table).all():
                 raise ArgumentError(f"{trial.name}: a number of {title} is not finite; nothing was written")
             contents[Path(folder) / f"{trial.name}_{ending}.sto"] = storage_text(title, ["time", *columns], table)
+    with contextlib.suppress(OSError):  # what cannot be made is told of by the first file in it
+        Path(folder).mkdir(exist_ok=True)
     replace_files(contents)
     return list(contents)
 

@@ -38,6 +38,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.scaling import multiplied, muscle_length_factors
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.kernel_cache import said
 
 SAME = 1.0e-6  # s, between times that are one
 HEAVIEST = 1.0e4  # kg
@@ -57,6 +58,7 @@ class Scaled:
     notes: tuple[str, ...]  # what is to be known, a line each
 
 
+@said("scaling")
 def scale(
     model: str | PathLike[str], markers: MarkersLike | list[Any], *, mass: float | None = None,
     setup: str | PathLike[str] | None = None, weights: Mapping[str, float] | None = None, symmetric: bool = True,

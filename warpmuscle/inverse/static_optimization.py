@@ -31,6 +31,7 @@ from warpmuscle.kernels.inverse import static_optimization as kernels
 from warpmuscle.kernels.inverse.left_out_pennation import leave_out_pennation
 from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.muscles import given
+from warpmuscle.simulation.kernel_cache import said
 
 SMALLEST_BEND = 0.02  # of costs a + bend a^2/2 in place of a alone, which leave more than one answer
 
@@ -49,6 +50,7 @@ class _Solved:
     speed: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
 
+@said("finding muscle forces")
 def static_optimization(
     model: SceneLike | BodyModel,
     coordinates: Coordinates | Sequence[Coordinates],

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from warpmuscle.core.plain_text import number_of
+
 
 @dataclass(frozen=True)
 class TrainingProgress:
@@ -19,3 +21,9 @@ class TrainingProgress:
     gain: float  # their rewards, mean
     compiling: bool = False
     trying: bool = False  # how good the policy is, with its actions' means
+
+    def in_words(self) -> str:
+        """The same, short."""
+        if self.compiling:
+            return "preparing to learn"
+        return f"learning: {number_of(self.iterations, 'iteration')}, return {self.gain:.4g}"

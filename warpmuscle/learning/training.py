@@ -39,11 +39,13 @@ from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.parameters import at_start, free_parameters
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.kernel_cache import told
 
 ON_GPU, ON_CPU = 4096, 64  # instances, by default
 STARTS = 128  # states of a gait, by default
 INTERVAL = 20.0  # s of wall time between two checkpoints
 LARGEST_SEED = 2**31 - 1
+PREPARING = "preparing to learn"
 
 
 @dataclass(frozen=True)
@@ -109,10 +111,10 @@ def learn(
         if path is not None:
             _check_other(source, path)
         begun = source_in(source)
-    with nullcontext() if path is None else locked(path):
+    with nullcontext() if path is None else locked(path), told(progress, PREPARING, TrainingProgress.in_words) as tell:
         training = Training(
             scene, task or usual_task(scene), options_of(values) if begun is None else options_from(begun, values),
-            seed, device, ends, threads, command, progress, interval, begun,
+            seed, device, ends, threads, command, tell, interval, begun,
         )  # fmt: skip
         return training.run(path)
 
@@ -157,8 +159,8 @@ def resume(
     file = training_path(path)
     if not file.exists():
         raise ResultError(f"{path}: there is no training to go on with: {file} is missing")
-    with locked(path):
-        return _gone_on(path, file, device, iterations, until, target, threads, command, progress, interval)
+    with locked(path), told(progress, PREPARING, TrainingProgress.in_words) as tell:
+        return _gone_on(path, file, device, iterations, until, target, threads, command, tell, interval)
 
 
 def _gone_on(

@@ -20,7 +20,7 @@ from warpmuscle.optimization.options import (
     check_other_arguments,
     required_parameters,
 )
-from warpmuscle.optimization.progress import Tracker
+from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.optimization.run import finished, make_player, make_search_loop, run_on_disk
 from warpmuscle.optimization.search_loop import SearchLoop
 from warpmuscle.optimization.stages import plan
@@ -32,6 +32,7 @@ from warpmuscle.results.records import ANY_NUMBER, Result, SearchOptions, Staged
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import constant, free_parameters
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.simulation.kernel_cache import told
 
 
 def optimize(
@@ -108,9 +109,9 @@ def optimize(
     strategy = USUAL if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     evaluators = batches or (lambda part: BatchEvaluator(part, device, threads))
-    with constant([scene]):
+    with constant([scene]), told(progress, f"searching {scene.name}", Progress.in_words) as tell:
         options, stages, evaluators = _planned(scene, options, evaluators)
-        tracker = Tracker(options.candidates, options.until, progress)
+        tracker = Tracker(options.candidates, options.until, tell)
         search_loop = make_search_loop(scene, seed, options, stages, evaluators, tracker)
         start = _nothing_evaluated(scene, search_loop, command, seed)
         if file is None:

@@ -40,6 +40,13 @@ class Progress:
         """Whether the number of candidates ends it."""
         return self.candidates < ANY_NUMBER
 
+    def in_words(self) -> str:
+        """The same, short."""
+        of = f" of {self.candidates}" if self.limited else ""
+        stage = f"stage {self.stage + 1} of {self.stages}, " if self.stages else ""
+        best = f", best {self.best:.5g}" if np.isfinite(self.best) else ""
+        return f"searching: {stage}{self.done}{of} candidates{best}"
+
 
 class Tracker:
     """Keeps count of an optimisation, and tells its user several times a second.

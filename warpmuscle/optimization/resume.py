@@ -14,7 +14,7 @@ from warpmuscle.formats import scene_of
 from warpmuscle.optimization.best_scene import scene_in
 from warpmuscle.optimization.evaluation import BatchEvaluator, OtherCandidates
 from warpmuscle.optimization.options import MakeBatches, Tell, check_options, check_other_arguments
-from warpmuscle.optimization.progress import Tracker
+from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.optimization.run import make_search_loop, run_on_disk
 from warpmuscle.optimization.stages import prolonged
 from warpmuscle.results.checkpoint import Checkpoint
@@ -24,6 +24,7 @@ from warpmuscle.results.records import (
     Result,
     version_of,
 )
+from warpmuscle.simulation.kernel_cache import told
 
 
 def resume(
@@ -72,7 +73,7 @@ def resume(
     checked_quantities(quantities)
     as_truth(single, "single")
     checkpoint, earlier, known = Checkpoint.resume(path)
-    with checkpoint:
+    with checkpoint, told(progress, "searching", Progress.in_words) as tell:
         assert earlier.searched is not None
         evaluated = sum(map(len, known.values()))
         options = earlier.searched.options
@@ -94,7 +95,7 @@ def resume(
         _warn_of_version(path, earlier)
         if _on_another_machine(path, earlier):
             elsewhere = max(known, default=-1) + 1
-        tracker = Tracker(options.candidates, options.until, progress)
+        tracker = Tracker(options.candidates, options.until, tell)
         batches = batches or (lambda part: BatchEvaluator(part, device or earlier.device, threads))
         search_loop = make_search_loop(
             scene, earlier.seed, options, stages, batches, tracker, known, earlier.searched, elsewhere

@@ -29,6 +29,7 @@ from warpmuscle.plots import (
     moments,
     muscle_control,
     one_curve,
+    overlay,
     parameters,
     stick_figures,
 )
@@ -102,11 +103,11 @@ def plot(
 
     Args:
         source: a result, a run, or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of
-            these, to be drawn over one another where the kind is one of `overlay.OVERLAYS`.
+            these, to be drawn over one another where the kind is a curve or one of `overlay.OVERLAYS`.
         kind: one of `KINDS`; or `dataset:` and the path of a dataset in a file; or the name of a curve, such as `hip
             flexion`, `knee moment`, a degree of freedom or a muscle, or a list of curves, see `one_curve`.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
-        scene: of a recording, or its name or file; free parameters count with their start values.
+        scene: of a recording that does not know it, or its name or file; free parameters count with their start values.
         joints: names or patterns such as `l*` of what is shown, by default all. muscles: the same.
         norms: whether norms of human walking are drawn.
         replay: number of the motion.
@@ -151,9 +152,10 @@ def _subject(source: Any, choices: Choices, scene: SceneLike | None, run: str | 
     """What is drawn of one source; see `plot`."""
     file = None
     if isinstance(source, Recording):
-        if scene is None:
+        made = scene if scene is not None or source.origin is None else source.origin()
+        if made is None:
             raise Error("a recording is drawn with its scene: plot(recording, kind, scene=scene)")
-        result = of_recording(source, scene_of(scene))
+        result = of_recording(source, scene_of(made))
     elif isinstance(source, Result):
         result = source
     elif isinstance(source, HasResult):
@@ -173,7 +175,12 @@ def draw_over(subjects: Sequence[Subject], kind: str) -> Any:
     if len(subjects) == 1:
         return draw(subjects[0], kind)
     kind = kind_named(kind, KINDS)
-    check_kind(kind)
+    if kind not in KINDS and not kind.startswith((DATASET, *RECORDED)):
+        names = {_curve_named(subject, kind).strip().lower() for subject in subjects}
+        if len(names) > 1:
+            raise Error(f"{kind!r} is another curve in each result: {', '.join(sorted(names))}")
+        with style():
+            return overlay.curve(subjects, names.pop())
     if kind not in OVERLAYS:
         raise Error(f"{kind} shows one result at a time; over one another there are {', '.join(OVERLAYS)}")
     with style():

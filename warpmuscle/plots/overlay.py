@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.errors import Error
+from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.angles import angle_bands
+from warpmuscle.plots.one_curve import over_time
 from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, cycle_axis, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
+from warpmuscle.scene.norms import LEG_ANGLES
 
 LINES = {"left": "-", "right": "--"}
 COLUMNS = 5  # of panels of muscles
@@ -79,6 +82,34 @@ def activation(subjects: Sequence[Subject]) -> Any:
     return _finished(figure, subjects, "muscle activation over the gait cycle")
 
 
+def curve(subjects: Sequence[Subject], name: str) -> Any:
+    """One curve of all results: over the gait cycle where all walk, beside people's, or over time."""
+    figure, panels = grid(1, 1, 3.2)
+    axes, key = panels[0], name.strip().lower()
+    cyclic = [
+        {title.lower(): (title, found) for title, found in gait_curves(s.recording, s.scene, s.strides).items()}
+        if s.walks else {}
+        for s in subjects
+    ]  # fmt: skip
+    if all(key in found for found in cyclic):
+        title, unit = cyclic[0][key][0], cyclic[0][key][1].unit
+        if subjects[0].choices.norms and title in LEG_ANGLES:
+            angle_bands(axes, title, subjects[0].runs)
+        for found, color in zip(cyclic, _colors(subjects), strict=True):
+            for side, rows in found[key][1].sides.items():
+                axes.plot(PERCENT, rows.mean(axis=0), LINES[side], color=color, lw=1.3)
+        cycle_axis(axes)
+        axes.set(xlabel="gait cycle (%)", ylabel=f"{title.split()[-1]} ({unit})")
+        return _finished(figure, subjects, f"{title.lower()} over the gait cycle")
+    for subject, color in zip(subjects, _colors(subjects), strict=True):
+        title, unit, lines = over_time(subject)[key]
+        for side, values in lines.items():
+            axes.plot(subject.recording.time, values, LINES.get(side, "-"), color=color, lw=1.3)
+    axes.margins(x=0.0)
+    axes.set(xlabel="time (s)", ylabel=unit if unit == "activation" else f"{title.split()[-1]} ({unit})")
+    return _finished(figure, subjects, title, "solid: left, dashed: right" if len(lines) > 1 else "")
+
+
 def convergence(subjects: Sequence[Subject]) -> Any:
     """The least cost so far of each search, over its candidates."""
     figure, panels = grid(1, 1, 3.2)
@@ -116,12 +147,12 @@ def _cycles(axes: Any, subjects: Sequence[Subject], curves: Sequence[dict[str, A
     axes.set_xlabel("gait cycle (%)")
 
 
-def _finished(figure: Any, subjects: Sequence[Subject], what: str) -> Any:
+def _finished(figure: Any, subjects: Sequence[Subject], what: str, note: str = NOTE) -> Any:
     names = names_of(subjects)
     axes = figure.axes[0]
     bands = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     handles = [axes.plot([], [], color=color)[0] for color in _colors(subjects)]
     labels = [*names, *bands]
     figure.legend([*handles, *bands.values()], labels, loc="outside lower center", ncols=3)
-    heading(figure, f"{', '.join(names)}: {what}", NOTE)
+    heading(figure, f"{', '.join(names)}: {what}", note)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -47,6 +48,18 @@ INSTEAD = {
     "muscles": "muscle_names has their names, muscle_activation, muscle_force and others their arrays",
     "grf": "foot_force_left and foot_force_right have them",
     "ground_force": "foot_force_left and foot_force_right have them",
+    **dict.fromkeys(("slice", "sel", "isel", "crop", "cut"), "window(begin, end) is a part, in s; to_xarray() has sel"),
+    **dict.fromkeys(("dt", "fps", "rate", "frequency", "sample_rate"), "time has the times of all frames, s"),
+    **dict.fromkeys(("t", "times", "timestamps"), "time has those of all frames, s"),
+    **dict.fromkeys(("resample", "interp", "interpolate"), "to_xarray().interp(time=...) does it"),
+    **dict.fromkeys(("df", "to_frame", "dataframe"), "to_dataframe() is a table of pandas"),
+    **dict.fromkeys(("xr", "to_dataset", "dataset"), "to_xarray() is a dataset of xarray"),
+    **dict.fromkeys(("bodies", "body"), "body_names has their names, body_position where they are"),
+    "units": "to_xarray() has the units of all",
+    "joints": "joint_names has their names, joint_angle and others their arrays",
+    "to_numpy": "recording['joint_angle'] and others are arrays",
+    "qvel": "speed has the speeds by speed_names",
+    "to_netcdf": "to_xarray().to_netcdf(path) writes one",
     "qpos": "coordinate has the coordinates by coordinate_names, joint_angle angles",
     "save": "wm.write(result, 'a.h5') writes results; a run of wm.simulate has save('a.h5')",
 }  # by what is often tried
@@ -99,8 +112,14 @@ class Recording(RecordedQuantities):
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """The array of a quantity; raises ArgumentError for an unknown name."""
-        if not isinstance(name, str) or name not in QUANTITIES:
-            raise ArgumentError(f"no quantity is called {in_words(name)}; there are {', '.join(QUANTITIES)}")
+        if not isinstance(name, str):
+            what = "a part of the motion is recording.window(begin, end), in s; " if isinstance(name, slice) else ""
+            raise ArgumentError(f"{what}a recording is asked by names, such as recording['joint_angle']")
+        if name not in QUANTITIES:
+            nearest = difflib.get_close_matches(name, QUANTITIES, n=1)
+            hint = f"did you mean {nearest[0]!r}?" if nearest else "a run has curves: run['hip flexion']"
+            hint = INSTEAD.get(name, hint)
+            raise ArgumentError(f"no quantity is called {in_words(name)}; {hint}; there are {', '.join(QUANTITIES)}")
         array: NDArray[Any] = getattr(self, name)
         return array
 

@@ -30,6 +30,8 @@ INSTEAD = {
     "costs": "evaluations.cost has all",
     "best_scene": "wm.best_scene(result)[0] is the scene found",
     "params": "best.params are those of the best candidate",
+    "best_parameters": "best.params are those of the best candidate",
+    "best_params": "best.params are those of the best candidate",
     "x": "best.params are those of the best candidate",
     "fun": "best.cost is the lowest cost",
     "recording": "replays has its motions",
@@ -92,6 +94,10 @@ def shown(result: Result) -> ShownResult:
 
 
 ARGUMENTS = {
+    **dict.fromkeys(("max_iter", "budget", "trials", "n_trials", "max_evals"), "candidates=1000 are as many in all"),
+    **dict.fromkeys(("verbose", "disp"), "on a terminal and in a notebook a line says how far it is"),
+    **dict.fromkeys(("bounds", "x0"), "free parameters of the scene have them: {'value': 0.6, 'min': 0.5, 'max': 0.7}"),
+    "callback": "progress=print is told several times a second",
     "generations": "candidates=1000 are as many in all, population=20 a generation",
     "iterations": "candidates=1000 are as many in all, population=20 a generation",
     "maxiter": "candidates=1000 are as many in all, population=20 a generation",

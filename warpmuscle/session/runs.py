@@ -32,6 +32,7 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.session.keeping import keep
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import find_device
+from warpmuscle.simulation.kernel_cache import said
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.page import Page
 from warpmuscle.view.sources import of_replays, page_of_sights
@@ -44,7 +45,19 @@ if TYPE_CHECKING:
 
 INSTEAD = {
     "to_pandas": "to_dataframe() is a table of pandas",
-    "to_numpy": "run.recording has the arrays",
+    **dict.fromkeys(("t", "times"), "run.time has the times of all frames, s"),
+    **dict.fromkeys(("df", "to_frame", "dataframe"), "to_dataframe() is a table of pandas"),
+    **dict.fromkeys(("xr", "to_dataset", "dataset"), "to_xarray() is a dataset of xarray"),
+    **dict.fromkeys(("sel", "isel", "slice", "mean", "max", "min"), "to_xarray() has it, and so has run['com']"),
+    **dict.fromkeys(("resample", "interp"), "to_xarray().interp(time=...) does it, record_rate=200 records more"),
+    **dict.fromkeys(("fps", "dt", "rate"), "run.time has the times, record_rate=200 records as many frames a second"),
+    **dict.fromkeys(("names", "columns", "quantities", "variables"), "run.keys() names the quantities"),
+    **dict.fromkeys(("muscle", "joint", "curve"), "run['rSOL'] is a muscle's activation, run['hip flexion'] an angle"),
+    **dict.fromkeys(("parameters", "params"), "run.scene has the numbers that it was simulated with"),
+    **dict.fromkeys(("close", "reset", "step"), "a run is over; wm.Rollout(scene) has it"),
+    "steps": "run.gait.steps are as many",
+    "to_zarr": "to_xarray().to_zarr(path) writes one",
+    "to_numpy": "run.recording has the arrays, np.asarray(run['com']) is one",
     "to_netcdf": "to_xarray().to_netcdf(path) writes one",
     "to_csv": "save('run.csv') writes one",
     "view": "show() shows the motion",
@@ -98,7 +111,11 @@ _PUSH = "`warpmuscle robustness SCENE --pushes 5` pushes; `warpmuscle view SCENE
 _SET = "set={'%s': ...} changes the scene"
 ARGUMENTS = {
     "push": _PUSH, "pushes": _PUSH, "perturbation": _PUSH, "time": "duration is in s", "t": "duration is in s",
-    "end": "duration is in s", "seconds": "duration is in s",
+    "end": "duration is in s", "seconds": "duration is in s", "T": "duration is in s", "t_end": "duration is in s",
+    "verbose": "on a terminal and in a notebook a line says what takes long",
+    "progress": "on a terminal and in a notebook a line says what takes long",
+    "record": "record_rate=200 are as many frames a second", "fps": "record_rate=200 are as many frames a second",
+    "rate": "record_rate=200 are as many frames a second",
     "speed": "commands={'speed': 1.5} asks scenes with commands, such as walk56_commands",
     "slope": "commands={'slope': 3} asks policies and scenes with commands for it",
     "seed": "nothing in a run is random; set={'robustness': ...} and wm.Rollout disturb",
@@ -112,6 +129,14 @@ ARGUMENTS = {
     **{name: _SET % name for name in ("gravity", "time_step", "initial_state", "controller", "objective")},
     "dt": _SET % "time_step", "timestep": _SET % "time_step",
 }  # fmt: skip
+PLOTTED = {
+    **dict.fromkeys(("save", "savefig", "output", "file", "filename"), "path='hip.png' writes the figure"),
+    **dict.fromkeys(("title", "ax", "show", "figsize", "color"), "plot returns a figure of matplotlib: fig.axes[0]"),
+    **dict.fromkeys(("x", "y", "name", "kind", "curve", "quantity", "columns"), "the first argument names the curve"),
+    **dict.fromkeys(("joints", "muscles", "norms", "start", "end"), "wm.plot(run, 'joints', joints=['l*']) takes it"),
+    "units": "angles are in degrees; run['hip flexion'] is an array to draw in other units",
+    "side": "run['hip flexion'].sel(side='left') is one side",
+}  # arguments of `Run.plot` that are often tried
 STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 
@@ -140,6 +165,7 @@ class Run:
             return None
         return measure(self.recording, self.scene)
 
+    @answering(dict.fromkeys(("speed", "fps", "loop", "size", "camera"), "the page has buttons for it"))
     def show(self, meshes: str | PathLike[str] | None = None) -> Page:
         """The motion as a page, which notebooks show and `save` writes.
 
@@ -151,6 +177,7 @@ class Run:
         """
         return page_of_sights(of_replays(self.result), meshes=meshes, beside=self.folder)
 
+    @answering(PLOTTED)
     def plot(self, what: str | Sequence[str] = "", path: str | PathLike[str] | None = None) -> Figure:
         """A figure of the motion; see `warpmuscle.plot` for what there is, such as "hip flexion" or "sticks".
 
@@ -200,7 +227,8 @@ class Run:
         try:
             title, unit, lines = curve_of(self.result, name, [str(one) for one in table])
         except Error as error:
-            raise ArgumentError(str(error)) from None
+            hint = INSTEAD.get(name.strip().replace(" ", "_"))
+            raise ArgumentError(f"no quantity is called {name!r}; {hint}" if hint else str(error)) from None
         return labelled_curve(title, unit, self.recording.time, lines)
 
     def keys(self) -> list[str]:
@@ -277,28 +305,30 @@ def simulate(
     Raises:
         SceneError, RolloutError, ArgumentError: the scene or an argument cannot be used.
     """
-    given = with_values(scene_of(scene, trust=trust), set)
-    if duration is not None:
-        given = msgspec.structs.replace(given, duration=as_number(duration, "duration", above=0.0))
-    check_scene(given)
-    asked = {
-        str(name): as_number(value, f"command {name}")
-        for name, value in ({} if commands is None else as_kind(dict, commands, "commands")).items()
-    }
-    if policy is not None:
+    with said("preparing a run"):
+        given = with_values(scene_of(scene, trust=trust), set)
+        if duration is not None:
+            given = msgspec.structs.replace(given, duration=as_number(duration, "duration", above=0.0))
+        check_scene(given)
+        asked = {
+            str(name): as_number(value, f"command {name}")
+            for name, value in ({} if commands is None else as_kind(dict, commands, "commands")).items()
+        }
+        if policy is not None:
+            if excitations is not None:
+                raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
+            run = _by_policy(given, as_path(policy, "policy"), asked, device, record_rate)
+            return replace(run, folder=_folder(scene))
+        given = _commanded(given, asked)
+        rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
         if excitations is not None:
-            raise ArgumentError("a policy excites the muscles itself; give it, or excitations")
-        return replace(_by_policy(given, as_path(policy, "policy"), asked, device, record_rate), folder=_folder(scene))
-    given = _commanded(given, asked)
-    rollout = Rollout(given, 1, device, record=[0], record_rate=record_rate)
-    if excitations is not None:
-        rollout.set_excitations([0.0], _excitations(excitations, rollout.muscle_names)[None, :, None])
-    rollout.run()
-    terms = {name: float(values[0]) for name, values in rollout.terms().items()}
-    status = Status(int(rollout.status()[0]))
-    ended = _End(status, float(rollout.end_time()[0]), rollout.causes()[0])
-    made = _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
-    return replace(made, folder=_folder(scene))
+            rollout.set_excitations([0.0], _excitations(excitations, rollout.muscle_names)[None, :, None])
+        rollout.run()
+        terms = {name: float(values[0]) for name, values in rollout.terms().items()}
+        status = Status(int(rollout.status()[0]))
+        ended = _End(status, float(rollout.end_time()[0]), rollout.causes()[0])
+        made = _kept(rollout.numeric, given, rollout.recording(), ended, terms, str(rollout.device))
+        return replace(made, folder=_folder(scene))
 
 
 def _folder(scene: SceneLike) -> Path | None:

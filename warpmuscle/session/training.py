@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from warpmuscle.core.arguments import answering
 from warpmuscle.formats import SceneLike
 from warpmuscle.session.results import ShownResult, shown
 from warpmuscle.view.page import Page
@@ -32,6 +33,21 @@ class Training:
         self.result.save(path)
 
 
+@answering(
+    {
+        **dict.fromkeys(
+            ("timesteps", "total_timesteps", "steps", "epochs", "episodes", "n"),
+            "iterations=100, until=300 (s) or target=0.95 ends it",
+        ),
+        **dict.fromkeys(("algorithm", "algo", "policy", "model"), "it is proximal policy optimisation"),
+        **dict.fromkeys(
+            ("instances", "num_envs", "n_envs", "lr", "learning_rate"), "options={'instances': 1024} has it"
+        ),
+        **dict.fromkeys(("reward", "rewards", "task"), "wm.load(scene, set={'learning.rewards.alive': 1}) has it"),
+        "verbose": "on a terminal and in a notebook a line says how far it is",
+        "callback": "progress=print is told of every iteration",
+    }
+)
 def learn(
     scene: SceneLike,
     output: str | PathLike[str] | None = None,

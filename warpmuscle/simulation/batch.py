@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +39,15 @@ INSTEAD = {
     "activations": "state has what muscles are at, recording(i).muscle_activation has it over time",
     "activation": "state has what muscles are at, recording(i).muscle_activation has it over time",
     "time": "state.time has it",
+    **dict.fromkeys(("num_envs", "n", "batch_size", "size"), "instances are as many"),
+    **dict.fromkeys(("t", "current_time"), "time is the simulated time so far, s"),
+    **dict.fromkeys(("dt", "timestep", "time_step"), "scene.time_step is it, s"),
+    **dict.fromkeys(("coordinates", "positions", "qpos", "states"), "state.coordinates.numpy() has all instances' now"),
+    **dict.fromkeys(("speeds", "velocities", "qvel"), "state.speeds.numpy() has those of all instances now"),
+    "set_state": "reset() puts instances back to their start",
+    "fitness": "cost() has them",
+    "muscles": "muscle_names has their names, state what they are at",
+    "names_of_parameters": "parameter_names has them",
     "push": "set robustness of the scene: wm.load(scene, set={'robustness': {'runs': 5, 'push': 20}})",
 }  # by what is often tried
 
@@ -313,11 +322,21 @@ class Batch(Protocol):
         rows += [("time", f"{self.time:.4g} of {self.scene.duration:.4g} s"), ("now", counted(self.status()))]
         return picture(self.scene) + html_table(("", ""), rows)
 
+    def __len__(self) -> int:
+        """How many instances there are."""
+        return self.instances
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            f"a {type(self).__name__} lives on its device and is neither copied nor pickled; make another one, or keep "
+            "recording(i) and cost()"
+        )
+
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
             """Only of what is not there, as of a rollout that is closed."""
-            if not vars(self) and not name.startswith("_"):
+            if not vars(self) and not name.startswith("__"):
                 raise RolloutError("this rollout is closed, and its memory free; make another one")
             raise lacking(f"a {type(self).__name__}", name, dir(type(self)), INSTEAD)
 

@@ -40,6 +40,7 @@ from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
+from warpmuscle.simulation.kernel_cache import told
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
@@ -53,6 +54,11 @@ if TYPE_CHECKING:
 
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
 MOST = 0.95  # of the instances
+
+
+def _how_far(rollout: Rollout) -> str:
+    seconds = rollout.scene.time_step
+    return f"simulating {rollout.scene.name}: {seconds * rollout.steps_done:.1f} of {seconds * rollout.steps:.1f} s"
 
 
 class Rollout(RolloutSettings):
@@ -206,15 +212,16 @@ class Rollout(RolloutSettings):
     def run(self, duration: float | None = None, progress: Callable[[Rollout], None] | None = None) -> None:
         end, chunk = end_step(self, duration), chunk_steps(self.scene)
         check_function(progress, "progress", error=RolloutError)
-        while self.steps_done < end and self.running:
-            running, begin = len(self._batch.running), time.monotonic()
-            self._follow_course()
-            self.advance(min(self.steps_done + chunk, end, self._course.until(self.steps_done) or end))
-            if progress is not None:
-                progress(self)
-            quick = time.monotonic() - begin < QUICK
-            most = len(self._batch.running) >= MOST * running
-            chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
+        with told(progress, f"simulating {self.scene.name}", _how_far) as tell:
+            while self.steps_done < end and self.running:
+                running, begin = len(self._batch.running), time.monotonic()
+                self._follow_course()
+                self.advance(min(self.steps_done + chunk, end, self._course.until(self.steps_done) or end))
+                if tell is not None:
+                    tell(self)
+                quick = time.monotonic() - begin < QUICK
+                most = len(self._batch.running) >= MOST * running
+                chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
 

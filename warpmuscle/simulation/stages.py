@@ -27,6 +27,7 @@ from warpmuscle.model.polynomials import monomial_room
 from warpmuscle.model.routes import path_kind
 from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.simulation.kernel_cache import launched
 from warpmuscle.simulation.recorder import Recorder
 from warpmuscle.simulation.rollout import Rollout
 
@@ -174,7 +175,8 @@ class Stages(Rollout):
     def _run(self, kernel: Any, inputs: list[Any], outputs: Sequence[tuple[tuple[int, ...], Any]]) -> list[Floats]:
         arrays = [wp.zeros((self.instances, *shape), dtype=dtype, device=self.device) for shape, dtype in outputs]
         base = [self.model, self.state, self.workspace, *inputs]
-        wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
+        with launched(kernel, self.device, "what measures bodies and muscles"):
+            wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
         return [array.numpy() for array in arrays]
 
     def forward_kinematics(self) -> dict[str, Floats]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.learning.progress import TrainingProgress
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.sweep.folder import Folder, Manifest, RunState
@@ -29,6 +30,12 @@ class SweepProgress:
     alive: int  # still walking in the batch that runs now; 0 where that is not known
     gathered: int = 0  # runs that have been written into the output, once all have run
     training: TrainingProgress | None = None  # of the run `best_run`, where runs are trainings
+
+    def in_words(self) -> str:
+        """The same, short."""
+        return (
+            f"sweeping: {self.ended} of {number_of(self.runs, 'run')}, {self.evaluated} of {self.candidates} candidates"
+        )
 
 
 Tell = Callable[[SweepProgress], None]

@@ -15,7 +15,8 @@ from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.names import file_name
 from warpmuscle.results.sweeps import Sweep
 from warpmuscle.results.sweeps import read as read_table
-from warpmuscle.sweep.board import Tell
+from warpmuscle.simulation.kernel_cache import told
+from warpmuscle.sweep.board import SweepProgress, Tell
 from warpmuscle.sweep.plan import Plan, read
 from warpmuscle.sweep.run import sweep as run
 
@@ -69,7 +70,8 @@ def sweep(
         target = target or Path(f"{file_name(source.stem)}_sweep.h5")
         plan = _written(source, target, {"grid": grid, "search": search or {}, "set": set or {}}, trust)
     target = target or Path(f"{plan.file.stem}.h5")
-    done = run(plan, target, device=device, threads=threads, progress=progress, trust=trust)
+    with told(progress, "sweeping", SweepProgress.in_words) as tell:
+        done = run(plan, target, device=device, threads=threads, progress=tell, trust=trust)
     if done.failed:
         raise Error(f"{target}: {done.failure}")
     table = read_table(target)

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import normalized
 from warpmuscle.gait.cycles import body_weight, leg_angles, strides
 from warpmuscle.gait.likeness import norms_of
 from warpmuscle.gait.quality import runs, support_of
@@ -19,6 +20,7 @@ from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.norms import LEG_ANGLES, Band
 from warpmuscle.view.curves import LEG_TITLES, Line, Panel, panels_of
 from warpmuscle.view.measured.content import measured_arrays, measured_content
+from warpmuscle.view.muscle_lines import in_bodies
 from warpmuscle.view.objects import with_objects
 from warpmuscle.view.packing import Packer, Pool
 from warpmuscle.view.pieces import Block, Ellipsoid, Hull, Limb, Piece
@@ -30,6 +32,7 @@ TENSION = 5.0e5  # Pa, of muscles that fit beside one another
 BELLY = 8.0 / 15.0  # volume of a drawn belly in that of a cylinder around it: the integral of (1 - x^2)^2 from 0 to 1
 THINNEST, THICKEST = 0.005, 0.04  # m, radii of bellies of a body of 75 kg
 STOUTEST = 0.115  # radius of a belly in the length of its muscle, at most
+FINE, COARSE = 2e-4, 4e-4  # m, or parts of a unit quaternion: steps in which places and turns are stored
 SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
 SPARED = ("excitations", "fibre lengths", "desired torques")  # groups of curves that pages of many motions do without
 
@@ -43,21 +46,21 @@ class LegNorm(NamedTuple):
     band: Band
 
 
-def track_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
-    """All that is drawn of a track but its curves, as arrays (F, ...) with the bits that they are stored with."""
+def track_arrays(track: Track) -> dict[str, tuple[Floats, float]]:
+    """All that is drawn of a track but its curves: arrays (F, ...), and how finely to store them, see `Packer.add`."""
     r = track.recording
     arrays = {
         "time": (r.time, 16),
-        "root": (r.root_position, 16),
-        "orientation": (continuous(with_objects(r.body_orientation, track.objects)), 16),
-        "com": (r.com, 16),
-        "force": (track.foot_force, 16),
-        "center": (track.foot_center, 16),
+        "root": (r.root_position, FINE),
+        "orientation": (continuous(with_objects(r.body_orientation, track.objects)), FINE),
+        "com": (r.com, FINE),
+        "force": (track.foot_force, 12),
+        "center": (track.foot_center, FINE),
     }
     if track.doll.sliding or track.objects:
-        arrays["slid"] = (np.concatenate([track.slid, *(one.position[:, None] for one in track.objects)], axis=1), 16)
+        arrays["slid"] = (np.concatenate([track.slid, *(one.position[:, None] for one in track.objects)], axis=1), FINE)
     if track.desired is not None:
-        arrays["desired"] = (continuous(with_objects(track.desired, track.objects)), 16)
+        arrays["desired"] = (continuous(with_objects(track.desired, track.objects)), COARSE)
     if r.muscle_names:
         arrays["activation"] = (r.muscle_activation, 8)
         arrays["load"] = (track.muscle_load, 8)
@@ -68,17 +71,17 @@ def track_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
     return arrays | measured_arrays(track.measured)
 
 
-def crowd_arrays(track: Track) -> dict[str, tuple[Floats, int]]:
+def crowd_arrays(track: Track) -> dict[str, tuple[Floats, float]]:
     """The same of one of many, which are small in the picture: how its bodies move, and nothing of its muscles."""
     all_arrays = track_arrays(track)
     kept = {name: all_arrays[name] for name in ("time", "root", "slid") if name in all_arrays}
     return kept | {"orientation": (all_arrays["orientation"][0], 8)}
 
 
-def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, int]]:
+def curve_arrays(panels: Sequence[Panel]) -> dict[str, tuple[Floats, float]]:
     """Curves of panels that are in no array of `track_arrays`, in the order of their columns."""
     loose = [line.values for panel in panels for line in panel.lines if line.stored is None]
-    arrays = {"curves": (np.column_stack(loose), 16)} if loose else {}
+    arrays: dict[str, tuple[Floats, float]] = {"curves": (np.column_stack(loose), 12)} if loose else {}
     for name in ("wanted", "excitation", "fibre"):
         columns = {line.stored.column: line.values for panel in panels for line in panel.lines
                    if line.stored is not None and line.stored.array == name}  # fmt: skip
@@ -96,6 +99,11 @@ def track_content(
         panels = [loose(panel) for panel in panels if panel.title in LEG_TITLES and panel.group == "angles"]
     arrays = crowd_arrays(track) if isinstance(packer, Pool) else track_arrays(track)
     arrays |= curve_arrays(panels)
+    fixed: dict[str, Any] = {}
+    if "routed" in arrays and not live:
+        r = track.recording
+        bodies, places = in_bodies(track.routes.all(), r.body_position, normalized(r.body_orientation))
+        fixed, arrays["routed"] = {"routed_on": bodies.tolist()}, (places, FINE)
     if not every_curve and "curves" in arrays:
         arrays["curves"] = (arrays["curves"][0], 8)
     numbers = packer.add_all(arrays)
@@ -104,6 +112,7 @@ def track_content(
         "label": track.label,
         "frames": track.frames,
         "arrays": numbers,
+        **fixed,
         "cycles": {side: np.round(np.array(one).reshape(-1, 2), 4).tolist() for side, one in cycles.items()},
         "panels": panel_contents(panels, leg_norms(track.recording, scene, cycles)),
         **measured_content(track.measured, scene),

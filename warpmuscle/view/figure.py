@@ -20,7 +20,8 @@ from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.bones import skeleton
 from warpmuscle.view.bones.girdle import rib_cage, rib_cage_bones, shoulder_blade
 from warpmuscle.view.bones.limbs import Limbs
-from warpmuscle.view.bones.named import named_head
+from warpmuscle.view.bones.long_neck import LEAST, LongNeck
+from warpmuscle.view.bones.named import named_head, named_neck
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, pelvis_places, rounded_hull, sized_hull, trunk_places
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
 
@@ -113,7 +114,10 @@ class _Figure:
             tall = float(np.linalg.norm(reach)) + (plain_number(getattr(shapes[0], "radius", 0.0)) if shapes else 0.0)
             self._upper_body(name, start, reach / max(float(np.linalg.norm(reach)), 1e-9), tall)
         else:
-            self._limb(name, start, self._limb_end(start, ends, shapes))
+            end = self._limb_end(start, ends, shapes)
+            self._limb(name, start, end)
+            if (neck := self._long_neck(name, start, end)) is not None:
+                self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
 
     def _round(self, name: str, start: Floats | None, ends: Sequence[Floats], points: Sequence[Floats]) -> Floats:
         """Middles of the spheres that a trunk or a pelvis is made of; its joints, if it is neither."""
@@ -310,8 +314,18 @@ class _Figure:
                 self._hull(name, skeleton.hand_bones(wrist, end, size), "bone")
             elif role == "hand":
                 self._hull(name, skeleton.hand_bones(start, end, scale), "bone")
+            elif (neck := self._long_neck(name, start, end)) is not None:
+                for mesh, layer in zip(neck.bones(), ("bone", "hollow"), strict=True):
+                    self._hull(name, mesh, layer)
             else:
                 self._hull(name, skeleton.plain_bone(start, end, size), "bone")
+
+    def _long_neck(self, name: str, start: Floats, end: Floats) -> LongNeck | None:
+        """An animal's neck with its head: the last body there, by its name and its length."""
+        length = float(np.linalg.norm(end - start))
+        if self._ends(name) or not named_neck(name) or length < LEAST:
+            return None
+        return LongNeck(start, end, float(np.sqrt(self.mass[name] / (np.pi * DENSITY * length))))
 
     def _is_one_of_two(self, name: str) -> bool:
         """Whether a forearm is an ulna or a radius, with the other one drawn beside it."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.pose import normalized, rotate
+from warpmuscle.core.pose import conjugate, normalized, rotate
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Condition, ViaPoint
@@ -101,6 +101,28 @@ class Routes:
         """Points (F, R, 3) in all frames."""
         every = [self.at(frame) for frame in range(self._recording.frames)]
         return np.array(every).reshape(len(every), -1, 3)
+
+
+def in_bodies(points: Floats, position: Floats, orientation: Floats) -> tuple[NDArray[np.int64], Floats]:
+    """Points (F, R, 3), m, world, of routes in the frames of those bodies in which each of them moves least.
+
+    That a point is carried by a body need not be stored then, but only that it slides over it.
+
+    Args:
+        position: (F, B, 3) of the bodies, m. orientation: (F, B, 4), of unit length.
+
+    Returns:
+        Numbers of the bodies (R,), and points (F, R, 3), m.
+    """
+    count = points.shape[1]
+    bodies, least, places = np.zeros(count, dtype=np.int64), np.full(count, np.inf), np.zeros_like(points)
+    for body in range(position.shape[1]):
+        own = rotate(conjugate(orientation[:, body, None]), points - position[:, body, None])
+        moved = np.abs(np.diff(own, axis=0)).sum(axis=(0, 2))
+        better = moved < least
+        bodies[better], least[better] = body, moved[better]
+        places[:, better] = own[:, better]
+    return bodies, places
 
 
 def world_points(lines: MuscleLines, position: Floats, orientation: Floats, weights: Floats, routed: Floats) -> Floats:

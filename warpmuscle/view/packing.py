@@ -1,14 +1,16 @@
 """Arrays as short text for a page: quantised, as differences between frames, compressed.
 
-An array of F frames and C columns is stored column by column: each from its least value to its greatest in 255 or
-65535 steps, as the difference from the frame before (modulo 2^8 or 2^16), low bytes before high bytes. What is not
-finite is stored as 0. `assets/unpack.js` is the way back.
+An array of F frames and C columns is stored column by column: each from its least value to its greatest in 2^bits - 1
+steps, or in steps that all columns have in common, as the difference from the frame before (modulo 2^8, or 2^16 of more
+than 8 bits), low bytes before high bytes. Wide steps make small differences, which compress well. What is not finite is
+stored as 0. `assets/unpack.js` is the way back.
 """
 
 from __future__ import annotations
 
 import base64
 import json
+import math
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -28,24 +30,32 @@ class Packer:
         self._table: list[dict[str, Any]] = []
         self._bytes: list[bytes] = []
 
-    def add(self, array: Floats, bits: int = 16) -> int:
-        """Add an array (F, ...) of at least one frame; returns its number. `bits` is 8 or 16."""
+    def add(self, array: Floats, fineness: float = 16) -> int:
+        """Add an array (F, ...) of at least one frame; returns its number.
+
+        Args:
+            fineness: how many bits, 8 to 16, the range of each column has; or below 1, the step of all columns, in the
+                unit of the array, which is wider where a range has more than 65535 of them.
+        """
         values = np.asarray(array, dtype=np.float64)
         flat = np.nan_to_num(values.reshape(len(values), -1), posinf=0.0, neginf=0.0)
         low, high = flat.min(axis=0), flat.max(axis=0)
-        steps = 2**bits - 1
-        width = np.where(high > low, high - low, 1.0)
-        whole = np.rint((flat - low) / width * steps).astype(np.uint16 if bits == 16 else np.uint8)
+        width, bits = np.where(high > low, high - low, 1.0), int(fineness)
+        if fineness < 1:
+            most = float((high - low).max(initial=0.0))
+            bits = min(max(math.ceil(math.log2(most / fineness + 1.0)), 8), 16)
+            width = np.full_like(low, max(fineness * (2**bits - 1), most))
+        whole = np.rint((flat - low) / width * (2**bits - 1)).astype(np.uint16 if bits > 8 else np.uint8)
         change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).T  # wraps around, like the way back
         entry = {"shape": list(values.shape), "bits": bits, "low": _short(low), "width": _short(width)}
         self._table.append(entry)
-        parts = [change & 255, change >> 8] if bits == 16 else [change]
+        parts = [change & 255, change >> 8] if bits > 8 else [change]
         self._bytes += [np.ascontiguousarray(part, dtype=np.uint8).tobytes() for part in parts]
         return len(self._table) - 1
 
-    def add_all(self, arrays: Mapping[str, tuple[Floats, int]]) -> dict[str, int]:
-        """Add arrays with their bits; returns the number of each."""
-        return {name: self.add(values, bits) for name, (values, bits) in arrays.items()}
+    def add_all(self, arrays: Mapping[str, tuple[Floats, float]]) -> dict[str, int]:
+        """Add arrays with how finely they are stored, see `add`; returns the number of each."""
+        return {name: self.add(values, fineness) for name, (values, fineness) in arrays.items()}
 
     def table(self) -> list[dict[str, Any]]:
         """What the arrays are, for the page."""
@@ -61,25 +71,27 @@ class Pool:
 
     def __init__(self) -> None:
         self._parts: list[list[Floats]] = []
-        self._bits: list[int] = []
+        self._fineness: list[float] = []
         self._places: dict[tuple[str, int], int] = {}
 
-    def add_all(self, arrays: Mapping[str, tuple[Floats, int]]) -> dict[str, int]:
-        """Add the arrays (F, ...) of a motion with their bits; returns the place of each here."""
-        return {name: self._add(name, values, bits) for name, (values, bits) in arrays.items()}
+    def add_all(self, arrays: Mapping[str, tuple[Floats, float]]) -> dict[str, int]:
+        """Add the arrays (F, ...) of a motion, see `Packer.add_all`; returns the place of each here."""
+        return {name: self._add(name, values, fineness) for name, (values, fineness) in arrays.items()}
 
-    def _add(self, name: str, values: Floats, bits: int) -> int:
+    def _add(self, name: str, values: Floats, fineness: float) -> int:
         flat = np.asarray(values, dtype=np.float64).reshape(len(values), -1)
         place = self._places.setdefault((name, flat.shape[1]), len(self._parts))
         if place == len(self._parts):
             self._parts.append([])
-            self._bits.append(bits)
+            self._fineness.append(fineness)
         self._parts[place].append(flat)
         return place
 
     def pack(self, packer: Packer, motions: Sequence[dict[str, int]]) -> list[dict[str, tuple[int, int]]]:
         """Pack it all; of each motion, whose places these are, the number of each array and its first row there."""
-        numbers = [packer.add(np.concatenate(parts), bits) for parts, bits in zip(self._parts, self._bits, strict=True)]
+        numbers = [
+            packer.add(np.concatenate(parts), fine) for parts, fine in zip(self._parts, self._fineness, strict=True)
+        ]
         taken, rows = [0] * len(numbers), [0] * len(numbers)
         found = []
         for places in motions:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable
+from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable, writable_folder
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
-from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
@@ -34,8 +33,7 @@ def reactions(
     warpmuscle simulate gait2392_stand -o stand.h5; warpmuscle reactions stand.h5 --frame child --sto .
     """
     writable(output)
-    if sto is not None and not sto.is_dir():
-        raise Error(f"--sto names {sto}, which is no folder; make it first")
+    writable_folder(sto, "--sto")
     start_warp()
     import numpy as np
 

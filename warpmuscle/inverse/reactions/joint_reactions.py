@@ -30,6 +30,7 @@ from warpmuscle.inverse.trial import Coordinates, Loads, each_of
 from warpmuscle.kernels.inverse import joint_reactions as kernels
 from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of
 from warpmuscle.model.routes import path_kind
+from warpmuscle.simulation.kernel_cache import said
 
 _JOINTS: WeakKeyDictionary[BodyModel, list[JointFrames]] = WeakKeyDictionary()  # of models that are in use
 SIDES, FRAMES = ("child", "parent"), ("child", "parent", "ground")
@@ -57,6 +58,7 @@ class JointReactions:
         return found
 
 
+@said("finding joint reactions")
 def joint_reactions(
     model: SceneLike | BodyModel,
     coordinates: Coordinates | Sequence[Coordinates],

@@ -27,8 +27,10 @@ from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
+from warpmuscle.simulation.kernel_cache import said
 
 
+@said("following the motion")
 def track(
     model: SceneLike | BodyModel,
     coordinates: Coordinates | Sequence[Coordinates],

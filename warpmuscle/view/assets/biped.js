@@ -162,8 +162,13 @@ class Biped {
       for (let i = 0; i < 3; i++) out[at + i] += poses[pose + i];
     }
     if (routed.length) {
-      const routes = this.between("routed", moment), root = 8 * first.slots;
-      routed.forEach((k, n) => [0, 1, 2].forEach((i) => (out[from + 4 * k + i] = poses[root + i] + routes[3 * n + i])));
+      const routes = this.between("routed", moment);
+      routed.forEach((k, n) => {
+        const at = from + 4 * k, on = this.routed_on?.[n], pose = 8 * (first.slots + (on ?? 0)), p = routes.slice(3 * n, 3 * n + 3);
+        if (on === undefined) p.forEach((value, i) => (out[at + i] = value)); // of a live run: along the axes of the world
+        else turnInto(out, at, poses, pose + 4, p[0], p[1], p[2], 1);
+        for (let i = 0; i < 3; i++) out[at + i] += poses[pose + i];
+      });
     }
     this.routes.forEach((m) => spreadPoints(out, from + 4 * start[m], start[m + 1] - start[m]));
     if (conditional.length) this.slideConditional(this.between("weight", moment), out, from);

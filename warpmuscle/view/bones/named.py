@@ -34,6 +34,11 @@ def named_head(body: str) -> bool:
     return _has(body, "head|skull")
 
 
+def named_neck(body: str) -> bool:
+    """Whether a body is a neck, with or without its head, by its name."""
+    return _has(body, "neck|head")
+
+
 def named_feet(bodies: Iterable[str]) -> list[str]:
     """Bodies whose names say that they are feet, such as `calcn_r`."""
     return [body for body in bodies if _has(body, FEET)]

@@ -29,11 +29,11 @@ def at_times(measured: Measured | None, times: Floats) -> Measured | None:
     return replace(measured, times=times, **{name: getattr(measured, name)[nearest] for name in vectors})
 
 
-def measured_arrays(measured: Measured | None) -> dict[str, tuple[Floats, int]]:
-    """Arrays (F, ...) with the bits that they are stored with: markers, whether they were seen, and forces."""
+def measured_arrays(measured: Measured | None) -> dict[str, tuple[Floats, float]]:
+    """Arrays (F, ...), and how finely to store them: markers, whether they were seen, and forces."""
     if measured is None:
         return {}
-    arrays: dict[str, tuple[Floats, int]] = {}
+    arrays: dict[str, tuple[Floats, float]] = {}
     seen = np.isfinite(measured.position).all(axis=2)
     if measured.markers:
         arrays["marker"] = (filled(measured.position), 16)
