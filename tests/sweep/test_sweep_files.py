@@ -362,6 +362,7 @@ def test_damaged_run_is_computed_anew_once_it_is_removed(tmp_path, done):
     result = sweep(output.with_suffix(".toml"), output, device="cpu", command="test")
     assert list(result.failed) == ["seed=1,torso.mass=20,torque=1"]
     assert "not an HDF5 file, or damaged" in result.failed["seed=1,torso.mass=20,torque=1"]
+    assert result.failure.endswith("or damaged; remove this file, and the run is computed anew")
     os.unlink(damaged)
     assert not journal_path(damaged).exists()
     sweep(output.with_suffix(".toml"), output, device="cpu", command="test")

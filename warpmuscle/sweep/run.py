@@ -40,7 +40,8 @@ class SweepResult:
     def failure(self) -> str:
         """How many runs failed, and why the first one did; empty if none did."""
         for name, why in self.failed.items():
-            return f"{len(self.failed)} of {number_of(len(self.manifest.runs), 'run')} failed; {name}: {why}"
+            hint = "; remove this file, and the run is computed anew" if why.endswith("or damaged") else ""
+            return f"{len(self.failed)} of {number_of(len(self.manifest.runs), 'run')} failed; {name}: {why}{hint}"
         return ""
 
 

@@ -174,7 +174,8 @@ def test_a_name_counts_to_the_end_of_its_braces_and_of_its_file(tmp_path: Path):
     top = parse(tmp_path / "a.zml", Notes())
     assert top.need("first").number_of("x", 0.0) == 0.02
     assert (top.number_of("inner", 0.0), top.number_of("last", 0.0)) == (0.005, 0.1)
-    assert top.string_of("said") == "a0.1b 0.1" and top.string_of("quoted") == "two words"
+    assert top.string_of("said") == "a0.1b 0.1"
+    assert top.string_of("quoted") == "two words"
     (tmp_path / "b.zml").write_text('first { $delay = 1 }\nlast = "${delay}"\n')
     with pytest.raises(SceneError, match=r"b.zml:2: last: \$delay has no value here"):
         parse(tmp_path / "b.zml", Notes())

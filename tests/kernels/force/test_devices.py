@@ -91,7 +91,7 @@ def test_a_harness_that_carries_all_that_hangs_leaves_the_speed_as_it_is():
 def test_a_push_comes_again_at_its_intervals_until_its_end():
     force, moment, place = np.array([-3.0, 5.0]), 0.2, np.array([0.05, -0.02])  # (y, z)
     times = {"start": 0.05, "duration": 0.02, "interval": 0.1, "end": 0.3}
-    angle, speed, power = swing(
+    angle, _speed, power = swing(
         push=device(
             "push", **times, force_y=force[0], force_z=force[1], moment_x=moment, place_y=place[0], place_z=place[1]
         )
@@ -108,7 +108,8 @@ def test_a_push_comes_again_at_its_intervals_until_its_end():
         middle += (STEP if step else 0.5 * STEP) * (pushed - MASS * GRAVITY * REACH * np.sin(q)) / ABOUT_JOINT
         q += STEP * middle
     assert angle == pytest.approx(found, abs=2e-4)
-    assert np.all(power["push"][~on] == 0.0) and np.all(power["push"][on] != 0.0)
+    assert np.all(power["push"][~on] == 0.0)
+    assert np.all(power["push"][on] != 0.0)
 
 
 def test_a_cord_between_points_pulls_by_its_stretch_and_does_nothing_where_it_is_slack():

@@ -35,6 +35,9 @@ def test_one_of_several_axes_is_the_condition_and_the_others_make_series(tmp_pat
     text = HEAD + '"objective.torque" = [1, 2]\n[study]\ncondition = "torque"\nreference = 2\n'
     plan = planned(tmp_path, text)
     study = plan.study
+    assert (
+        planned(tmp_path, text.replace('"torque"\n', '"objective.torque"\n')).study == study
+    )  # by the key of its axis
     assert study is not None
     assert study.reference == 2.0
     assert {study.condition_of(run.axes) for run in plan.runs} == {1.0, 2.0}

@@ -122,15 +122,15 @@ class _Reader:
         body, forces = node.need("body"), self._scene.forces
         self._reflexes.known(body, body.text(), self._scene.character.bodies, "body")
         key = key_of(node.string_of("name") or f"push_{body.text()}", forces)
+        duration, interval = node.number_of("duration", 0.1), node.number_of("interval", 0.0)
         values: dict[str, Number] = {
-            "start": node.number_of("start_time", 0.0), "duration": node.number_of("duration", 0.1),
-            "interval": node.number_of("interval", 0.0),
+            "start": node.number_of("start_time", 0.0), "duration": duration, "interval": interval,
             "end": node.number_of("stop_time", node.number_of("end_time", 0.0)),
         }  # fmt: skip
         for word, what in (("force", "force"), ("moment", "moment"), ("position_offset", "place")):
             turned = vector(WORLD @ np.array(node.vector_of(word)))
             values |= {f"{what}_{axis}": number for axis, number in zip("xyz", turned, strict=True)}
-        if not values["duration"] >= 0.0 or (values["interval"] and values["duration"] > values["interval"]):
+        if duration < 0.0 or 0.0 < interval < duration:
             node.fail("its duration must not be below 0, nor longer than its interval")
         _labels(node)
         node.find("random_seed")

@@ -168,5 +168,5 @@ def _ground_force(node: Node, scene: Scene, notes: Notes, weight: float) -> None
 
 MEASURES: dict[str, Callable[[Node, Scene, Notes, float], None]] = {
     "CompositeMeasure": _composite, "GaitMeasure": _gait, "BalanceMeasure": _balance, "EffortMeasure": _effort,
-    "ReactionForceMeasure": _ground_force, "JumpMeasure": _jump,
-} | dict.fromkeys(UNCOUNTED, _left_out)  # fmt: skip
+    "ReactionForceMeasure": _ground_force, "JumpMeasure": _jump, **dict.fromkeys(UNCOUNTED, _left_out),
+}  # fmt: skip

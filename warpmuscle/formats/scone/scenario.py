@@ -145,8 +145,8 @@ class _Scenario:
         node.find("fixed_control_step_size")
         node.find("min_muscle_activation")
         self._start(node, found)
-        for key in node.every(*UNFELT):
-            self._notes.ignore(key.file, key.line, key.key, f"not known here, and not used: {UNFELT[key.key]}")
+        for one in node.every(*UNFELT):
+            self._notes.ignore(one.file, one.line, one.key, f"not known here, and not used: {UNFELT[one.key]}")
         _tell_unknown_parts(node)
         return scene, self._bindings
 

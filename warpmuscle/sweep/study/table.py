@@ -107,6 +107,8 @@ def study_of(table: StudyTable, name: str, runs: Sequence[Mapping[str, Condition
     """
     axes = list(dict.fromkeys(axis for run in runs for axis in run if axis != "seed"))
     condition = (axes[0] if len(axes) == 1 else "") if table.condition is None else table.condition
+    if condition not in axes and condition.rpartition(".")[2] in axes:  # the key of an axis, in place of its name
+        condition = condition.rpartition(".")[2]
     if table.condition is not None and condition not in axes:
         known = ", ".join(axes) or "none but the seed"
         raise SceneError(f"no axis {condition!r}{near(condition, axes)}; there are: {known}", key="study.condition")
