@@ -163,7 +163,9 @@ def test_two_recordings_of_a_set_up_are_told_of(model, setup):
     other = path.with_name("two.xml")
     first = text.index("static.trc")
     other.write_text(text[: first + 10] + text[first + 10 :].replace("static.trc", "second.trc"))
-    with pytest.warns(TrialWarning, match=r"static\.trc is measured and second\.trc places markers; here one"):
+    with pytest.warns(
+        TrialWarning, match=r"the scaler has static\.trc, the placer second\.trc; here one recording serves both"
+    ):
         wm.scale(model, markers, setup=other)
 
 

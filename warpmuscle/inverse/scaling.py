@@ -171,7 +171,7 @@ def _by_setup(
         if setup.placer_file != setup.marker_file:
             measured, placed = (one or "nothing" for one in (setup.marker_file, setup.placer_file))
             notes.append(
-                f"in {setup.file.name} {measured} is measured and {placed} places markers; here one recording does both"
+                f"in {setup.file.name} the scaler has {measured}, the placer {placed}; here one recording serves both"
             )
         still = _averaged(_during(trials[0], setup.tasks.times, setup))
         sized, moved, errors = _placed(sized, still, setup, device)
