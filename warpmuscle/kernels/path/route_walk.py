@@ -220,20 +220,17 @@ def walk_of(
 ) -> Any:
     """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
 
-    Args:
-        acting: whether it gives the moment arms, too. coordinate_joints, followers, wrench: as of
-            `path.segments_stretch_of`; directions are in rows behind those of the moments.
+    Args: acting: whether it gives the moment arms, too. Others are those of `path.segments_stretch_of`; see `room_of`.
     """
     count, placed_struct = max(kind.wraps, 1), placed_of(max(kind.places, 1))
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, place = stops_of(kind, acting and kind.motions > 0 and not wrench)
-    slopes_struct = slopes_of(max(kind.motions, 1))
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
     slips, bodies = kind.slips and acting and not wrench, (motions and across) or kind.slips
-    last = room_of(kind, wrench) - 1
-    with_sum = rows_of(last + 1).with_sum
+    last, with_sum = room_of(kind, wrench) - 1, rows_of(room_of(kind, wrench)).with_sum
     act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
-    pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
+    pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
+    rows = rows_of(count)
     row, number, arc_of, share_of = rows.row, rows.number, rows.length, in_branches if kind.branches else as_it_is
 
     @wp.func(inline=True)
@@ -249,11 +246,9 @@ def walk_of(
         before = int(NOWHERE)
         body_before = wp.int32(0)
         body = wp.int32(0)
-        wraps = span.end_wrap - span.first_wrap
-        points = span.end_point - span.first_point
         next_point = wp.int32(0)
         onto = int(NOWHERE)
-        while next_point < points or onto >= 0:
+        while next_point < span.end_point - span.first_point or onto >= 0:
             b = wp.vec3(0.0)
             stop = int(next_point)
             fixed = wp.int32(0)
@@ -273,6 +268,7 @@ def walk_of(
                 fixed = model.routes.point[span.first_point + stop].fixed
             if wp.static(bodies):
                 body = body_of(span, stop, onto, model)
+            between = body != body_before
             share = share_of(instance, span, stop, next_point, model)
             if before != NOWHERE and fixed == 0:
                 d = b - a
@@ -280,28 +276,12 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(
-                        instance,
-                        span,
-                        a,
-                        left,
-                        reached,
-                        direction,
-                        before,
-                        stop,
-                        body != body_before,
-                        model,
-                        work,
-                        pulls,
-                    )
+                    act(instance, span, a, left, reached, direction, before, stop, between, model, work, pulls)
                     if wp.static(slips):
                         faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
                         pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
-                    if wp.static(motions):
-                        moves = wp.bool(True)
-                        if wp.static(across):
-                            moves = body != body_before
-                        if moves:
+                    if wp.static(motions):  # noqa: SIM102, as above
+                        if wp.static(not across) or between:
                             act_on_ends(
                                 instance, span, before, stop, direction, slopes_before, slopes, model, work, arm
                             )
@@ -320,7 +300,7 @@ def walk_of(
                     if wp.static(slips):
                         faster = slip(span, stop, stop, body, body, a - b, left - reached, model, work)
                         pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
-                onto = bend_after(stop, wraps, bends.after)
+                onto = bend_after(stop, span.end_wrap - span.first_wrap, bends.after)
         return total
 
     return walk
