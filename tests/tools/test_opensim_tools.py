@@ -15,6 +15,7 @@ import opensim_agreement  # noqa: E402
 import opensim_energy  # noqa: E402
 import opensim_inverse_dynamics  # noqa: E402
 import opensim_oracle  # noqa: E402
+import opensim_static_optimization  # noqa: E402
 
 from warpmuscle.formats import load  # noqa: E402
 from warpmuscle.simulation.rollout import Rollout  # noqa: E402
@@ -78,3 +79,17 @@ def test_inverse_dynamics_of_opensim_gives_the_torques_that_were_recorded(refere
     found = opensim_inverse_dynamics.compare(rollout.recording(), scene, model, 0.0, 0.3, False)
     assert {"lumbar_bending", "hip_flexion_l", "knee_angle_r", "mtp_angle_l"} <= {one.coordinate for one in found}
     assert max(one.worst for one in found) < 0.02
+
+
+def test_the_optimum_of_what_opensim_is_asked_has_multipliers_as_it_should():
+    """At an optimum each activation is its share of the reserves' price, or at a bound that it would pass."""
+    random = np.random.default_rng(2)
+    made, reserve = random.normal(size=(4, 9)), np.diag(random.uniform(0.05, 0.2, 4))
+    low, high = np.full(9, 0.01), np.ones(9)
+    problem = opensim_static_optimization.Problem(made, reserve, made @ np.full(9, 0.8), np.ones(4), low, high)
+    found = problem.optimum()
+    pull = made.T @ np.linalg.solve(reserve.T, problem.reserves(found))
+    free = (found > low) & (found < high)
+    assert 0 < free.sum() < 9
+    assert found == pytest.approx(np.clip(pull, low, high), abs=1e-9)
+    assert problem.cost(found) < min(problem.cost(np.clip(found + 0.01 * step, low, high)) for step in np.eye(9))

@@ -3,10 +3,8 @@
 OpenSim's path round several surfaces has two places where it reaches or leaves each: segments run between those of the
 first round, and pull at those of the last. A smooth route does so, too, and has OpenSim's moment arms. Pulls at both
 ends of such a segment are not on one line: they turn bodies that carry both, too, which a lever of an OpenSim route may
-ask for. OpenSim's speed of such a path is that of the second places along the segments between the first ones. There,
-other than for forces, those within one body and along surfaces count; how much faster the path then grows than its
-moment arms say is its slip. OpenSim leaves out of moment arms what a point's motion does to a segment within one body,
-which may be asked for.
+ask for. Its speed is not that of its moment arms then, see `route_slip.py`. OpenSim leaves out of moment arms what a
+point's motion does to a segment within one body, which may be asked for.
 """
 
 from functools import cache
@@ -19,7 +17,7 @@ from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
-from warpmuscle.kernels.path.path import coordinate_gradient, joint_velocity, offset_between, segment_moment_arm
+from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
 from warpmuscle.kernels.path.route_points import (
     always,
@@ -29,9 +27,8 @@ from warpmuscle.kernels.path.route_points import (
     slopes_of,
     sometimes,
 )
+from warpmuscle.kernels.path.route_slip import SHORTEST, slip
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
-
-SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
 
 @cache
@@ -120,38 +117,6 @@ def lever_arm_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
         return r
 
     return lever_arm
-
-
-@func
-def turning(body: int, work: ScratchRef) -> wp.vec3:
-    """Angular velocity of a body, rad/s, world, without what it gained in the last half step."""
-    return work.angular_velocity[nonnegative(body)] - work.lag_angular[nonnegative(body)]
-
-
-@func
-def slip(
-    span: RouteSpan, before: int, stop: int, body_before: int, body: int, turn: wp.vec3, model: ModelRef,
-    work: ScratchRef,
-) -> float:  # fmt: skip
-    """How much faster a segment of an OpenSim route grows than its levers say, m/s.
-
-    Args:
-        turn: m, the way between its ends of the last round, times its direction in the first.
-    """
-    one = int(body_before)
-    other = int(body)
-    while one != other:
-        if one > other:
-            one = model.skeleton.plan[nonnegative(one)].parent
-        else:
-            other = model.skeleton.plan[nonnegative(other)].parent
-    rate = turning(one, work)
-    if body != body_before:
-        for k in range(span.first_lever, span.end_lever):
-            lever = model.routes.lever[nonnegative(k)]
-            if ((lever.beyond >> stop) & 1) + ((lever.beyond >> before) & 1) == 2:
-                rate -= joint_velocity(nonnegative(lever.joint), model, work)
-    return wp.dot(rate, turn)
 
 
 @cache
@@ -255,19 +220,17 @@ def walk_of(
 ) -> Any:
     """The Warp function that walks along a route and gives its length, m, but for what is fixed of it.
 
-    Args:
-        acting: whether it gives the moment arms, too. coordinate_joints, followers, wrench: as of
-            `path.segments_stretch_of`; directions are in rows behind those of the moments.
+    Args: acting: whether it gives the moment arms, too. Others are those of `path.segments_stretch_of`; see `room_of`.
     """
     count, placed_struct = max(kind.wraps, 1), placed_of(max(kind.places, 1))
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     counts, place = stops_of(kind, acting and kind.motions > 0 and not wrench)
-    slopes_struct = slopes_of(max(kind.motions, 1))
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
-    slips, last = kind.slips and acting and not wrench, room_of(kind, wrench) - 1
-    bodies, with_sum = (motions and across) or kind.slips, rows_of(last + 1).with_sum
+    slips, bodies = kind.slips and acting and not wrench, (motions and across) or kind.slips
+    last, with_sum = room_of(kind, wrench) - 1, rows_of(room_of(kind, wrench)).with_sum
     act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
-    pulls_struct, rows = pulls_of(room_of(kind, wrench)), rows_of(count)
+    pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
+    rows = rows_of(count)
     row, number, arc_of, share_of = rows.row, rows.number, rows.length, in_branches if kind.branches else as_it_is
 
     @wp.func(inline=True)
@@ -283,11 +246,9 @@ def walk_of(
         before = int(NOWHERE)
         body_before = wp.int32(0)
         body = wp.int32(0)
-        wraps = span.end_wrap - span.first_wrap
-        points = span.end_point - span.first_point
         next_point = wp.int32(0)
         onto = int(NOWHERE)
-        while next_point < points or onto >= 0:
+        while next_point < span.end_point - span.first_point or onto >= 0:
             b = wp.vec3(0.0)
             stop = int(next_point)
             fixed = wp.int32(0)
@@ -307,6 +268,7 @@ def walk_of(
                 fixed = model.routes.point[span.first_point + stop].fixed
             if wp.static(bodies):
                 body = body_of(span, stop, onto, model)
+            between = body != body_before
             share = share_of(instance, span, stop, next_point, model)
             if before != NOWHERE and fixed == 0:
                 d = b - a
@@ -314,29 +276,12 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(
-                        instance,
-                        span,
-                        a,
-                        left,
-                        reached,
-                        direction,
-                        before,
-                        stop,
-                        body != body_before,
-                        model,
-                        work,
-                        pulls,
-                    )
+                    act(instance, span, a, left, reached, direction, before, stop, between, model, work, pulls)
                     if wp.static(slips):
-                        turn = wp.cross(reached - left, direction)
-                        faster = slip(span, before, stop, body_before, body, turn, model, work)
-                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(faster, 0.0, 0.0))
-                    if wp.static(motions):
-                        moves = wp.bool(True)
-                        if wp.static(across):
-                            moves = body != body_before
-                        if moves:
+                        faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
+                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
+                    if wp.static(motions):  # noqa: SIM102, as above
+                        if wp.static(not across) or between:
                             act_on_ends(
                                 instance, span, before, stop, direction, slopes_before, slopes, model, work, arm
                             )
@@ -353,11 +298,9 @@ def walk_of(
                     if wp.static(count > 1) and number(bends.kept, onto) == 1:
                         a = row(bends.kept_second, onto)
                     if wp.static(slips):
-                        along = a - b
-                        turn = wp.cross(left - reached, along * (share / wp.max(wp.length(along), SHORTEST)))
-                        faster = wp.dot(turning(body, work), turn)
-                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(faster, 0.0, 0.0))
-                onto = bend_after(stop, wraps, bends.after)
+                        faster = slip(span, stop, stop, body, body, a - b, left - reached, model, work)
+                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
+                onto = bend_after(stop, span.end_wrap - span.first_wrap, bends.after)
         return total
 
     return walk
