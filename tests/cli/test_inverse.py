@@ -143,7 +143,7 @@ def test_reserves_that_are_too_great_are_told(folder):
         (("small.osim", "walk.sto", "--begin", "7"), "no frame lies between"),
         (("small.osim", "walk.sto", "--filter", "70"), "cut-off"),
         (("small.osim", "walk.sto", "--sto", "nowhere/below"), "nowhere is no folder; make that first"),
-        (("small.osim", "walk.sto", "--sto", "walk.sto"), "which is no folder"),
+        (("small.osim", "walk.sto", "--sto", "walk.sto"), "--sto: walk.sto is no folder"),
         (("small.osim", "walk.sto", "--report", "page.txt"), "a report is written as .html"),
         (("small.osim", "walk.sto", "--steps", "track", "--window", "2"), "window is a number from"),
         (("small.osim", "walk.sto", "--steps", "track", "--ground"), "a model on the ground needs two feet"),

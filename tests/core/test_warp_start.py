@@ -1,6 +1,7 @@
 """Warp starts without its greeting and without its warning of a missing driver; what else it says is passed on."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -25,7 +26,8 @@ def test_nothing_of_warp_is_printed(code: str):
     assert done.returncode == 0, done.stderr
     for words in ("Warp 1", "Devices:", "CUDA", "Module "):
         assert words not in done.stdout + done.stderr
-    assert done.stderr == ""
+    slow = re.compile(r"(starting|measuring|compiling) .* s\n")  # what a slow machine, or one without kernels, says
+    assert slow.sub("", done.stderr) == ""
 
 
 def test_a_level_of_words_that_the_user_chose_stays():

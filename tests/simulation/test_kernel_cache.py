@@ -16,7 +16,7 @@ from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.progress import Progress
 from warpmuscle.simulation import kernel_cache
-from warpmuscle.simulation.kernel_cache import compiling_reported, said, told
+from warpmuscle.simulation.kernel_cache import compiling_reported, progress_said, said
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -144,7 +144,7 @@ def test_nothing_is_said_of_what_is_short_or_where_nobody_reads(terminal, monkey
         pass
     monkeypatch.setattr(kernel_cache, "LONG", 0.01)
     monkeypatch.setattr(terminal, "isatty", lambda: False)
-    with said("searching") as line, told(None, "searching", str) as tell:
+    with said("searching") as line, progress_said(None, "searching", str) as tell:
         time.sleep(0.05)
     assert line is tell is None
     assert terminal.getvalue() == ""
@@ -172,7 +172,7 @@ def test_a_failure_leaves_the_line_empty(terminal):
 
 
 def test_a_search_from_python_says_how_far_it_is(terminal):
-    with told(None, "searching fwalk", Progress.in_words) as tell:
+    with progress_said(None, "searching fwalk", Progress.in_words) as tell:
         tell(Progress(60, 26, 3, 2207.3, 1.0, 0.4, 2, 2300.0, 0))
         time.sleep(0.1)
     assert lines(terminal)[-1] == "searching: 26 of 60 candidates, best 2207.3"
@@ -186,7 +186,7 @@ def test_a_run_from_python_says_what_it_does(terminal):
 
 def test_what_a_user_gives_is_told_in_place_of_a_line(terminal):
     heard = []
-    with told(heard.append, "searching", str) as tell:
+    with progress_said(heard.append, "searching", str) as tell:
         tell(3)
         time.sleep(0.05)
     assert heard == [3]

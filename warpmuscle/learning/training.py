@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -39,13 +39,12 @@ from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.parameters import at_start, free_parameters
 from warpmuscle.simulation.devices import find_device
-from warpmuscle.simulation.kernel_cache import told
+from warpmuscle.simulation.kernel_cache import progress_said
 
 ON_GPU, ON_CPU = 4096, 64  # instances, by default
 STARTS = 128  # states of a gait, by default
 INTERVAL = 20.0  # s of wall time between two checkpoints
 LARGEST_SEED = 2**31 - 1
-PREPARING = "preparing to learn"
 
 
 @dataclass(frozen=True)
@@ -111,12 +110,19 @@ def learn(
         if path is not None:
             _check_other(source, path)
         begun = source_in(source)
-    with nullcontext() if path is None else locked(path), told(progress, PREPARING, TrainingProgress.in_words) as tell:
+    with (
+        nullcontext() if path is None else locked(path),
+        _said(progress) as tell,
+    ):
         training = Training(
             scene, task or usual_task(scene), options_of(values) if begun is None else options_from(begun, values),
             seed, device, ends, threads, command, tell, interval, begun,
         )  # fmt: skip
         return training.run(path)
+
+
+def _said(progress: Tell | None) -> AbstractContextManager[Tell | None]:
+    return progress_said(progress, "preparing to learn", TrainingProgress.in_words)
 
 
 def usual_task(scene: Scene) -> Task:
@@ -159,7 +165,7 @@ def resume(
     file = training_path(path)
     if not file.exists():
         raise ResultError(f"{path}: there is no training to go on with: {file} is missing")
-    with locked(path), told(progress, PREPARING, TrainingProgress.in_words) as tell:
+    with locked(path), _said(progress) as tell:
         return _gone_on(path, file, device, iterations, until, target, threads, command, tell, interval)
 
 

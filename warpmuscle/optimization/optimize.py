@@ -32,7 +32,7 @@ from warpmuscle.results.records import ANY_NUMBER, Result, SearchOptions, Staged
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import constant, free_parameters
 from warpmuscle.scene.validation.scene import check_scene
-from warpmuscle.simulation.kernel_cache import told
+from warpmuscle.simulation.kernel_cache import progress_said
 
 
 def optimize(
@@ -109,7 +109,7 @@ def optimize(
     strategy = USUAL if search is None else search
     options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
     evaluators = batches or (lambda part: BatchEvaluator(part, device, threads))
-    with constant([scene]), told(progress, f"searching {scene.name}", Progress.in_words) as tell:
+    with constant([scene]), progress_said(progress, f"searching {scene.name}", Progress.in_words) as tell:
         options, stages, evaluators = _planned(scene, options, evaluators)
         tracker = Tracker(options.candidates, options.until, tell)
         search_loop = make_search_loop(scene, seed, options, stages, evaluators, tracker)

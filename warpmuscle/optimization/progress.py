@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.records import ANY_NUMBER
 from warpmuscle.simulation.candidates import CandidateBatch
 
@@ -42,10 +43,11 @@ class Progress:
 
     def in_words(self) -> str:
         """The same, short."""
-        of = f" of {self.candidates}" if self.limited else ""
+        of = f"{self.done} of {number_of(self.candidates, 'candidate')}"
+        done = of if self.limited else number_of(self.done, "candidate")
         stage = f"stage {self.stage + 1} of {self.stages}, " if self.stages else ""
         best = f", best {self.best:.5g}" if np.isfinite(self.best) else ""
-        return f"searching: {stage}{self.done}{of} candidates{best}"
+        return f"searching: {stage}{done}{best}"
 
 
 class Tracker:

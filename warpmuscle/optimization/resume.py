@@ -24,7 +24,7 @@ from warpmuscle.results.records import (
     Result,
     version_of,
 )
-from warpmuscle.simulation.kernel_cache import told
+from warpmuscle.simulation.kernel_cache import progress_said
 
 
 def resume(
@@ -73,7 +73,7 @@ def resume(
     checked_quantities(quantities)
     as_truth(single, "single")
     checkpoint, earlier, known = Checkpoint.resume(path)
-    with checkpoint, told(progress, "searching", Progress.in_words) as tell:
+    with checkpoint, progress_said(progress, "searching", Progress.in_words) as tell:
         assert earlier.searched is not None
         evaluated = sum(map(len, known.values()))
         options = earlier.searched.options

@@ -328,8 +328,8 @@ class Batch(Protocol):
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
-            f"a {type(self).__name__} lives on its device and is neither copied nor pickled; make another one, or keep "
-            "recording(i) and cost()"
+            f"a {type(self).__name__} is neither copied nor pickled, since its memory is on a device; "
+            "make another one, or keep recording(i) and cost()"
         )
 
     if not TYPE_CHECKING:

@@ -118,7 +118,7 @@ _lines: list[Line] = []  # the one that is written now
 
 
 @contextmanager
-def told(
+def progress_said(
     progress: Callable[[P], None] | None, text: str, words: Callable[[P], str]
 ) -> Iterator[Callable[[P], None] | None]:
     """What is told how far work has come: what its user gave, or else a line, where somebody reads it."""

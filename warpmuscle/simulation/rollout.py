@@ -40,7 +40,7 @@ from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.extensions import Extensions
 from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
-from warpmuscle.simulation.kernel_cache import told
+from warpmuscle.simulation.kernel_cache import progress_said
 from warpmuscle.simulation.launcher import Launcher, kernel_config
 from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
@@ -212,7 +212,7 @@ class Rollout(RolloutSettings):
     def run(self, duration: float | None = None, progress: Callable[[Rollout], None] | None = None) -> None:
         end, chunk = end_step(self, duration), chunk_steps(self.scene)
         check_function(progress, "progress", error=RolloutError)
-        with told(progress, f"simulating {self.scene.name}", _how_far) as tell:
+        with progress_said(progress, f"simulating {self.scene.name}", _how_far) as tell:
             while self.steps_done < end and self.running:
                 running, begin = len(self._batch.running), time.monotonic()
                 self._follow_course()

@@ -33,9 +33,8 @@ class SweepProgress:
 
     def in_words(self) -> str:
         """The same, short."""
-        return (
-            f"sweeping: {self.ended} of {number_of(self.runs, 'run')}, {self.evaluated} of {self.candidates} candidates"
-        )
+        searched = f"{self.evaluated} of {number_of(self.candidates, 'candidate')}"
+        return f"sweeping: {self.ended} of {number_of(self.runs, 'run')}, {searched}"
 
 
 Tell = Callable[[SweepProgress], None]

@@ -15,7 +15,7 @@ from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.names import file_name
 from warpmuscle.results.sweeps import Sweep
 from warpmuscle.results.sweeps import read as read_table
-from warpmuscle.simulation.kernel_cache import told
+from warpmuscle.simulation.kernel_cache import progress_said
 from warpmuscle.sweep.board import SweepProgress, Tell
 from warpmuscle.sweep.plan import Plan, read
 from warpmuscle.sweep.run import sweep as run
@@ -70,7 +70,7 @@ def sweep(
         target = target or Path(f"{file_name(source.stem)}_sweep.h5")
         plan = _written(source, target, {"grid": grid, "search": search or {}, "set": set or {}}, trust)
     target = target or Path(f"{plan.file.stem}.h5")
-    with told(progress, "sweeping", SweepProgress.in_words) as tell:
+    with progress_said(progress, "sweeping", SweepProgress.in_words) as tell:
         done = run(plan, target, device=device, threads=threads, progress=tell, trust=trust)
     if done.failed:
         raise Error(f"{target}: {done.failure}")

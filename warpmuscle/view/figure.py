@@ -315,8 +315,9 @@ class _Figure:
             elif role == "hand":
                 self._hull(name, skeleton.hand_bones(start, end, scale), "bone")
             elif (neck := self._long_neck(name, start, end)) is not None:
-                for mesh, layer in zip(neck.bones(), ("bone", "hollow"), strict=True):
-                    self._hull(name, mesh, layer)
+                bone, eyes = neck.bones()
+                self._hull(name, bone, "bone")
+                self._hull(name, eyes, "hollow")
             else:
                 self._hull(name, skeleton.plain_bone(start, end, size), "bone")
 

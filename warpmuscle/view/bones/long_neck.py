@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.view.bones.meshes import Mesh, ellipsoid, merged, tube
+from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
+from warpmuscle.view.hulls import Mesh
 
 LEAST = 0.3  # m, from which on a neck and head are an animal's, not a person's
 HEAD = 0.3  # length of a head in that of the neck, at least
