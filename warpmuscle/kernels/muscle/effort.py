@@ -27,9 +27,10 @@ def muscle_effort_of(own: Shaped | None = None) -> Any:
         )
     )  # fmt: skip
 
-    options = {"enable_backward": False, "max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS}
-
-    @wp.kernel(module="unique", module_options=options)
+    @wp.kernel(
+        module="unique",
+        module_options={"enable_backward": False, "max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS},
+    )
     def muscle_effort(
         # in
         model: Model, metabolic_model: int, activation: wp.array2d[float], excitation: wp.array2d[float],
