@@ -15,6 +15,11 @@ Python = Callable[..., Any]
 _parsing = RLock()
 TESTED = ("1.19.",)  # versions of Warp
 LATE = str(wp.config.version).startswith(TESTED)
+# On a CPU all of a kernel is one function, with fused products. Kernels that a command compiles have these flags in
+# common, since a process compiles Warp's headers once for each choice of flags, for as long as a small kernel.
+CPU_FLAGS = (
+    "-march=native -ffp-contract=fast -mllvm=-inline-threshold=100000 -mllvm=-inline-cold-callsite-threshold=100000"
+)
 
 
 class LateFunction(wp.Function):

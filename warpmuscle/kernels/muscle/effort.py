@@ -7,6 +7,7 @@ import warp as wp
 
 from warpmuscle.kernels.curve.custom_curves import with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
+from warpmuscle.kernels.functions import CPU_FLAGS
 from warpmuscle.kernels.muscle.muscle import pennation_cosine
 from warpmuscle.kernels.objective import term_functions as terms
 from warpmuscle.kernels.objective.term_functions import MuscleWork
@@ -26,7 +27,10 @@ def muscle_effort_of(own: Shaped | None = None) -> Any:
         )
     )  # fmt: skip
 
-    @wp.kernel(module="unique", module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        module_options={"enable_backward": False, "max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS},
+    )
     def muscle_effort(
         # in
         model: Model, metabolic_model: int, activation: wp.array2d[float], excitation: wp.array2d[float],
