@@ -132,8 +132,8 @@ def test_a_start_is_outside_of_ranges_within_which_a_constraint_cannot_be_met(tm
 
 
 def test_a_locked_coordinate_that_keeps_a_constraint_from_being_met_is_named(tmp_path: Path):
-    text = four_bar_text(POINT, free=False).replace("0.3</default", "0.3</default_value><locked>true</locked></default")
-    text = text.replace("</locked></default_value>", "</locked>").replace('"c_z">', '"c_z"><locked>true</locked>')
+    text = four_bar_text(POINT, free=False).replace("0.3</default_value>", "0.3</default_value><locked>true</locked>")
+    text = text.replace('"c_z">', '"c_z"><locked>true</locked>')
     with pytest.raises(SceneError, match=r"are missing, with a, c_z locked$"):
         load(small.written(tmp_path, text), ignored=[])
 

@@ -175,3 +175,12 @@ def test_a_coordinate_starts_at_its_default_and_not_at_an_older_initial_value(tm
     for given, start in ((text, 0.3), (OLD.replace("default_value", "initial_value"), 0.3)):
         model = read(small.written(tmp_path, given), Notes())
         assert model.coordinates["q"].value == start
+
+
+@pytest.mark.parametrize(("version", "turned"), [(30000, True), (30516, True), (40000, False)])
+def test_a_reversed_joint_of_an_old_layout_has_its_ends_the_other_way_round(
+    tmp_path: Path, version: int, turned: bool
+):  # fmt: skip
+    joint = small.joint("PinJoint", "pin", "ground", "rod", small.coordinate("q"), "<reverse>true</reverse>", "0 1 0")
+    (found,) = records(tmp_path, small.model(small.body("rod"), joint, version=version)).joints
+    assert (found.parent.endswith("far"), found.child.endswith("near")) == (turned, turned)

@@ -29,6 +29,7 @@ CONSTRAINTS = ("CoordinateCouplerConstraint", "PointConstraint", "WeldConstraint
     "ConstantDistanceConstraint", "RollingOnSurfaceConstraint")  # fmt: skip
 
 SETS = ("JointSet", "ForceSet", "ContactGeometrySet", "MarkerSet", "ComponentSet", "ConstraintSet")
+UNREVERSED = 40000  # version of the file from which on a joint has no `reverse`
 BODIES = "BodySet"
 HOLDERS = ("frames", "components")
 
@@ -54,7 +55,7 @@ def upgraded(model: Element, version: int) -> None:
         _enabled(element)
     _bodies(model)
     for joint in joints_of(model):
-        _joint(joint)
+        _joint(joint, version)
 
 
 def joints_of(model: Element) -> list[Element]:
@@ -164,7 +165,7 @@ def _bodies(model: Element) -> None:
         model.children.append(_made("JointSet", found[0], children=[_made("objects", found[0], children=found)]))
 
 
-def _joint(joint: Element) -> None:
+def _joint(joint: Element, version: int) -> None:
     """A joint had places and orientations on its bodies, and its coordinates in a set."""
     coordinate_set = _first(joint, "CoordinateSet")
     if coordinate_set is not None:
@@ -186,7 +187,18 @@ def _joint(joint: Element) -> None:
         frame = _offset(joint, f"{end}_offset", socket.text.strip(), place, turn)
         _frames(joint).append(frame)
         socket.text = frame.name
+    if version < UNREVERSED:
+        _reverse(joint)
     _axes(joint)
+
+
+def _reverse(joint: Element) -> None:
+    """A joint that moved its parent from its child has the two the other way round."""
+    reverse = _first(joint, "reverse")
+    ends = [_first(joint, f"socket_{end}_frame") for end in ("parent", "child")]
+    if reverse is not None and reverse.words() and reverse.truth() and None not in ends:
+        parent, child = ends
+        parent.tag, child.tag = child.tag, parent.tag  # type: ignore[union-attr]
 
 
 def _axes(joint: Element) -> None:
