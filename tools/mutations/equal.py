@@ -77,7 +77,7 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
     ("warpmuscle/gait/joint_moments.py",
      "return float(np.mean([np.abs(curve - mean).mean() for curve in curves]) / deviation)", "(mean - curve)"):
         "only its absolute value is used",
-    ("warpmuscle/kernels/stages.py",
+    ("warpmuscle/kernels/body/composite_bodies.py",
      "body, work.position[body] - work.position[parent], a, b, c, wp.vec3(0.0), wp.vec3(0.0), work", "1.0"):
         "bias forces, of which the kernel of the mass matrix reads none",
     ("warpmuscle/kernels/inverse/emg_driven.py", "row = at(model.muscles.row, 0, m)", "1"):
