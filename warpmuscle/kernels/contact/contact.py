@@ -87,18 +87,17 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
-        contacts = model.contacts
         h = model.time_step
         total = ContactSum()
-        normal = at(contacts.normal, instance, 0)
-        height = wp.dot(normal, work.position[body]) - at(contacts.height, instance, 0)
+        normal = at(model.contacts.normal, instance, 0)
+        height = wp.dot(normal, work.position[body]) - at(model.contacts.height, instance, 0)
         if wp.static(rises):
             about = about_body(instance, body, height, model, work)
-            if height > at(contacts.reach, instance, body) + about.highest:
+            if height > at(model.contacts.reach, instance, body) + about.highest:
                 return total
-        elif height > at(contacts.reach, instance, body):
+        elif height > at(model.contacts.reach, instance, body):
             return total
-        ground = at(contacts.ground, instance, 0)
+        ground = at(model.contacts.ground, instance, 0)
         stiffness = ground.stiffness
         damping = ground.damping
         middle = work.velocity[body] - work.lag_velocity[body]  # the implicit step starts from the middle of the last
@@ -111,7 +110,7 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
             plane.height = height
             plane_up = up
         for k in range(plan.first_point, plan.end_point):
-            point = at(contacts.point, instance, k)
+            point = at(model.contacts.point, instance, k)
             ways = 1  # a constant, whose loop is written out
             if wp.static(rises):
                 beneath = beneath_sphere(
@@ -143,7 +142,7 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
                         damping = ground.damping * patch.damping
                         friction = wp.min(friction, patch.friction)
                     if wp.static(soft):
-                        constraint = at(contacts.soft, instance, 0)
+                        constraint = at(model.contacts.soft, instance, 0)
                         along = constraint_force(depth, speed, constraint, h)
                         gives = h / constraint.softness
                     else:
