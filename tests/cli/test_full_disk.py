@@ -45,6 +45,7 @@ COMMANDS = {
     "fit-muscles": ("fit-muscles", "elbow_simplified", "--duration", "0.5", "-o", "out.toml"),
     "fit-paths": ("fit-paths", "elbow_simplified", "--order", "2", "-o", "out.toml"),
     "scale": ("scale", "fwalk", "--height", "1.7", "-o", "out.toml"),
+    "walking-task": ("walking-task", "gait2392", "-o", "out.toml"),
     "synergies": ("synergies", "extract", "emg.csv", "-n", "2", "--restarts", "1", "-o", "out.h5"),
     "synergies --plot": ("synergies", "extract", "emg.csv", "-n", "2", "--restarts", "1", "--plot", "out.png"),
 }

@@ -40,7 +40,12 @@ RUN = (
     "apply result.h5 -o out.toml --settle 0.1",
     "view result.h5 --candidates 1 --export out.html",
 )
-SHOW = ("info named.toml", "convert named.toml -o out.toml", "plot result.h5 --what moment_arms -o out.png")
+SHOW = (
+    "info named.toml",
+    "convert named.toml -o out.toml",
+    "plot result.h5 --what moment_arms -o out.png",
+    "walking-task named.toml -o walks.toml",
+)
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ WORKING = frozenset({
 # Others that end by themselves and print what they did: only where they are slower than usual is there anything to say.
 SHORT = frozenset({
     "apply", "arm-angles", "cluster-synergies", "convert", "creature", "example", "export", "info", "plot", "reactions",
-    "scale", "schema", "synergies", "throw-rule",
+    "scale", "schema", "synergies", "throw-rule", "walking-task",
 })  # fmt: skip
 FIRST, AGAIN = 0.7, 1.4  # s, until it is said that the program starts, and until it is said again
 SLOW = 1.8  # s, until it is said of a short command

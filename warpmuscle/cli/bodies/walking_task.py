@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from warpmuscle.cli.common import command_line, writable
+from warpmuscle.cli.common import Trust, command_line, writable
 from warpmuscle.cli.console import out, suggest
 from warpmuscle.core.plain_text import number_of
 
@@ -21,6 +21,7 @@ def walking_task(
         ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    trust: Trust = False,
 ) -> None:
     """Write a scene in which a model with two legs learns to walk: soles, springs, rewards, for you to change.
 
