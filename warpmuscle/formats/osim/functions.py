@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -94,8 +95,8 @@ def composed(outer: Function, inner: Function, low: float, high: float) -> tuple
     return resampled(lambda q: outer.values(inner.values(q)), low, high, BEYOND)
 
 
-def resampled(  # type: ignore[no-untyped-def]
-    function, low: float, high: float, beyond: float = 0.0
+def resampled(
+    function: Callable[[Floats], Floats], low: float, high: float, beyond: float = 0.0
 ) -> tuple[Function, float]:
     """A spline through many values of a function, and how far it is off between its knots from low to high.
 
