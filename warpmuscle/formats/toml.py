@@ -43,13 +43,13 @@ def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
     return _scene(Source.read(path), path.parent, doubts)
 
 
-def loads(text: str) -> Scene:
-    """A checked scene from TOML text; its `character`, if it is a path or several, is taken from the current folder.
+def loads(text: str, folder: Path = Path()) -> Scene:
+    """A checked scene from TOML text; files that it names, such as its `base`, are taken from a folder.
 
     Raises:
         SceneError: with key and line, the file being `<text>`.
     """
-    return _scene(Source(Path("<text>"), text), Path())
+    return _scene(Source(Path("<text>"), text), folder)
 
 
 def write(scene: Scene, path: str | Path) -> None:

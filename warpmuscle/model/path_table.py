@@ -13,7 +13,7 @@ from warpmuscle.model.routes import fixed_segments, moved_by, stops_beyond
 from warpmuscle.scene import Character, Condition, Muscle, Pulley, ViaPoint
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.number import Free
-from warpmuscle.scene.topology import Topology
+from warpmuscle.scene.topology import Topology, carried
 from warpmuscle.scene.validation.paths import check_path, check_polynomial, check_pulleys, check_wraps, is_route
 
 MusclePath = Sequence[ViaPoint] | Muscle  # the points of a path, or a muscle with points or pulleys
@@ -130,7 +130,7 @@ def _add_crossings(
 ) -> None:
     """Find the muscles that act on a joint, the number of the body that it carries."""
     movers = [i for i, driver in enumerate(names.driver) if driver == joint]  # some before it, if they follow it
-    beyond = [(mover, _beyond(mover, names)) for mover in movers]
+    beyond = [(mover, {names.bodies[body] for body in carried(names.joints[mover - 1], names)}) for mover in movers]
     found, crossed = [], False
     for muscle, path in enumerate(paths.values()):
         segments = range(table.segment_start[muscle], table.segment_start[muscle + 1])
@@ -208,15 +208,6 @@ def _is_fixed(pair: tuple[int, int], table: PathTable) -> bool:
     """Whether a segment lies within one body and does not depend on conditions."""
     points = table.points[pair[0] : pair[1] + 1]
     return points[0].body == points[-1].body and all(point.condition is None for point in points)
-
-
-def _beyond(joint: int, names: Topology) -> set[str]:
-    """Names of the bodies that a joint carries."""
-    carried = {joint}
-    for body in range(joint + 1, len(names.bodies)):
-        if names.parents[body] in carried:
-            carried.add(body)
-    return {names.bodies[body] for body in carried}
 
 
 def _terms(segment: int, mover: int, beyond: set[str], table: PathTable, names: Topology) -> list[tuple[int, int, int]]:

@@ -23,14 +23,16 @@ def contact_points(shape: Shape) -> list[tuple[list[Any], Any]]:
     return [([x, y, z], 0.0) for y in (y0, y1) for x in (x0, x1) for z in (z0, z1)]
 
 
-def lowest_point(character: Character, poses: Poses) -> float:
-    """Height of the lowest point of all shapes of a character, m; infinite if it has none."""
-    return min(
-        (
-            float((position + rotate(orientation, first_row(place)))[1] - first_number(radius))
-            for body, (position, orientation) in poses.items()
-            for shape in character.bodies[body].shapes
-            for place, radius in contact_points(shape)
-        ),
-        default=np.inf,
-    )
+def lowest_point(character: Character, poses: Poses) -> Any:
+    """Height of the lowest point of all shapes of a character, m, of one pose, or (n,) of n poses.
+
+    Raises:
+        ValueError: it has no shapes.
+    """
+    heights = [
+        (position + rotate(orientation, first_row(place)))[..., 1] - first_number(radius)
+        for body, (position, orientation) in poses.items()
+        for shape in character.bodies[body].shapes
+        for place, radius in contact_points(shape)
+    ]
+    return np.min(heights, axis=0)

@@ -139,6 +139,15 @@ def followed_drivers(character: Character, names: Topology) -> tuple[int, ...]:
     return tuple(sorted({names.body_of_joint(character.joints[name].follows) for name in following}))
 
 
+def subtree(character: Character, body: str) -> set[str]:
+    """A body and all that hang on it."""
+    found, added = {body}, {body}
+    while added:
+        added = {joint.child for joint in character.joints.values() if joint.parent in added} - found
+        found |= added
+    return found
+
+
 def carried(joint: str, names: Topology) -> set[int]:
     """Numbers of the bodies that a joint carries."""
     found = {names.body_of_joint(joint)}

@@ -105,12 +105,3 @@ def _lowest(character: Character, poses: Poses, side: str) -> str:
         said = f"no body is called one of the {side}, such as foot_{side[0]}; name the feet"
         raise SceneError(said, key="character.feet")
     return min(heights, key=lambda name: heights[name])
-
-
-def subtree(character: Character, body: str) -> set[str]:
-    """A body and all that hang on it."""
-    found, added = {body}, {body}
-    while added:
-        added = {joint.child for joint in character.joints.values() if joint.parent in added}
-        found |= added
-    return found

@@ -15,9 +15,10 @@ from warpmuscle.scene import Actuation, Box, Character, Scene
 from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.scene.initial_pose import Poses, plain_number, plain_vector, world_poses
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.muscles import Drive, is_cable
-from warpmuscle.scene.topology import topology
-from warpmuscle.walking.legs import Leg, joint_anchor, subtree
+from warpmuscle.scene.topology import subtree, topology
+from warpmuscle.walking.legs import Leg, joint_anchor
 
 # Over a person's height (Winter 2009, fig. 4.1).
 FOOT_LENGTH, FOOT_BREADTH, ANKLE_HEIGHT = 0.152, 0.055, 0.039
@@ -37,7 +38,7 @@ DIGITS = 3  # of numbers in a file
 
 
 def has_soles(character: Character, legs: tuple[Leg, Leg]) -> bool:
-    """Whether either foot, or what hangs on it, has a shape already."""
+    """Whether both feet, or what hangs on them, have shapes already."""
     return all(any(character.bodies[name].shapes for name in foot_bodies(character, leg.foot)) for leg in legs)
 
 
@@ -88,7 +89,7 @@ def springs(scene: Scene, legs: tuple[Leg, Leg]) -> dict[str, Actuation]:
         character, muscles={name: muscle for name, muscle in character.muscles.items() if not is_cable(muscle)}
     )
     crossed = {joint for joints in joints_of_muscles(muscles, topology(character)).values() for joint in joints}
-    mass = sum(plain_number(body.mass) for body in character.bodies.values())
+    mass = body_mass(character)
     found: dict[str, Actuation] = {}
     for name, joint in character.joints.items():
         if not joint_type(joint).speeds:
@@ -104,7 +105,7 @@ def springs(scene: Scene, legs: tuple[Leg, Leg]) -> dict[str, Actuation]:
 def _spring(character: Character, poses: Poses, name: str) -> Actuation:
     """A spring that holds what hangs on a joint, or stands on it, and swings out within a period or two."""
     anchor = joint_anchor(character, poses, name)
-    held = subtree(character, character.joints[name].child)
+    held = sorted(subtree(character, character.joints[name].child))  # in one order, so that sums are the same
     masses = np.array([plain_number(character.bodies[body].mass) for body in held])
     away = np.array([poses[body][0] for body in held]) - anchor
     own = sum(max(plain_vector(character.bodies[body].inertia)) for body in held)

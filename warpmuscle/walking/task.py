@@ -15,10 +15,11 @@ from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.scene.initial_pose import plain_vector, world_poses
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.joints.symmetry import is_symmetric
-from warpmuscle.scene.masses import massless
+from warpmuscle.scene.masses import body_mass, massless
 from warpmuscle.scene.norms import REFERENCES
 from warpmuscle.scene.parameters import at_start
-from warpmuscle.walking.legs import Leg, find_legs, in_reference_pose, subtree
+from warpmuscle.scene.topology import subtree
+from warpmuscle.walking.legs import Leg, find_legs, in_reference_pose
 from warpmuscle.walking.support import has_soles, rounded, rounded_length, soles, springs
 
 PERSON = 1.75  # m, for whose height speeds and times are given; those of others go with the root of their height
@@ -54,7 +55,7 @@ class WalkingTask(NamedTuple):
     """What a model learns to walk with."""
 
     feet: tuple[str, str]
-    shapes: dict[str, list[Box]]  # of feet and toes that have none yet
+    soles: dict[str, Box]  # of feet and toes, where these have no shapes yet
     springs: dict[str, Actuation]
     root_position: tuple[float, float, float]  # m, at which the lowest point touches the ground
     height: float  # m, of a person with such legs
@@ -82,19 +83,19 @@ def walking_task(scene: Scene) -> WalkingTask:
         raise SceneError("the root is fixed, and cannot walk", key="character.root_joint")
     reference = in_reference_pose(numeric)
     legs = find_legs(reference)
-    shapes: dict[str, list[Box]] = {}
+    boxes: dict[str, Box] = {}
     if not has_soles(character, legs):
-        shapes = {body: [box] for leg in legs for body, box in soles(reference, leg).items()}
-    bodies = {name: replace(body, shapes=[*shapes.get(name, body.shapes)]) for name, body in character.bodies.items()}
+        boxes = {body: box for leg in legs for body, box in soles(reference, leg).items()}
+    bodies = character.bodies | {name: replace(character.bodies[name], shapes=[box]) for name, box in boxes.items()}
     feet = (legs[0].foot, legs[1].foot)
     standing = replace(numeric, character=replace(character, bodies=bodies, feet=feet))
     return WalkingTask(
         feet,
-        shapes,
+        boxes,
         springs(reference, legs),
         _on_the_ground(standing),
         sum(leg.height() for leg in legs) / 2.0,
-        float(sum(plain_vector([body.mass for body in bodies.values()]))),
+        body_mass(character),
         _legs_of(standing, legs),
         _trunk(character, legs),
         is_symmetric(standing.character),
@@ -141,11 +142,11 @@ def text_of(task: WalkingTask, name: str, base: str, heading: str = "") -> str:
         f"name = {inline(name)}",
         f"base = {inline(base)}",
         "duration = 10",
-        *(["time_step = 0.001"] if task.shapes else []),
+        *(["time_step = 0.001"] if task.soles else []),
         "",
         "[character]",
         f"feet = {inline(list(task.feet))}",
-        *_shape_lines(task),
+        *_sole_lines(task),
         "",
         "[initial_state]",
         f"root_position = {inline(list(task.root_position))}  # the lowest point is on the ground",
@@ -195,15 +196,12 @@ def _learning_lines(task: WalkingTask) -> list[str]:
     ]
 
 
-def _shape_lines(task: WalkingTask) -> list[str]:
-    """Tables of the bodies that get shapes."""
+def _sole_lines(task: WalkingTask) -> list[str]:
+    """Tables of the bodies that get soles."""
     lines = []
-    for body, shapes in task.shapes.items():
-        written = ", ".join(
-            f'{{ type = "box", low = {inline(list(shape.low))}, high = {inline(list(shape.high))} }}'
-            for shape in shapes
-        )
-        lines += ["", f"[character.bodies.{key_text(body)}]", f"shapes = [{written}]"]
+    for body, box in task.soles.items():
+        written = inline([{"type": "box", "low": box.low, "high": box.high}])
+        lines += ["", f"[character.bodies.{key_text(body)}]", f"shapes = {written}"]
     return lines
 
 
@@ -212,8 +210,7 @@ def _spring_lines(task: WalkingTask) -> list[str]:
     if not task.springs:
         return []
     rows = [
-        f"{key_text(name)} = {{ drive = {inline(one.drive)}, stiffness = {inline(one.stiffness)}, "
-        f"damping = {inline(one.damping)} }}"
+        f"{key_text(name)} = {inline({'drive': one.drive, 'stiffness': one.stiffness, 'damping': one.damping})}"
         for name, one in task.springs.items()
     ]
     return ["", "[actuation]  # springs in the toes and where no muscle pulls", *rows]

@@ -49,8 +49,8 @@ def walking_task(
     task = walking_task(toml.read(shipped or model))
     base = shipped.name if shipped else os.path.relpath(model.resolve(), output.resolve().parent)
     text = text_of(task, output.stem, base, f"# By `{command_line()}`.\n")
+    toml.loads(text, output.parent)
     replace_file(output, text)
-    toml.read(output)
-    soled = f"soles for {', '.join(task.shapes)}" if task.shapes else "its feet have shapes"
+    soled = f"soles for {', '.join(task.soles)}" if task.soles else "its feet have shapes"
     out.print(f"wrote {output}: {soled}; {number_of(len(task.springs), 'spring')}", markup=False)
     suggest(f'`warpmuscle learn {output}` learns to walk (extra "learn"; minutes on a GPU)')

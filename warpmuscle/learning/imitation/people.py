@@ -18,7 +18,8 @@ from warpmuscle.learning.poses import States, started
 from warpmuscle.learning.starts import ControllerGait
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.scene import Scene
-from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.geometry import lowest_point
+from warpmuscle.scene.initial_pose import Poses
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.learning import Imitation, Task
 from warpmuscle.scene.norms import REFERENCES
@@ -89,7 +90,7 @@ def lowest_points(coordinates: Floats, rollout: Rollout) -> Floats:
     """Heights (n,) of the lowest point of all shapes over an upright root, m, at coordinates (n, C)."""
     character, names = rollout.numeric.character, rollout.names
     n = len(coordinates)
-    poses = {character.root: (np.zeros((n, 3)), np.tile(UPRIGHT, (n, 1)))}
+    poses: Poses = {character.root: (np.zeros((n, 3)), np.tile(UPRIGHT, (n, 1)))}
     for body, name in enumerate(names.joints, start=1):
         joint, (moving, speeds) = character.joints[name], names.arguments_of(body)
         motion = joint_type(joint).motion(joint, coordinates[:, moving], np.zeros((n, len(speeds))))
@@ -97,10 +98,4 @@ def lowest_points(coordinates: Floats, rollout: Rollout) -> Floats:
         anchor = position + rotate(orientation, first_row(joint.position_in_parent) + motion.place)
         turned = multiply(orientation, motion.orientation)
         poses[joint.child] = anchor - rotate(turned, first_row(joint.position_in_child)), turned
-    heights = [
-        (position + rotate(orientation, first_row(place)))[:, 1] - first_number(radius)
-        for body, (position, orientation) in poses.items()
-        for shape in character.bodies[body].shapes
-        for place, radius in contact_points(shape)
-    ]
-    return np.asarray(np.min(heights, axis=0))
+    return np.asarray(lowest_point(character, poses))

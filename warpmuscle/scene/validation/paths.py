@@ -27,7 +27,7 @@ from warpmuscle.scene import (
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import check_displacement
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.topology import followers
+from warpmuscle.scene.topology import followers, subtree
 from warpmuscle.scene.validation.checks import Checks, known, near
 
 GREATEST_EXPONENT = 20  # of a coordinate in a polynomial path; more is a mistake
@@ -354,7 +354,7 @@ def crosses(muscle: Muscle, joint: str, character: Character) -> bool:
     if muscle.polynomial is not None:
         return joint in muscle.polynomial.joints
     movers = (joint, *followers(character, joint))
-    sides = [_carried(character.joints[mover].child, character) for mover in movers]
+    sides = [subtree(character, character.joints[mover].child) for mover in movers]
     on_angle = any(point.condition is not None and point.condition.joint == joint for point in path)
     moved = any(motion.joint == joint for point in path for motion in point.motion)
     bodies = [point.body for point in path] + [character.surfaces[wrap.surface].body for wrap in muscle.wraps]
@@ -365,9 +365,3 @@ def usual_drive(joint: str, character: Character) -> Drive:
     """What drives a joint of which the scene does not say it."""
     muscles = character.muscles.values()
     return "muscle" if any(crosses(muscle, joint, character) for muscle in muscles) else "torque"
-
-
-def _carried(body: str, character: Character) -> set[str]:
-    """A body and all that hang on it."""
-    children = [joint.child for joint in character.joints.values() if joint.parent == body]
-    return {body}.union(*(_carried(child, character) for child in children))
