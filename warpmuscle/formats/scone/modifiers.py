@@ -6,6 +6,7 @@ from warpmuscle.formats.scone.start import matches
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Muscle, Scene
 from warpmuscle.scene.initial_pose import plain_number
+from warpmuscle.scene.masses import body_mass
 
 PROPERTIES = {
     "max_isometric_force": "f_max", "optimal_fiber_length": "l_opt", "tendon_slack_length": "l_slack",
@@ -62,11 +63,10 @@ def _change(node: Node, muscle: Muscle) -> None:
 def _put_mass(node: Node, scene: Scene) -> None:
     """Let the body weigh so much in all, each part and its inertia by the same factor."""
     mass = node.need("mass").number()
-    bodies = scene.character.bodies.values()
-    total = sum(plain_number(body.mass) for body in bodies)
+    total = body_mass(scene.character)
     if not (mass > 0.0 and total > 0.0):
         node.fail(f"its mass must be greater than 0, is {mass:g}")
-    for body in bodies:
+    for body in scene.character.bodies.values():
         body.mass = plain_number(body.mass) * mass / total
         x, y, z = (plain_number(value) * mass / total for value in body.inertia)
         body.inertia = (x, y, z)
