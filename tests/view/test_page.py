@@ -259,6 +259,12 @@ def test_address_asks_for_a_frame_without_controls_and_gives_the_same_bytes(brow
     assert shots[0] == shots[1]
 
 
+CLICK_BEFORE_A_PICTURE = """() => { warpmuscle.group('activations');
+    const curves = document.getElementById('curves'), { left, top } = curves.getBoundingClientRect();
+    curves.dispatchEvent(new PointerEvent('pointerdown', { clientX: left + 150, clientY: top + 60, buttons: 1 }));
+    return warpmuscle.state().time; }"""
+
+
 def test_curves_follow_the_cursor_and_set_it(opened):
     opened.evaluate("warpmuscle.play(false)")
     opened.click("text=activations")
@@ -270,6 +276,8 @@ def test_curves_follow_the_cursor_and_set_it(opened):
     strip = opened.locator("#curves").bounding_box()
     opened.mouse.click(strip["x"] + 150, strip["y"] + 60)
     assert 0.1 < state(opened)["time"] < 0.5
+    opened.evaluate("warpmuscle.seek(0)")
+    assert opened.evaluate(CLICK_BEFORE_A_PICTURE) > 0.1
     pixels = "(c) => new Set(c.getContext('2d').getImageData(0, 0, c.width, c.height).data).size"
     assert opened.locator("#curves").evaluate(pixels) > 10
 

@@ -105,7 +105,8 @@ class Plots {
 
   // Draw all but the cursor, where it is not drawn yet.
   keep() {
-    const { scrollTop } = this.strip;
+    const { scrollTop, clientWidth, clientHeight } = this.strip;
+    if (clientWidth !== this.room || clientHeight !== this.tall) this.layout();
     if (this.kept_at === scrollTop) return;
     this.kept_at = scrollTop;
     this.times = this.span();
@@ -192,8 +193,6 @@ class Plots {
   draw(time) {
     this.time = time;
     if (!this.bipeds || !this.boxes.length) return;
-    const { clientWidth, clientHeight } = this.strip;
-    if (clientWidth !== this.room || clientHeight !== this.tall) this.layout();
     this.keep();
     const pen = this.canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -257,6 +256,7 @@ class Plots {
   }
 
   seek(event, onSeek) {
+    this.keep(); // panels may have changed since the last picture
     const area = this.canvas.getBoundingClientRect(), x = event.clientX - area.left, y = event.clientY - area.top;
     const box = this.boxes.find((b) => b.seen && x >= b.x - 8 && x <= b.x + b.width + 8 && y >= b.y - PANEL.top
       && y <= b.y + b.height + PANEL.bottom);
