@@ -15,6 +15,7 @@ import pytest
 import environment
 import kernel_tests
 import tiers
+from patience import PATIENCE
 from warpmuscle.scene import trusted_code
 
 environment.keep_byte_code(Path(__file__).parents[1])
@@ -172,6 +173,27 @@ def browser() -> Iterator[Any]:
         pytest.skip("no Chromium: apt-get install chromium")
     quiet = ["--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
     with playwright.sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu", *quiet])
-        yield opened
+        opened = driver.chromium.launch(
+            executable_path=chromium, args=["--no-sandbox", "--disable-gpu", *quiet], timeout=1000.0 * PATIENCE
+        )
+        yield PatientBrowser(opened)
         opened.close()
+
+
+class PatientBrowser:
+    """A browser whose pages take the time that they need."""
+
+    def __init__(self, browser: Any) -> None:
+        self._browser = browser
+
+    def new_page(self, **options: Any) -> Any:
+        """See Playwright's `Browser.new_page`."""
+        page = self._browser.new_page(**options)
+        page.set_default_timeout(1000.0 * PATIENCE)
+        return page
+
+    def new_context(self, **options: Any) -> Any:
+        """See Playwright's `Browser.new_context`."""
+        context = self._browser.new_context(**options)
+        context.set_default_timeout(1000.0 * PATIENCE)
+        return context

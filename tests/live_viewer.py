@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import socket
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
+from patience import PATIENCE, until
 from warpmuscle.formats import load
 from warpmuscle.view.controls import Control
 from warpmuscle.view.live import Live
@@ -23,7 +23,10 @@ from websockets import Subprotocol
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-PATIENCE = 60.0  # s, on a busy machine
+# Have all that a page says from now on in a list, `told`: what is there for seconds only may be gone when one looks.
+TOLD = """() => { const message = document.getElementById('message');
+    window.told = [];
+    new MutationObserver(() => told.push(message.textContent)).observe(message, { childList: true }); }"""
 
 
 @contextlib.contextmanager
@@ -80,13 +83,6 @@ def answer(place: Place, *lines: str, target: str = "/") -> str:
     return b"".join(parts).decode("latin-1")
 
 
-def until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, "it never came to that"
-        time.sleep(0.05)
-
-
 def ended(client: ClientConnection) -> str:
     """Why the other side closes a connection."""
     with pytest.raises(ConnectionClosed) as closed:
@@ -100,6 +96,11 @@ def used(live: Live, control: Control, value: Any) -> str:
     return json.dumps({"control": number, "value": value})
 
 
+def nobody_listens(viewer: Live) -> None:
+    """Wait until the server knows that pages are closed."""
+    until(lambda: viewer.server.clients == 0)
+
+
 def still_serves(viewer: Live) -> None:
     """The page is there, its socket brings pictures, and the biped walks on."""
     place = place_of(viewer)
@@ -108,6 +109,7 @@ def still_serves(viewer: Live) -> None:
         assert len(client.recv(timeout=PATIENCE)) > 1000
         shown = viewer.pictures
         until(lambda: viewer.pictures > shown + 2)
+    nobody_listens(viewer)
     if not viewer.playing:
         viewer.play(True)
     before = viewer.run.time

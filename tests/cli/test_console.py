@@ -1,15 +1,17 @@
 """What commands say while they work, and what the program says by itself."""
 
 import io
+import re
 import sys
 import threading
-import time
 import webbrowser
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
 from command_line import run
+from patience import MOMENT, PATIENCE, ended, for_a_moment, until
 from warpmuscle.cli import console, streams
 from warpmuscle.cli.console import PlainConsole, tell_of_compiling
 from warpmuscle.cli.program import TRY, app
@@ -28,23 +30,21 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> PlainConsole:
 def test_a_status_says_what_is_compiled_and_goes_back_to_the_work(terminal):
     with terminal.status("simulating"):
         done = tell_of_compiling("joints for cpu")
-        time.sleep(0.2)
         assert terminal.working.text.startswith("compiling joints for cpu")
+        until(lambda: "compiling joints for cpu, once (usually 5 to 20 s)" in terminal.file.getvalue())
         done()
         assert terminal.working.text == "simulating"
     assert terminal.working is None
-    written = terminal.file.getvalue()
-    assert "compiling joints for cpu, once (usually 5 to 20 s)" in written
     tell_of_compiling("joints for cpu")()  # where nothing is shown
 
 
 def test_a_status_counts_seconds_and_names_stay_plain(terminal, monkeypatch):
-    begin = time.monotonic()
+    now = [100.0]
+    monkeypatch.setattr(console, "time", SimpleNamespace(monotonic=lambda: now[0]))
     with terminal.status("reading [red]a.h5[/red]") as shown:
-        monkeypatch.setattr(console.time, "monotonic", lambda: begin + 3.5)
-        time.sleep(0.2)
+        now[0] += 3.5
+        until(lambda: "reading [red]a.h5[/red], 3 s" in terminal.file.getvalue())
         shown.update("drawing")
-    assert "reading [red]a.h5[/red], 3 s" in terminal.file.getvalue()
 
 
 def test_what_takes_long_is_told_without_a_terminal_too(monkeypatch):
@@ -53,15 +53,34 @@ def test_what_takes_long_is_told_without_a_terminal_too(monkeypatch):
     monkeypatch.setattr(console, "SILENCE", 0.05)
     monkeypatch.setattr(console, "LINES", 0.05)  # of a program that has run for minutes, as all tests' may have
     with shown.status("reading"):
-        time.sleep(0.3)
-    assert "reading, 0 s" in shown.file.getvalue()
+        until(lambda: re.search(r"^reading, \d+ s$", shown.file.getvalue(), re.M))
     done = tell_of_compiling("joints for cpu")  # beside a bar
-    time.sleep(0.3)
+    until(lambda: re.search(r"^compiling joints for cpu, once, \d+ s$", shown.file.getvalue(), re.M))
     done()
     written = shown.file.getvalue()
-    assert "compiling joints for cpu, once, 0 s" in written
-    time.sleep(0.2)
+    ended("telling")
     assert shown.file.getvalue() == written
+
+
+def test_nothing_that_is_told_of_a_work_comes_behind_what_is_printed_after_it(monkeypatch):
+    writing, go_on = threading.Event(), threading.Event()
+
+    class Slow(io.StringIO):
+        def write(self, words: str) -> int:
+            if "reading" in words:
+                writing.set()
+                go_on.wait(PATIENCE)
+            return super().write(words)
+
+    shown = PlainConsole(file=Slow(), force_terminal=False)
+    monkeypatch.setattr(console, "SILENCE", 0.05)
+    monkeypatch.setattr(console, "LINES", 0.05)
+    with shown.status("reading"):
+        assert writing.wait(PATIENCE)
+        threading.Timer(MOMENT, go_on.set).start()
+    shown.file.write("wrote it\n")
+    until(lambda: "reading, " in shown.file.getvalue())
+    assert shown.file.getvalue().splitlines()[-1] == "wrote it"
 
 
 def test_compile_says_what_was_compiled_and_how_far_it_is(tmp_path):
@@ -113,13 +132,12 @@ def test_a_bar_says_its_last_line_again_while_nothing_is_new(monkeypatch):
     monkeypatch.setattr(console, "SILENCE", 0.1)
     monkeypatch.setattr(console, "LINES", 0.1)
     with Bar(shown) as bar:
-        time.sleep(0.4)
+        until(lambda: "getting ready\n" in shown.file.getvalue())
         bar.show(0.5, "1/2", "best 3")
-        time.sleep(0.4)
+        until(lambda: shown.file.getvalue().count("1/2: best 3\n") > 1)
     written = shown.file.getvalue()
-    assert "getting ready\n" in written
     assert written.endswith("1/2: best 3\n")
-    time.sleep(0.3)
+    ended("telling")
     assert shown.file.getvalue() == written
 
 
@@ -133,15 +151,15 @@ def test_a_slow_start_is_told_until_the_command_speaks(monkeypatch, command, tol
     monkeypatch.setattr(streams, "SLOW", 0.02)
     monkeypatch.setattr(streams, "AGAIN", 0.02)
     monkeypatch.setattr(console, "started", streams.started)
+    monkeypatch.setattr(streams, "time", SimpleNamespace(monotonic=lambda: 0.0))
     streams.tell_of_start()
-    time.sleep(0.3)
-    assert (len(written) > 2) is told
-    assert set(written) <= {b"starting warpmuscle, 0 s\n"}
+    if told:
+        until(lambda: len(written) > 2)
+    else:
+        for_a_moment()
+    assert set(written) == ({b"starting warpmuscle, 0 s\n"} if told else set())
     PlainConsole(file=io.StringIO()).print("read")
-    time.sleep(0.05)
-    count = len(written)
-    time.sleep(0.1)
-    assert len(written) == count
+    ended("starting")  # so that nothing follows
 
 
 def test_the_start_is_told_of_commands_that_there_are():

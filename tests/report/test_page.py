@@ -127,7 +127,6 @@ def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(brow
     path.write_text(report_html(Subject(result)))
     context = browser.new_context(viewport={"width": 1100, "height": 900}, offline=True)
     page = context.new_page()
-    page.set_default_timeout(60_000)
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("request", lambda request: problems.append(request.url) if request.url.startswith("http") else None)

@@ -2,7 +2,7 @@
 
 import ast
 import io
-import time
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,6 +12,7 @@ import warp as wp
 
 import warpmuscle as wm
 import warpmuscle.kernels
+from patience import MOMENT, PATIENCE, ended, for_a_moment, until
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.progress import Progress
@@ -127,10 +128,10 @@ def lines(terminal):
 
 def test_compiling_is_said_within_what_it_is_a_part_of(terminal):
     with said("searching"):
-        time.sleep(0.1)
+        until(lambda: lines(terminal)[-1:] == ["searching"])
         with compiling_reported("joints"):
-            time.sleep(0.1)
-        time.sleep(0.1)
+            until(lambda: lines(terminal)[-1] != "searching")
+        until(lambda: lines(terminal)[-1] == "searching")
     shown = lines(terminal)
     assert [line for line, before in zip(shown, ["", *shown[:-1]], strict=True) if line != before] == [
         "searching", "compiling joints, once (usually 5 to 20 s)", "searching",
@@ -139,13 +140,13 @@ def test_compiling_is_said_within_what_it_is_a_part_of(terminal):
 
 
 def test_nothing_is_said_of_what_is_short_or_where_nobody_reads(terminal, monkeypatch):
-    monkeypatch.setattr(kernel_cache, "LONG", 1.0)
+    monkeypatch.setattr(kernel_cache, "LONG", PATIENCE)
     with said("searching"):
         pass
     monkeypatch.setattr(kernel_cache, "LONG", 0.01)
     monkeypatch.setattr(terminal, "isatty", lambda: False)
     with said("searching") as line, progress_said(None, "searching", str) as tell:
-        time.sleep(0.05)
+        for_a_moment()
     assert line is tell is None
     assert terminal.getvalue() == ""
 
@@ -154,7 +155,7 @@ def test_what_listens_says_it_alone(terminal, monkeypatch):
     heard = []
     monkeypatch.setattr(kernel_cache, "_listeners", [lambda what: heard.append(what) or (lambda: None)])
     with compiling_reported("joints"), said("searching"):
-        time.sleep(0.05)
+        for_a_moment()
     assert heard == ["joints"]
     assert terminal.getvalue() == ""
 
@@ -162,7 +163,7 @@ def test_what_listens_says_it_alone(terminal, monkeypatch):
 def test_a_failure_leaves_the_line_empty(terminal):
     def fail():
         with said("searching"):
-            time.sleep(0.05)
+            until(lambda: lines(terminal))
             raise RuntimeError("failed")
 
     with pytest.raises(RuntimeError, match="failed"):
@@ -171,11 +172,27 @@ def test_a_failure_leaves_the_line_empty(terminal):
     assert not kernel_cache._lines
 
 
+def test_a_line_that_is_just_written_when_the_work_ends_does_not_stay(terminal, monkeypatch):
+    plain, writing, go_on = terminal.write, threading.Event(), threading.Event()
+
+    def slow(words):
+        writing.set()
+        go_on.wait(PATIENCE)
+        return plain(words)
+
+    monkeypatch.setattr(terminal, "write", slow)
+    with said("searching"):
+        assert writing.wait(PATIENCE)
+        threading.Timer(MOMENT, go_on.set).start()
+    ended("says what takes long")
+    assert "searching, " in terminal.getvalue()
+    assert terminal.getvalue().split("\r")[-1] == ""
+
+
 def test_a_search_from_python_says_how_far_it_is(terminal):
     with progress_said(None, "searching fwalk", Progress.in_words) as tell:
         tell(Progress(60, 26, 3, 2207.3, 1.0, 0.4, 2, 2300.0, 0))
-        time.sleep(0.1)
-    assert lines(terminal)[-1] == "searching: 26 of 60 candidates, best 2207.3"
+        until(lambda: lines(terminal)[-1:] == ["searching: 26 of 60 candidates, best 2207.3"])
 
 
 def test_a_run_from_python_says_what_it_does(terminal):
@@ -188,6 +205,6 @@ def test_what_a_user_gives_is_told_in_place_of_a_line(terminal):
     heard = []
     with progress_said(heard.append, "searching", str) as tell:
         tell(3)
-        time.sleep(0.05)
+        for_a_moment()
     assert heard == [3]
     assert terminal.getvalue() == ""

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from live_viewer import PATIENCE, until
+from live_viewer import TOLD, until
+from patience import for_a_moment
 from warpmuscle.formats import load
 from warpmuscle.kernels.algebra.spline import curve_value
 from warpmuscle.kernels.structs import Knot
@@ -31,7 +32,6 @@ def live() -> Iterator[Live]:
 
 def opened(browser: Any, live: Live, width: int, height: int) -> Any:
     page = browser.new_page(viewport={"width": width, "height": height})
-    page.set_default_timeout(1000.0 * PATIENCE)
     page.problems = []
     page.on("pageerror", lambda error: page.problems.append(str(error)))
     page.on("console", lambda message: page.problems.append(message.text) if message.type == "error" else None)
@@ -92,9 +92,10 @@ def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
     until(lambda: rows.locator("input[type=number]").input_value() == "5")
     page.get_by_role("button", name="undo", exact=True).first.click()
     until(lambda: gain() > 8.0)
+    page.evaluate(TOLD)
     rows.locator("input[type=number]").fill("-3")
     page.keyboard.press("Enter")
-    page.get_by_role("alert").get_by_text("refused").wait_for()
+    until(lambda: "refused" in str(page.evaluate("told")))
     assert gain() > 8.0
     assert found(page, "no such words").count() == 0
     assert page.locator("#numbers > p").inner_text() == "nothing is called so"
@@ -146,7 +147,7 @@ def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     page.mouse.down()
     for part in (0.8, 0.9, 0.97, 0.99):
         page.mouse.move(box["x"] + part * box["width"], box["y"] + 8)
-        page.wait_for_timeout(150)
+        for_a_moment()
         assert slider.get_attribute("max") == reach  # it does not run away under the hand
     page.mouse.up()
     until(lambda: slider.get_attribute("max") != reach)

@@ -10,7 +10,6 @@ import socket
 import struct
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -31,6 +30,7 @@ from live_viewer import (
     until,
     used,
 )
+from patience import for_a_moment
 from warpmuscle.view.live import Live
 from warpmuscle.view.live_run import TURN_RATE
 from warpmuscle.view.messages import LARGEST
@@ -125,7 +125,7 @@ def test_values_of_a_page_are_bounded_and_steering_is_a_ramp(live):
             with live.lock:
                 heading, now = live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0], live.run.time
             assert heading <= TURN_RATE * now + 1e-6
-            time.sleep(0.05)
+            for_a_moment()
         until(lambda: live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0] > 0.05)
         client.send(used(live, live.turned, 0))
         until(lambda: live.run.turned == 0.0)
@@ -220,5 +220,6 @@ def test_garbage_does_not_fill_the_terminal(tmp_path):
         "the viewer refused a message",
         "the viewer refused a request",
     ]
-    assert len(errors.splitlines()) < 20  # of which Warp says most
+    waited = [line for line in errors.splitlines() if re.search(r", \d+ s$", line)]  # on a slow machine
+    assert len(errors.splitlines()) - len(waited) < 20  # of which Warp says most
     assert errors.replace("\n", "").isprintable()

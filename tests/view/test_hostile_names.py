@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 import hostile
-from live_viewer import PATIENCE
 from warpmuscle.plots.subject import Subject
 from warpmuscle.report.page import report_html
 from warpmuscle.scene.validation.scene import check_scene
@@ -77,7 +76,6 @@ def shown(browser: Any, viewer: Viewer, look: Callable[[Any], None]) -> None:
     """Look at a viewer in a browser; nothing may go wrong there."""
     viewer.start()
     page = browser.new_page(viewport={"width": 420, "height": 700})
-    page.set_default_timeout(1000.0 * PATIENCE)
     found = hostile.watched(page)
     page.goto(viewer.url)
     page.evaluate("warpmuscle.ready")

@@ -45,7 +45,6 @@ def page_of_two(browser, walk, tmp_path_factory):
     # What waits for a condition evaluates text in the page, which its policy forbids; that is tested below.
     context = browser.new_context(viewport={"width": 640, "height": 480}, offline=True, bypass_csp=True)
     page = context.new_page()
-    page.set_default_timeout(60_000)
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("request", lambda request: problems.append(request.url) if not request.url.startswith("file:") else None)
@@ -299,7 +298,6 @@ def test_many_bipeds_are_drawn_whole_but_coarsely(browser, walk, tmp_path):
     path = tmp_path / "many.html"
     path.write_text(page_of_sights([walk] * 16).text)
     page = browser.new_page(viewport={"width": 480, "height": 320}, offline=True)
-    page.set_default_timeout(60_000)
     page.goto(path.as_uri())
     page.evaluate("warpmuscle.ready.then(() => { warpmuscle.play(false); warpmuscle.seek(0.3); })")
     now = drawn(page)

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from live_viewer import PATIENCE, until
+from live_viewer import TOLD, until
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
 from warpmuscle.view.controls import Slider
@@ -27,7 +27,6 @@ def opened(browser: Any, viewer: Viewer) -> Iterator[tuple[Any, Any]]:
     """The viewer, and a page that shows it."""
     viewer.start()
     page = browser.new_page(viewport={"width": 640, "height": 420})
-    page.set_default_timeout(1000.0 * PATIENCE)
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
@@ -88,14 +87,15 @@ def test_live_biped_walks_in_real_time_and_what_is_shown_is_what_is_simulated(li
 
 def test_live_biped_is_pushed_and_told_by_a_slider_of_others(live):
     viewer, page = live
+    before = len(viewer.pushes)
     page.get_by_role("button", name="Push", exact=True).click()
-    until(lambda: len(viewer.pushes) == 1)
-    np.testing.assert_allclose(np.linalg.norm(viewer.pushes[0]), 20.0, rtol=1e-6)
-    assert viewer.pushes[0][0] > 15.0  # to the left
+    until(lambda: len(viewer.pushes) == before + 1)
+    np.testing.assert_allclose(np.linalg.norm(viewer.pushes[-1]), 20.0, rtol=1e-6)
+    assert viewer.pushes[-1][0] > 15.0  # to the left
     run = viewer.run.rollout.state
     steps = np.diff(run.push_steps.numpy()[0])[0]  # what that does to the walk is shown in test_live_run.py
     impulse = run.push.numpy()[0] * steps * viewer.run.scene.time_step
-    np.testing.assert_allclose(impulse, viewer.pushes[0], rtol=1e-5)
+    np.testing.assert_allclose(impulse, viewer.pushes[-1], rtol=1e-5)
     box = page.get_by_label("wish, number")
     box.fill("1.25")
     box.press("Enter")
@@ -104,6 +104,34 @@ def test_live_biped_is_pushed_and_told_by_a_slider_of_others(live):
     until(lambda: viewer.speed == 0.5)
     page.select_option("#speed", "1")
     until(lambda: viewer.speed == 1.0)
+
+
+HELD = """(() => { const Plain = WebSocket;
+    window.WebSocket = class extends Plain {
+        get readyState() { return window.isOpen ? super.readyState : Plain.CONNECTING; }
+        set onopen(act) { window.letOpen = () => { window.isOpen = true; act(); }; }
+    }; })()"""
+
+
+def test_what_is_clicked_while_the_socket_opens_is_done_once_it_is_open(live, browser):
+    """A page can be used before; what it sets for itself meanwhile is not for the other pages."""
+    viewer, page = live
+    page.select_option("#speed", "0.5")
+    until(lambda: viewer.speed == 0.5)
+    other, before = browser.new_page(viewport={"width": 640, "height": 420}), len(viewer.pushes)
+    other.add_init_script(HELD)
+    other.goto(viewer.url)
+    other.evaluate("warpmuscle.ready")
+    other.get_by_role("button", name="Push", exact=True).click()
+    until(lambda: state(other)["received"] > 0)
+    assert len(viewer.pushes) == before
+    other.evaluate("letOpen()")
+    until(lambda: len(viewer.pushes) == before + 1)
+    other.close()
+    assert viewer.speed == 0.5
+    page.select_option("#speed", "1")
+    until(lambda: viewer.speed == 1.0)
+    viewer.restart()
 
 
 DRAG = """([dx, dy, ctrl]) => { const scene = document.getElementById('scene'), [x, y] = warpmuscle.state().places[0];
@@ -117,8 +145,8 @@ DRAG = """([dx, dy, ctrl]) => { const scene = document.getElementById('scene'), 
 
 def test_live_biped_is_pushed_where_it_is_dragged_to(live):
     viewer, page = live
-    page.evaluate("warpmuscle.look('front')")
-    page.wait_for_timeout(200)
+    pictures = page.evaluate("warpmuscle.look('front'); warpmuscle.state().pictures")
+    until(lambda: state(page)["pictures"] > pictures)  # so that the body is where the drag begins
     before, yaw = len(viewer.pushes), state(page)["camera"]["yaw"]
     page.evaluate(DRAG, [40, 0, True])
     until(lambda: len(viewer.pushes) == before + 1)
@@ -181,7 +209,6 @@ def test_live_sliders_are_found_bound_by_the_parameters_and_count(live):
 def test_what_one_page_moves_another_one_shows(live, browser):
     viewer, page = live
     other = browser.new_page(viewport={"width": 390, "height": 700})
-    other.set_default_timeout(1000.0 * PATIENCE)
     other.goto(viewer.url)
     other.evaluate("warpmuscle.ready")
     until(lambda: state(other)["received"] > 0)
@@ -218,15 +245,15 @@ def test_page_says_so_when_the_simulation_ends_and_the_address_of_the_next_goes_
     viewer = Live(LiveRun(load("fwalk")), port=0)
     viewer.start()
     page = browser.new_page(viewport={"width": 500, "height": 400})
-    page.set_default_timeout(1000.0 * PATIENCE)
     page.goto(viewer.url)
     page.evaluate("warpmuscle.ready")
     until(lambda: state(page)["received"] > 2)
+    page.evaluate(TOLD)
     viewer.server._loop.call_soon_threadsafe(next(iter(viewer.server._clients)).transport.abort)
-    page.get_by_role("alert").get_by_text("has ended").wait_for()
+    until(lambda: "has ended" in str(page.evaluate("told")))
     before = state(page)["received"]
     until(lambda: state(page)["received"] > before)  # it seeks its server by itself
-    assert not page.get_by_role("alert").is_visible()
+    until(lambda: not page.get_by_role("alert").is_visible())
     viewer.stop()
     page.get_by_role("alert").get_by_text("open the address that it prints").wait_for()
     again = Live(LiveRun(load("fwalk")), port=viewer.server.port)
@@ -241,7 +268,8 @@ def test_page_says_so_when_the_simulation_ends_and_the_address_of_the_next_goes_
 def test_address_of_another_machine_taken_ports_and_missing_websockets_are_one_clear_error(monkeypatch):
     with pytest.raises(Error, match=r"cannot listen at 203\.0\.113\.1: "):
         replay_viewer("page", "203.0.113.1", 8080)
-    first, second = (replay_viewer("page", port=18080) for _ in range(2))
+    first = replay_viewer("page", port=0)
+    second = replay_viewer("page", port=first.server.port)
     assert second.server.port > first.server.port
     first.stop()
     second.stop()

@@ -1,11 +1,12 @@
 """The page that is open while a motion is made ready: what it shows, says, and how it gives way."""
 
-import time
+import re
 
 import msgspec
 import numpy as np
 import pytest
 
+import patience
 from warpmuscle.core.pose import multiply
 from warpmuscle.formats import load
 from warpmuscle.scene.parameters import start_values, substitute
@@ -63,20 +64,22 @@ def until(page, expression, holds):
     """Wait until what a page computes is as it should be; its policy has no strings run as code by itself."""
     from playwright.sync_api import Error
 
-    end = time.monotonic() + 60.0
-    while time.monotonic() < end:
+    def there():
         try:
-            if holds(page.evaluate(expression)):
-                return
+            return holds(page.evaluate(expression))
         except Error as gone:  # it is being loaded anew
             if "context" not in str(gone):
                 raise
-        time.sleep(0.05)
-    raise AssertionError("it never came to that")
+            return False
+
+    patience.until(there)
+
+
+MESSAGE = "document.getElementById('message')?.textContent ?? ''"
 
 
 def says(page, words):
-    until(page, "document.getElementById('message')?.textContent ?? ''", lambda text: words in text)
+    until(page, MESSAGE, lambda text: words in text)
 
 
 def test_page_says_what_is_done_and_gives_way_to_the_motion(waiting, scene):
@@ -85,7 +88,7 @@ def test_page_says_what_is_done_and_gives_way_to_the_motion(waiting, scene):
     assert not waiting.locator("#bar").is_visible()
     waiting.waiting.say("compiling <b>56 muscles</b>")
     says(waiting, "compiling <b>56 muscles</b>")
-    says(waiting, "muscles</b>, 1 s")
+    until(waiting, MESSAGE, lambda text: re.search(r"muscles</b>, [1-9]\d* s$", text))
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=50.0)
     rollout.run()
     replay_viewer(replay_html(rollout.recording(), scene), server=waiting.waiting.server)

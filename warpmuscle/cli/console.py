@@ -37,18 +37,21 @@ class _Lines:
 
     def __init__(self, text: Callable[[], str], console: PlainConsole) -> None:
         self._text, self._console, self._begin = text, console, time.monotonic()
-        self._ended = threading.Event()
-        threading.Thread(target=self._tell, daemon=True).start()
+        self._ended, self._telling = threading.Event(), threading.Lock()
+        threading.Thread(target=self._tell, name="telling", daemon=True).start()
 
     def _tell(self) -> None:
         pause = between_lines() - (time.monotonic() - self._console.said)  # of what was told before
         while not self._ended.wait(max(pause, min(BRIEF, between_lines()))):
             pause = between_lines()
-            self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
+            with self._telling:
+                if not self._ended.is_set():
+                    self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
 
     def end(self) -> None:
         """Say no more."""
-        self._ended.set()
+        with self._telling:  # else a line that is just printed would come behind what is printed next
+            self._ended.set()
 
 
 class _Timed:

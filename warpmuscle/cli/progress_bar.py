@@ -42,7 +42,7 @@ class Bar:
 
     def __init__(self, console: Console = log) -> None:
         self._console, self._line, self._text = console, time.monotonic(), "getting ready"
-        self._ended = threading.Event()
+        self._ended, self._telling = threading.Event(), threading.Lock()
         self._bars = Bars(
             TextColumn("{task.fields[done]}", markup=False),
             BarColumn(bar_width=BAR, table_column=Column(no_wrap=True)),
@@ -64,12 +64,14 @@ class Bar:
 
     def _repeat(self) -> None:
         while not self._ended.wait(max(between_lines() - (time.monotonic() - self._line), SHORTEST)):
-            if time.monotonic() - self._line > between_lines():
-                self._line = time.monotonic()
-                self._console.print(self._text)
+            with self._telling:
+                if time.monotonic() - self._line > between_lines() and not self._ended.is_set():
+                    self._line = time.monotonic()
+                    self._console.print(self._text)
 
     def __exit__(self, *_: object) -> None:
-        self._ended.set()
+        with self._telling:
+            self._ended.set()
         if self._bars.live.is_started:
             self._bars.stop()
 

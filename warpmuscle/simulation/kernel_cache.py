@@ -90,20 +90,23 @@ class Line:
 
     def __init__(self, text: str) -> None:
         self.text, self._begin, self._width = text, time.monotonic(), 0
-        self._over = threading.Event()
+        self._over, self._writing = threading.Event(), threading.Lock()
         threading.Thread(target=self._write, name="says what takes long", daemon=True).start()
 
     def end(self) -> None:
         """Leave the line empty, with the cursor at its begin."""
-        self._over.set()
-        if self._width:
-            self._put("")
-            self._put("")
+        with self._writing:  # else a line that is just written would stay
+            self._over.set()
+            if self._width:
+                self._put("")
+                self._put("")
 
     def _write(self) -> None:
         pause = LONG
         while not self._over.wait(pause):
-            self._put(printable(f"{self.text}, {time.monotonic() - self._begin:.0f} s")[:WIDEST])
+            with self._writing:
+                if not self._over.is_set():
+                    self._put(printable(f"{self.text}, {time.monotonic() - self._begin:.0f} s")[:WIDEST])
             pause = EACH
 
     def _put(self, words: str) -> None:

@@ -54,7 +54,6 @@ def test_a_page_shows_balls_and_forces_where_they_were_measured(browser, walk, t
     sight = Sight("walk", walk.recording, walk.scene, measured=measured(times))
     (tmp_path / "a.html").write_text(page_of_sights([sight]).text)
     page = browser.new_page(viewport={"width": 500, "height": 400})
-    page.set_default_timeout(60_000)
     page.goto((tmp_path / "a.html").as_uri() + "?frame=3")
     page.evaluate("warpmuscle.ready")
 

@@ -26,14 +26,18 @@ class Live {
     this.editor = editable ? new Editor(this, spec.edits, document.getElementById("side")) : null;
     document.getElementById("side").hidden = !document.getElementById("side").children.length;
     this.pushing = new Pushing(this);
-    this.connect();
   }
 
+  // Once the page is made: what it sets for itself until then is not for the simulation, nor for its other pages.
   connect() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.socket = new WebSocket(`${scheme}://${location.host}/`, [this.spec.protocol]);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => tell("");
+    this.unsaid = [];
+    this.socket.onopen = () => {
+      tell("");
+      for (const message of this.unsaid.splice(0)) this.say(message);
+    };
     this.socket.onmessage = (event) => (typeof event.data === "string" ? this.hear(JSON.parse(event.data)) : this.take(event.data));
     this.socket.onclose = () => {
       tell("The simulation has ended, or cannot be reached. Start it again, and open the address that it prints.");
@@ -109,7 +113,9 @@ class Live {
 
   say(message) {
     this.sayWaiting();
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    const { OPEN, CONNECTING } = WebSocket, now = this.socket?.readyState;
+    if (now === OPEN) this.socket.send(JSON.stringify(message));
+    else if (now === CONNECTING) this.unsaid.push(message); // the page can be used before
   }
 
   // The same, of many messages of one key in a short time only the last.

@@ -37,6 +37,7 @@ class Player {
     this.play(this.playing);
     this.fit();
     this.follow(asked);
+    this.live?.connect();
     window.addEventListener("resize", () => !this.camera.touched && this.fit());
     requestAnimationFrame((now) => this.tick(now));
     if (content.waiting) this.waiting = new Waiting(content.waiting);
