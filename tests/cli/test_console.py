@@ -67,7 +67,7 @@ def test_nothing_that_is_told_of_a_work_comes_behind_what_is_printed_after_it(mo
 
     class Slow(io.StringIO):
         def write(self, words: str) -> int:
-            if "reading" in words:
+            if "compiling" in words:
                 writing.set()
                 go_on.wait(PATIENCE)
             return super().write(words)
@@ -75,11 +75,13 @@ def test_nothing_that_is_told_of_a_work_comes_behind_what_is_printed_after_it(mo
     shown = PlainConsole(file=Slow(), force_terminal=False)
     monkeypatch.setattr(console, "SILENCE", 0.05)
     monkeypatch.setattr(console, "LINES", 0.05)
-    with shown.status("reading"):
-        assert writing.wait(PATIENCE)
-        threading.Timer(MOMENT, go_on.set).start()
+    monkeypatch.setattr(console, "log", shown)
+    done = tell_of_compiling("joints for cpu")
+    assert writing.wait(PATIENCE)
+    threading.Timer(MOMENT, go_on.set).start()
+    done()
     shown.file.write("wrote it\n")
-    until(lambda: "reading, " in shown.file.getvalue())
+    until(lambda: "compiling" in shown.file.getvalue())
     assert shown.file.getvalue().splitlines()[-1] == "wrote it"
 
 
