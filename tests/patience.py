@@ -20,9 +20,9 @@ def until(condition: Callable[[], object], process: Any = None) -> None:
         time.sleep(0.02)
 
 
-def for_a_moment() -> None:
-    """Give what must not happen a chance to; what must happen is waited for by `until`."""
-    time.sleep(MOMENT)
+def for_a_moment(seconds: float = MOMENT) -> None:
+    """Give what must not happen a chance to, or let any moment come; what must happen is waited for by `until`."""
+    time.sleep(seconds)
 
 
 def ended(name: str) -> None:

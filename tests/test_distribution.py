@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE
+
 ROOT = Path(__file__).parents[1]
 SOURCES = ("warpmuscle", "pyproject.toml", "setup.py", "README.md", "LICENSE")
 
@@ -25,7 +27,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
         subprocess.run(["cp", "-r", str(ROOT / name), str(copy)], check=True)
     done = subprocess.run(
         [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(copy)],
-        capture_output=True, text=True, timeout=300,
+        capture_output=True, text=True, timeout=PATIENCE,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     return folder
@@ -55,7 +57,7 @@ def test_the_wheel_runs_from_an_empty_folder(built: Path, tmp_path: Path):
 
     def run(*words: str) -> str:
         command = [sys.executable, "-m", "warpmuscle", *words]
-        done = subprocess.run(command, cwd=empty, env=variables, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(command, cwd=empty, env=variables, capture_output=True, text=True, timeout=PATIENCE)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 

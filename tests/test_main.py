@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE
 from warpmuscle.core.interruption import INTERRUPTED
 
 # Python, in which Ctrl-C comes at the moment at which a module is looked for.
@@ -33,7 +34,7 @@ def interrupted(
     start: str, module: str, handler: str = "default_int_handler", argument: str = "--help"
 ) -> subprocess.CompletedProcess[str]:
     code = CTRL_C.format(module=module, handler=handler, argument=argument) + start
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE)
 
 
 @pytest.mark.parametrize("start", [MODULE, SCRIPT], ids=["python -m", "script"])

@@ -13,6 +13,7 @@ import pytest
 from setuptools import find_packages
 
 import warpmuscle as wm
+from patience import PATIENCE
 from warpmuscle.formats import scene_names
 
 ROOT = Path(__file__).parents[1]
@@ -28,12 +29,14 @@ print(fibre_force)
 def warpmuscle(*words: str, **variables: str) -> subprocess.CompletedProcess[str]:
     """Run `python -m warpmuscle`."""
     command = [sys.executable, "-m", "warpmuscle", *words]
-    return subprocess.run(command, env=os.environ | variables, capture_output=True, text=True, timeout=300)
+    return subprocess.run(command, env=os.environ | variables, capture_output=True, text=True, timeout=PATIENCE)
 
 
 def test_the_package_lists_what_it_offers_before_it_is_imported():
     code = "import warpmuscle; print(*dir(warpmuscle))"
-    listed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300).stdout.split()
+    listed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE
+    ).stdout.split()
     assert set(wm.__all__) <= set(listed)
     assert [name for name in listed if not name.startswith("_")] == [n for n in sorted(wm.__all__) if n[0] != "_"]
 
@@ -68,7 +71,7 @@ def test_nothing_needs_the_links_at_the_top(tmp_path: Path):
     for name in ("kernels", "scenes"):
         (tmp_path / name).write_text(f"warpmuscle/{name}")
     code = "import warpmuscle as wm, warpmuscle.kernels as k; print(k.__file__); wm.load('walk56')"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert Path(done.stdout.strip()) == tmp_path / "warpmuscle" / "kernels" / "__init__.py"
 
@@ -82,7 +85,7 @@ def test_the_first_clone_on_the_path_brings_its_own_kernels(tmp_path: Path):
     code = f"from importlib import import_module; print({', '.join(packages)})"
     given = os.environ | {"PYTHONPATH": str(copied)}
     command = [sys.executable, "-c", code]
-    done = subprocess.run(command, cwd=elsewhere, env=given, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=elsewhere, env=given, capture_output=True, text=True, timeout=PATIENCE)
     assert done.stdout.count(str(copied)) == 2, done.stdout + done.stderr
 
 
@@ -92,7 +95,7 @@ def test_a_type_checker_of_a_user_knows_the_types_of_what_is_installed(checker: 
     (tmp_path / "mine.py").write_text(USER_FILE)
     own = ["--pythonpath", sys.executable] if checker == "pyright" else []  # else it asks the `python` of the path
     command = [sys.executable, "-m", checker, *own, "mine.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     told = done.stdout + done.stderr
     assert done.returncode == 0, told
     assert re.search(r"mine\.py:4\b.*\bScene\b", told), told

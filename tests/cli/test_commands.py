@@ -3,15 +3,15 @@
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from child_signals import hear_signals
+from child_signals import running
 from command_line import run
+from patience import PATIENCE, until
 from warpmuscle.formats import load, toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
@@ -224,12 +224,10 @@ def test_a_scene_is_not_written_over_what_it_is_read_from(arguments, tmp_path):
 def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
     code = "from warpmuscle.cli.program import main; main()"
     command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
-    with subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_signals
-    ) as process:
+    with running(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         wait_until_it_grows(tmp_path / "part.h5.journal", process)
         process.send_signal(signal.SIGINT)
-        shown, errors = process.communicate(timeout=60)
+        shown, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
     assert "of 100000 candidates" in shown
     with h5py.File(tmp_path / "part.h5") as file:
@@ -239,9 +237,12 @@ def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
 def wait_until_it_grows(journal: Path, process: subprocess.Popen) -> None:
     """Wait until a search has begun its journal and added a generation to it."""
     sizes: set[int] = set()
-    while len(sizes) < 2 and process.poll() is None:
-        time.sleep(0.1)
-        sizes |= {journal.stat().st_size} if journal.exists() else set()
+
+    def grows() -> bool:
+        sizes.update({journal.stat().st_size} if journal.exists() else ())
+        return len(sizes) > 1
+
+    until(grows, process)
 
 
 def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):

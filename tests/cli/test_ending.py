@@ -1,6 +1,7 @@
 import subprocess
 import sys
 
+from patience import PATIENCE
 from warpmuscle.core.interruption import INTERRUPTED
 
 BROKEN_LOCK = """
@@ -18,7 +19,7 @@ run_to_end(work)
 
 def ended(raised: str) -> subprocess.CompletedProcess[str]:
     code = BROKEN_LOCK.format(raised=raised)
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE)
 
 
 def test_what_an_interruption_has_broken_ends_as_interrupted():

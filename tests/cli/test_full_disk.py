@@ -3,6 +3,7 @@
 import ctypes
 import errno
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from environment import NO_BYTE_CODE
+from patience import PATIENCE
 from small_disk import disk_of
 from small_result import search_result, walk_result
 from synergy.synthetic_emg import raw_emg, write_csv
@@ -168,11 +170,11 @@ def limited(*arguments, cwd, shell="", **environment):
         env=os.environ | environment | {NO_BYTE_CODE: "1"},  # Python would leave it cut off, for others to read
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
         check=False,
     )
     lines = [line for line in done.stderr.splitlines() if line.strip()]
-    return done.returncode, [line for line in lines if not line.startswith(("simulating", "compiling "))]
+    return done.returncode, [line for line in lines if not re.search(r"^(simulating|compiling )|, \d+ s$", line)]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import ezc3d
 import numpy as np
 import pytest
 
+from patience import PATIENCE
 from small_result import walk_result
 from warpmuscle.results.result import write
 from warpmuscle.synergy.c3d import read_c3d
@@ -40,7 +41,7 @@ def command(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line as the installed script starts it: without the current folder among those of modules."""
     code = "from warpmuscle.cli.program import main; main()"
     whole = [sys.executable, "-P", "-c", code, *map(str, arguments)]
-    return subprocess.run(whole, capture_output=True, text=True, timeout=300)
+    return subprocess.run(whole, capture_output=True, text=True, timeout=PATIENCE)
 
 
 def test_mark_is_left_where_a_process_does_import_from_the_current_folder(poisoned):
@@ -79,7 +80,7 @@ def test_module_as_a_command_takes_no_package_from_the_current_folder(tmp_path, 
     for name in ("numpy", "h5py", "typer", "rich", "msgspec", "matplotlib"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('this should not run')\n")
     monkeypatch.chdir(tmp_path)
-    done = subprocess.run([sys.executable, "-m", "warpmuscle", "info", "fwalk"], capture_output=True, timeout=300)
+    done = subprocess.run([sys.executable, "-m", "warpmuscle", "info", "fwalk"], capture_output=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
 
 
@@ -89,7 +90,7 @@ def test_figures_do_not_follow_a_matplotlibrc_of_the_current_folder(poisoned, tm
         done = subprocess.run(
             [sys.executable, "-P", "-c", "from warpmuscle.cli.program import main; main()",
              "plot", str(tmp_path / "run.h5"), "--what", "joints", "-o", str(folder / "joints.svg")],
-            cwd=folder, capture_output=True, text=True, timeout=300,
+            cwd=folder, capture_output=True, text=True, timeout=PATIENCE,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
     assert (poisoned / "joints.svg").read_bytes() == (tmp_path / "joints.svg").read_bytes()

@@ -1,34 +1,37 @@
 """What becomes of a search whose output nobody takes, or that a signal ends: its work is kept."""
 
+import contextlib
 import os
 import pty
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from child_signals import hear_signals
+from child_signals import hear_signals, running
+from patience import PATIENCE, until
 from warpmuscle.cli.streams import _Steady
 from warpmuscle.results.result import read
 
 PROGRAM = [sys.executable, "-c", "from warpmuscle.cli.program import main; main()"]
 SHORT = [*PROGRAM, "optimize", "fwalk", "--candidates", "2", "--duration", "0.02", "-o", "out.h5"]
-LONG = [*PROGRAM, "optimize", "fwalk", "--duration", "0.02", "--search", "random", "--until", "100s", "-o", "out.h5"]
+LONG = [*PROGRAM, "optimize", "fwalk", "--duration", "0.02", "--search", "random", "--until", "1h", "-o", "out.h5"]
 
 
 def in_shell(script: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a script in which "$@" is a short search."""
     command = ["bash", "-c", f"set -o pipefail; {script}", "bash", *SHORT]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
 @pytest.mark.parametrize(
     ("script", "code"),
     [
-        pytest.param('"$@" 2>&1 | true', 141, id="reader gone"),
+        pytest.param(
+            '{ until [ -e gone ]; do sleep 0.02; done; "$@"; } 2>&1 | { exec <&-; touch gone; }', 141, id="reader gone"
+        ),
         pytest.param('"$@" <&- >&- 2>&-', 0, id="all closed", marks=pytest.mark.long),
         pytest.param('"$@" 2>/dev/full', 0, id="no room for errors", marks=pytest.mark.long),
     ],
@@ -47,12 +50,11 @@ def begun(folder: Path) -> bool:
 
 def test_a_hangup_keeps_what_was_found_and_says_so_in_a_file(tmp_path):
     """Shells repeat the hangup of their terminal; the second one must not end the writing of the result."""
-    with (tmp_path / "log").open("w") as log:
-        process = subprocess.Popen(LONG, cwd=tmp_path, stdout=log, stderr=log, preexec_fn=hear_signals)
-        wait_for(lambda: begun(tmp_path), process)
+    with (tmp_path / "log").open("w") as log, running(LONG, cwd=tmp_path, stdout=log, stderr=log) as process:
+        until(lambda: begun(tmp_path), process)
         process.send_signal(signal.SIGHUP)
         process.send_signal(signal.SIGHUP)
-        assert process.wait(timeout=60) == 128 + signal.SIGHUP
+        assert process.wait(timeout=PATIENCE) == 128 + signal.SIGHUP
     said = (tmp_path / "log").read_text()
     assert "ended by SIGHUP" in said
     assert "wrote out.h5" in said
@@ -69,22 +71,17 @@ def test_a_terminal_that_vanishes_does_not_take_the_work_with_it(tmp_path):
         os.chdir(tmp_path)
         os.execv(LONG[0], LONG)
     os.set_blocking(terminal, False)
-    deadline = time.monotonic() + 60.0
-    while not begun(tmp_path) and time.monotonic() < deadline:
-        try:
+
+    def read_on() -> bool:
+        with contextlib.suppress(BlockingIOError):
             os.read(terminal, 65536)
-        except BlockingIOError:
-            time.sleep(0.05)
+        return begun(tmp_path)
+
+    until(read_on)
     os.close(terminal)
     _, status = os.waitpid(pid, 0)
     assert os.waitstatus_to_exitcode(status) == 128 + signal.SIGHUP
     assert read(tmp_path / "out.h5").replays
-
-
-def wait_for(condition, process: subprocess.Popen) -> None:
-    deadline = time.monotonic() + 60.0
-    while not condition() and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.05)
 
 
 def test_a_terminal_that_another_program_made_non_blocking_gets_all_of_it():
@@ -100,4 +97,4 @@ def test_a_terminal_that_another_program_made_non_blocking_gets_all_of_it():
     while sent < len(data):
         sent += stream.write(data[sent:])
     stream.close()
-    assert child.communicate(timeout=30)[0].split() == [b"300000"]
+    assert child.communicate(timeout=PATIENCE)[0].split() == [b"300000"]

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from patience import PATIENCE
 from small_result import march, search_result, walk_scene, with_arrays
 from warpmuscle.cli import optimize as command
 from warpmuscle.cli.optimize import _print_result, stands_still
@@ -88,7 +89,7 @@ def test_what_shows_walks_is_imported_once_while_a_batch_runs(monkeypatch: pytes
         tell(replace(ready, alive=alive))
     for thread in threading.enumerate():
         if thread.daemon and thread is not threading.current_thread() and "import" in thread.name:
-            thread.join(10.0)
+            thread.join(PATIENCE)
     assert imported == ["warpmuscle.report.before_after"]
     assert [progress.alive for progress in told] == [0, 3, 2]
 

@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from patience import PATIENCE
 from warpmuscle.core import hdf5
 from warpmuscle.core.errors import Error, ResultError
 from warpmuscle.core.limits import LIMITS
@@ -174,4 +175,4 @@ def test_an_error_that_is_kept_stops_no_other_thread(small_result_file: Path, tm
             opened.set()
 
     threading.Thread(target=open_another, daemon=True).start()
-    assert opened.wait(10.0), f"h5py's lock is held by {kept.value}"
+    assert opened.wait(PATIENCE), f"h5py's lock is held by {kept.value}"

@@ -7,6 +7,7 @@ import h5py
 import pytest
 from threadpoolctl import threadpool_info
 
+from patience import PATIENCE
 from small_result import search_result
 from warpmuscle.core.machine import _processor, this_machine
 from warpmuscle.results.result import read, write
@@ -28,7 +29,7 @@ def test_names_processor_and_blas_of_numpy():
 def test_kernels_of_blas_are_told_apart(monkeypatch):
     monkeypatch.setenv("OPENBLAS_CORETYPE", "Nehalem")  # which every processor of this architecture has
     code = "from warpmuscle.core.machine import this_machine; print(this_machine()['blas'])"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert found.stdout.strip().endswith(", Nehalem kernels")
 
 

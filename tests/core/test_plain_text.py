@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from rich.table import Table
 
+from patience import PATIENCE
 from warpmuscle.cli.console import PlainConsole, marked
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error, ResultError, SceneError, SignalError
@@ -76,7 +77,7 @@ def test_every_error_is_one_line_without_escapes(error):
 def run(*arguments: object, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
     code = "from warpmuscle.cli.program import main; main()"
     return subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)], cwd=folder, capture_output=True, timeout=300,
+        [sys.executable, "-c", code, *map(str, arguments)], cwd=folder, capture_output=True, timeout=PATIENCE,
         env=os.environ | environment,
     )  # fmt: skip
 

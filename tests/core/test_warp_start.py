@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE
 from warpmuscle.core.warp_start import FOLDERS, NO_DRIVER, _absolute_folders, _without
 
 USES = {
@@ -22,7 +23,7 @@ USES = {
 
 @pytest.mark.parametrize("code", USES.values(), ids=USES)
 def test_nothing_of_warp_is_printed(code: str):
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     for words in ("Warp 1", "Devices:", "CUDA", "Module "):
         assert words not in done.stdout + done.stderr
@@ -32,7 +33,7 @@ def test_nothing_of_warp_is_printed(code: str):
 
 def test_a_level_of_words_that_the_user_chose_stays():
     code = f"import warp as wp; wp.config.log_level = wp.LOG_DEBUG; {USES['a rollout']}"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE)
     assert "Kernel cache:" in done.stdout + done.stderr
 
 
@@ -52,7 +53,7 @@ def test_what_was_said_before_a_failure_comes_through(capfd: pytest.CaptureFixtu
 
 def test_warp_starts_where_there_is_no_error_stream(tmp_path: Path):
     code = "import os; os.close(2); import warpmuscle as wm; wm.Rollout(wm.load('fwalk'), 1, 'cpu'); print('there')"
-    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, timeout=300)
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, timeout=PATIENCE)
     assert done.stdout == "there\n"
 
 
@@ -80,7 +81,7 @@ def test_kernels_are_not_compiled_into_the_current_folder(name: str, folder: str
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
         cwd=tmp_path,
         env=kept | {name: folder},
     )
@@ -94,5 +95,7 @@ def test_a_folder_for_kernels_from_the_root_on_is_used(tmp_path: Path):
         "from warpmuscle.core.warp_start import start_warp as f; f(); import warp; print(warp.config.kernel_cache_dir)"
     )
     environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, env=environment)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, env=environment
+    )
     assert Path(done.stdout.strip()).is_relative_to(tmp_path / "kernels")

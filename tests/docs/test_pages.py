@@ -17,6 +17,7 @@ from pages import PAGES, ROOT, SHELL, Block, blocks, is_ours, split
 from typer.main import get_command
 
 from command_line import as_in_a_process
+from patience import PATIENCE
 from session import work_through
 from warpmuscle.cli.program import app
 from warpmuscle.core.decoding import to_type
@@ -168,7 +169,7 @@ def test_the_site_builds_without_a_warning(tmp_path: Path):
     words = shlex.split(f"-m mkdocs build --quiet --strict --site-dir {tmp_path}")
     variables = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, env=variables, capture_output=True, text=True, timeout=300
+        [sys.executable, *words], cwd=ROOT, env=variables, capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "reference" / "scene.html").stat().st_size > 50_000

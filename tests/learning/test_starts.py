@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from patience import PATIENCE
 from warpmuscle import Rollout
 from warpmuscle.core.arrays import instance_zeros
 from warpmuscle.formats import load
@@ -44,7 +45,7 @@ def test_the_kernels_of_policy_and_controller_are_made_ready_side_by_side(monkey
     controller_gait = episodes.controller_gait
 
     def while_the_other_begins(stepper: Stepper) -> None:
-        waited.append(makes_gait.wait(20.0))
+        waited.append(makes_gait.wait(PATIENCE))
         load_kernel(stepper)
 
     monkeypatch.setattr(Stepper, "load", while_the_other_begins)

@@ -4,7 +4,6 @@ import dataclasses
 import signal
 import subprocess
 import sys
-import time
 
 import h5py
 import numpy as np
@@ -12,7 +11,9 @@ import pytest
 from msgspec.structs import replace as changed
 from typer.testing import CliRunner
 
+from child_signals import running
 from killing import killed_at
+from patience import for_a_moment, until
 from same_values import assert_same
 from warpmuscle.cli.program import app
 from warpmuscle.formats import load, toml
@@ -242,11 +243,9 @@ def test_kill_of_the_process_loses_nothing(scene, tmp_path):
     code = "from warpmuscle.cli.program import main; main()"
     path = tmp_path / "a.h5"
     for more in ([*arguments, "--device", "cpu", "-o", str(path)], ["optimize", "--resume", str(path)]):
-        with subprocess.Popen([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:
-            begin = time.monotonic()
-            while not journal_path(path).exists() and process.poll() is None and time.monotonic() < begin + 60.0:
-                time.sleep(0.02)
-            time.sleep(np.random.default_rng().uniform(0.1, 0.8))
+        with running([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:
+            until(lambda: journal_path(path).exists() and path.exists(), process)
+            for_a_moment(np.random.default_rng().uniform(0.1, 0.8))
             process.send_signal(signal.SIGKILL)
     result = resume(path)
     again = optimize(scene, 900, 1, "cpu", search="cma", population=6)

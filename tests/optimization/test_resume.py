@@ -3,7 +3,6 @@
 import signal
 import subprocess
 import sys
-import time
 import warnings
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,7 +13,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from child_signals import running
 from killing import Killed, killed_at
+from patience import for_a_moment, until
 from same_values import assert_same
 from small_disk import disk_of
 from warpmuscle.cli.program import app
@@ -176,12 +177,15 @@ def test_kill_of_the_process_loses_nothing(tmp_path):
     code = "from warpmuscle.cli.program import main; main()"
     path, evaluated = tmp_path / "a.h5", []
     rng = np.random.default_rng()
+
+    def size(file: Path) -> int:
+        return file.stat().st_size if file.exists() else 0
+
     for more in ([*arguments, "-o", str(path)], *[["optimize", "--resume", str(path)]] * 2):
-        with subprocess.Popen([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:
-            begin = time.monotonic()
-            while not journal_path(path).exists() and time.monotonic() < begin + 60.0:
-                time.sleep(0.02)
-            time.sleep(rng.uniform(0.3, 1.2))
+        before = size(journal_path(path))
+        with running([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:
+            until(lambda before=before: size(journal_path(path)) != before and path.exists(), process)
+            for_a_moment(rng.uniform(0.0, 0.9))
             process.send_signal(signal.SIGKILL)
         with h5py.File(path) as file:
             assert file.attrs["format"] == "warpmuscle"

@@ -129,7 +129,7 @@ def test_both_walkers_stay_in_the_picture_whoever_has_fallen(browser, walks, tmp
     for time in (0.0, 0.9, 3.0, 3.9):
         frame.evaluate(
             "(_, time) => { warpmuscle.play(false); warpmuscle.seek(time);"
-            " return new Promise((done) => setTimeout(done, 300)) }", time,
+            " return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))) }", time,
         )  # fmt: skip
         shown = frame.evaluate("() => warpmuscle.state().places")
         assert len(shown) == 2

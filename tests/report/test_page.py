@@ -10,6 +10,7 @@ import pytest
 
 from html_page import Page
 from muscle_arm import arm
+from patience import until
 from small_result import arm_motion, no_parameters, search_result, walk_result, walk_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import toml
@@ -139,8 +140,7 @@ def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(brow
     frame = page.frame_locator("iframe").locator("body")
     assert frame.evaluate("warpmuscle.ready.then(() => warpmuscle.state().bipeds)") == 1
     page.frame_locator("iframe").locator("#play").click()
-    frame.evaluate("() => new Promise((done) => setTimeout(done, 1000))")
-    assert frame.evaluate("() => warpmuscle.state().time") > 0.0
+    until(lambda: frame.evaluate("() => warpmuscle.state().time") > 0.0)
     assert page.evaluate("document.documentElement.scrollWidth") <= 1100
     assert not problems
     context.close()

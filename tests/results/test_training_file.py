@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from patience import PATIENCE
 from warpmuscle.core.errors import ResultError
 from warpmuscle.results.result import read, write
 from warpmuscle.results.training_file import check_belongs, locked, read_training, training_path, write_training
@@ -85,7 +86,7 @@ def test_a_policy_of_another_scene_or_seed_is_not_replaced(policy):
 def hold(path, ready, done):
     with locked(path):
         ready.set()
-        done.wait(30)
+        done.wait(PATIENCE)
 
 
 def test_two_processes_do_not_train_into_one_file(policy):
@@ -94,7 +95,7 @@ def test_two_processes_do_not_train_into_one_file(policy):
     other = context.Process(target=hold, args=(policy, ready, done))
     other.start()
     try:
-        assert ready.wait(60)
+        assert ready.wait(PATIENCE)
         with pytest.raises(ResultError, match="another process is at work"), locked(policy):
             pass
     finally:

@@ -5,11 +5,11 @@ import signal
 import socket
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
 
+from patience import until
 from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.core.errors import Error
 from warpmuscle.sweep import cluster
@@ -44,16 +44,15 @@ def worker_at(journals: Path) -> int | None:
 
 def kill_half_way(output: Path, killed: list[int]) -> None:
     """Kill the worker that is at work when half of the candidates have been evaluated."""
-    end = time.monotonic() + 300.0
-    while time.monotonic() < end and not killed:
-        time.sleep(0.02)
-        if (output.parent / "small.sweep" / "sweep.json").exists():
-            status = sweep_status(output)
-            if status.evaluated >= sum(run.candidates for run in status.runs) // 2:
-                worker = worker_at(output.parent / "small.sweep")
-                if worker is not None:
-                    os.kill(worker, signal.SIGKILL)
-                    killed.append(worker)
+
+    def is_half_way() -> bool:
+        if not (output.parent / "small.sweep" / "sweep.json").exists():
+            return False
+        status = sweep_status(output)
+        return status.evaluated >= sum(run.candidates for run in status.runs) // 2
+
+    until(lambda: is_half_way() and (found := worker_at(output.parent / "small.sweep")) and not killed.append(found))
+    os.kill(killed[0], signal.SIGKILL)
 
 
 def test_sweep_with_a_worker_killed_half_way_equals_the_sweep_without_ray(two_nodes, tmp_path):
@@ -133,7 +132,6 @@ def test_cluster_without_what_is_asked_for_is_an_error(two_nodes, tmp_path):
 def test_unreachable_cluster_is_one_line(tmp_path, monkeypatch):
     pytest.importorskip("ray", reason="Ray is not installed: pip install warpmuscle[cluster]")
     monkeypatch.setattr(cluster, "PROBE_TIMEOUT", 8.0)
-    begin = time.monotonic()
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{other.getsockname()[1]}"
@@ -142,7 +140,6 @@ def test_unreachable_cluster_is_one_line(tmp_path, monkeypatch):
         other.listen()  # somebody, but no Ray
         with pytest.raises(Error, match=f"no Ray cluster answers at '{address}' within 8 s"):
             sweep(small_sweep(tmp_path), tmp_path / "small.h5", cluster=address)
-    assert time.monotonic() < begin + 20.0
     assert not (tmp_path / "small.sweep").exists()
 
 

@@ -5,13 +5,14 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import msgspec
 import pytest
 
 import command_line
+from child_signals import running
+from patience import PATIENCE, until
 from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.core.errors import Error
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest
@@ -113,18 +114,34 @@ def test_a_cut_file_of_a_run_counts_as_missing(parts: Path, tmp_path: Path):
         join(plan, output)
 
 
+# A program that, once it has evaluated something, waits to be asked to end.
+UNTIL_ASKED = """
+import time
+from warpmuscle.cli.program import main
+from warpmuscle.core.interruption import received
+from warpmuscle.results.journal import Journal
+
+append = Journal.append
+
+def append_and_wait(*arguments):
+    append(*arguments)
+    while not received():
+        time.sleep(0.01)
+
+Journal.append = append_and_wait
+main()
+"""
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="no such signal on this system")
 def test_a_part_that_is_asked_to_end_goes_on_and_joins_to_the_same(tmp_path: Path):
-    file = small_sweep(tmp_path, candidates=60, duration=0.2)
-    code = "from warpmuscle.cli.program import main; main()"
+    file = small_sweep(tmp_path)
     first = ["sweep", "small.toml", "--device", "cpu", "--part", "1/2"]
-    with subprocess.Popen([sys.executable, "-c", code, *first], cwd=tmp_path, stdout=subprocess.DEVNULL) as process:
-        end = time.monotonic() + 120.0
-        while time.monotonic() < end and process.poll() is None and not evaluated(tmp_path):
-            time.sleep(0.02)
+    with running([sys.executable, "-c", UNTIL_ASKED, *first], cwd=tmp_path, stdout=subprocess.DEVNULL) as process:
+        until(lambda: evaluated(tmp_path), process)
         os.kill(process.pid, signal.SIGUSR1)
-    assert process.returncode == 128 + signal.SIGUSR1
-    assert 0 < evaluated(tmp_path) < 60 * RUNS / 2
+        assert process.wait(PATIENCE) == 128 + signal.SIGUSR1
+    assert 0 < evaluated(tmp_path) < 20 * RUNS / 2
     for arguments in (first, [*first[:-1], "2/2"], ["join", "small.toml", "-o", "small.h5"]):
         done = command_line.run(*arguments, folder=tmp_path)
         assert done.returncode == 0, done.stderr

@@ -5,8 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 
 import h5py
@@ -14,7 +13,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from child_signals import running
 from described import assert_described
+from patience import PATIENCE, until
 from small_disk import disk_of
 from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.cli.program import app
@@ -104,25 +105,25 @@ def test_same_sweep_again_changes_nothing(done):
     assert {path: path.read_bytes() for path in (done, *Folder.of(done).path.iterdir())} == before
 
 
-def started(folder: Path, *more: str) -> subprocess.Popen:
+def started(folder: Path, *more: str) -> AbstractContextManager[subprocess.Popen]:
     code = "from warpmuscle.cli.program import main; main()"
     arguments = ["sweep", "small.toml", "--device", "cpu", "-o", "small.h5", *more]
-    return subprocess.Popen(
+    return running(
         [sys.executable, "-c", code, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
 
 
 def wait_for_generations(folder: Path, more: int, process: subprocess.Popen) -> int:
     """Wait until so many more candidates have been evaluated; how many there are then."""
-    end, first = time.monotonic() + 120.0, None
-    while time.monotonic() < end and process.poll() is None:
+    seen: list[int] = []
+
+    def came() -> bool:
         if (folder / "small.sweep" / "sweep.json").exists():
-            evaluated = sweep_status(folder / "small.toml").evaluated
-            first = evaluated if first is None else first
-            if evaluated >= first + more:
-                return evaluated
-        time.sleep(0.02)
-    pytest.fail(f"the sweep ended, or took too long: {process.communicate(timeout=10)}")
+            seen.append(sweep_status(folder / "small.toml").evaluated)
+        return bool(seen) and seen[-1] >= seen[0] + more
+
+    until(came, process)
+    return seen[-1]
 
 
 @pytest.mark.long
@@ -146,12 +147,12 @@ def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path,
         evaluated = status.evaluated
     assert evaluated < 60 * RUNS
     with started(tmp_path) as process:
-        out, errors = process.communicate(timeout=300)
+        out, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
     assert f"small: {RUNS} of {RUNS} runs done, {60 * RUNS} candidates; best: " in out
     assert not list((tmp_path / "small.sweep").glob("*.journal")) + list((tmp_path / "small.sweep").glob(".*.h5.*"))
     with started(tmp_path / "whole") as process:
-        process.communicate(timeout=300)
+        process.communicate(timeout=PATIENCE)
     assert_same_file(tmp_path / "small.h5", tmp_path / "whole" / "small.h5")
 
 

@@ -61,12 +61,21 @@ def test_muscle_without_force_is_left_alone():
     np.testing.assert_allclose(found.activation, [[0.1, 0.0]], atol=1e-9)
 
 
-def test_frames_of_twenty_throws_take_about_a_second():
-    rng = np.random.default_rng(1)
-    wanted = torques(rng.random((3300, 4)) * 1.3)
-    begin = time.perf_counter()
-    static_optimization(wanted, ARMS[None], FORCE, np.zeros((1, 4)))
-    assert time.perf_counter() - begin < 5.0  # 0.5 s where nothing else runs
+def test_frames_of_throws_take_a_small_part_of_what_a_general_solver_takes():
+    wanted = torques(np.random.default_rng(1).random((330, 4)) * 1.3)
+
+    def general(t):
+        equal = {"type": "eq", "fun": lambda a: torques(a[None])[0] - wanted[t]}
+        minimize(lambda a: a @ a, np.full(4, 0.5), bounds=[(0, 1)] * 4, constraints=[equal])
+
+    def taken(work):  # processor time, s
+        begin = time.process_time()
+        work()
+        return time.process_time() - begin
+
+    ours = min(taken(lambda: static_optimization(wanted, ARMS[None], FORCE, np.zeros((1, 4)))) for _ in range(3)) / 330
+    others = min(taken(lambda t=t: general(t)) for t in range(3))
+    assert ours < 0.5 * others
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 from synthetic_emg import raw_emg, write_csv
 
 import command_line
+from patience import PATIENCE
 
 
 def run(*arguments, folder):
@@ -76,7 +77,7 @@ def test_same_seed_gives_the_same_file_also_in_a_process_of_its_own(folder):
     words = ["a.csv", "-n", "2", "--restarts", "2", "-o"]
     assert run(*words, "one.h5", folder=folder).returncode == 0
     command = [sys.executable, "-m", "warpmuscle", "synergies", "extract", *words, "two.h5"]
-    assert subprocess.run(command, cwd=folder, capture_output=True, timeout=300).returncode == 0
+    assert subprocess.run(command, cwd=folder, capture_output=True, timeout=PATIENCE).returncode == 0
     with h5py.File(folder / "one.h5") as one, h5py.File(folder / "two.h5") as two:
         assert np.array_equal(one["C"][()], two["C"][()])
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from child_signals import hear_signals
+from child_signals import running
 from live_viewer import (
     PATIENCE,
     Place,
@@ -185,12 +185,8 @@ def command_line(folder: Path) -> Iterator[subprocess.Popen[str]]:
         "--no-open",
     ]
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder}
-    given["preexec_fn"] = hear_signals
-    with subprocess.Popen(command, env=os.environ | {"PYTHONUNBUFFERED": "1"}, **given) as run:
-        try:
-            yield run
-        finally:
-            run.kill()
+    with running(command, env=os.environ | {"PYTHONUNBUFFERED": "1"}, **given) as run:
+        yield run
 
 
 def test_garbage_does_not_fill_the_terminal(tmp_path):

@@ -7,7 +7,7 @@ import subprocess
 from datetime import UTC, datetime
 from pathlib import Path
 
-PATIENCE = 5.0  # s
+PATIENCE = 60.0  # s, on a slow disk
 
 
 def origin() -> dict[str, str]:
