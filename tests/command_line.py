@@ -13,8 +13,6 @@ from pathlib import Path
 from unittest.mock import patch
 
 import warpmuscle
-from patience import PATIENCE
-from warpmuscle.cli import console
 from warpmuscle.cli.program import main
 from warpmuscle.core import interruption
 from warpmuscle.scene import trusted_code
@@ -51,8 +49,6 @@ def as_in_a_process(words: list[str], folder: Path) -> Iterator[None]:
             kept.enter_context(patch.object(trusted_code, "_folders", []))
             kept.enter_context(patch.object(trusted_code, "_everything", False))
             kept.enter_context(patch.object(kernel_cache, "_listeners", []))
-            for name in ("SILENCE", "LINES"):  # else a slow machine says more, while a command works
-                kept.enter_context(patch.object(console, name, PATIENCE))
             kept.enter_context(patch.object(gc, "freeze"))  # what tests have frozen stays so, and nothing else
             kept.enter_context(warnings.catch_warnings())
             warnings.resetwarnings()

@@ -114,6 +114,15 @@ def distrustful(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trusted_code, "_everything", False)
 
 
+@pytest.fixture(autouse=True)
+def no_lines_for_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands within a test say no more on a slow machine than on a quick one, but for those of test_console.py."""
+    console = sys.modules.get("warpmuscle.cli.console")
+    if console is not None:
+        for name in ("SILENCE", "LINES"):
+            monkeypatch.setattr(console, name, PATIENCE)
+
+
 @pytest.fixture(scope="module")
 def unoptimized_kernels() -> Iterator[None]:
     """Have kernels for kinds of scenes compiled without optimisation, in a third of the time, to run 40 times as long.

@@ -19,6 +19,11 @@ from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.cli.view import open_page
 
 
+@pytest.fixture(autouse=True)
+def no_lines_for_waiting() -> None:
+    """They are what these tests are about."""
+
+
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> PlainConsole:
     """A console that thinks that it is a terminal."""
