@@ -1,8 +1,10 @@
 """Waiting for what must come, however slow or busy the machine is; `test_patience.py` holds all tests to it."""
 
+import itertools
 import threading
 import time
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 PATIENCE = 600.0  # s, after which what must come will never come
@@ -23,6 +25,12 @@ def until(condition: Callable[[], object], process: Any = None) -> None:
 def for_a_moment(seconds: float = MOMENT) -> None:
     """Give what must not happen a chance to, or let any moment come; what must happen is waited for by `until`."""
     time.sleep(seconds)
+
+
+def ticking(seconds: float) -> Any:
+    """A clock, in place of a module's `time`, that goes on by so much whenever one looks at it."""
+    looks = itertools.count()
+    return SimpleNamespace(monotonic=lambda: seconds * next(looks))
 
 
 def ended(name: str) -> None:

@@ -13,11 +13,11 @@ from typer.testing import CliRunner
 
 from child_signals import running
 from killing import killed_at
-from patience import for_a_moment, until
+from patience import for_a_moment, ticking, until
 from same_values import assert_same
 from warpmuscle.cli.program import app
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization import curriculum, evaluation
+from warpmuscle.optimization import curriculum, evaluation, progress
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.stages import stage_seed
@@ -137,7 +137,8 @@ def test_target_of_the_search_is_that_of_the_last_stage(scene, whole):
     assert result.best.cost <= target
 
 
-def test_time_ends_a_stage_which_is_then_over_for_good(scene, tmp_path):
+def test_time_ends_a_stage_which_is_then_over_for_good(scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(progress, "time", ticking(0.01))
     stages = [changed(SPEED, candidates=10**6, until=0.3), EFFORT]
     path = tmp_path / "a.h5"
     short = changed(scene, stages=stages)

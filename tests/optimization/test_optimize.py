@@ -4,12 +4,13 @@ import msgspec
 import numpy as np
 import pytest
 
+from patience import ticking
 from same_values import assert_same
 from small_scene import sound_scene
 from warpmuscle.core.errors import Error
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
-from warpmuscle.optimization import evaluation
+from warpmuscle.optimization import evaluation, progress
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.replay import Replayer
 from warpmuscle.optimization.resume import resume
@@ -107,6 +108,7 @@ def test_device_that_computes_many_at_once_gets_islands_that_fill_it_and_a_resum
     """As on a GPU; the number is in the file, so that it holds on another device, too."""
     short, file = msgspec.structs.replace(scene, duration=0.02), tmp_path / "a.h5"
     monkeypatch.setattr(Rollout, "at_once", 96)
+    monkeypatch.setattr(progress, "time", ticking(0.01))
     first = optimize(short, until=0.3, device="cpu", output=file)
     assert first.searched.options.strategy == "islands"
     assert first.searched.options.population == 96
@@ -115,9 +117,9 @@ def test_device_that_computes_many_at_once_gets_islands_that_fill_it_and_a_resum
     more = resume(file, device="cpu", until=0.3)
     assert more.searched.options.strategy == "islands"
     assert more.searched.options.population == 96
-    count = len(first.evaluations.cost)
-    assert len(more.evaluations.cost) > count
-    np.testing.assert_array_equal(more.evaluations.params[:count], first.evaluations.params)
+    known = len(first.evaluations.cost)
+    assert len(more.evaluations.cost) > known
+    np.testing.assert_array_equal(more.evaluations.params[:known], first.evaluations.params)
 
 
 def test_interrupt_keeps_what_has_ended(scene):
@@ -200,6 +202,15 @@ def test_target_and_time_end_it_and_are_said_to(scene):
     assert not result.searched.options.limited
     assert 0 < len(result.evaluations) < 100_000
     assert result.searched.ended == "the time is up"
+
+
+def test_something_is_evaluated_however_little_time_there_is(scene, tmp_path):
+    """Else a short search on a slow machine would have nothing to keep."""
+    short, file = msgspec.structs.replace(scene, duration=0.02), tmp_path / "a.h5"
+    first = optimize(short, until=1e-9, device="cpu", output=file)
+    more = resume(file, device="cpu", until=1e-9)
+    assert 0 < len(first.evaluations) < len(more.evaluations)
+    assert first.searched.ended == more.searched.ended == "the time is up"
 
 
 def test_terms_of_the_objective_are_kept_with_each_candidate(scene, result):

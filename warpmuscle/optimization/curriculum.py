@@ -128,7 +128,7 @@ class Curriculum:
         """Why no other stage begins; empty to go on."""
         if self.tracker.done >= self._options.candidates:
             return "all candidates have been evaluated"
-        if self._options.until is not None and self.tracker.elapsed >= self._options.until:
+        if self.tracker.is_late(self._options.until):
             return "the time is up"
         return ""
 

@@ -82,7 +82,7 @@ def optimize(
         population: candidates a generation of each search; by default the strategy's own.
         sigma: first step size, as a part of each parameter's interval; by default the strategy's own.
         restarts: how a search that has converged begins again, see `search.strategies`.
-        until: s of wall time after which no other batch begins.
+        until: s of wall time after which no other batch begins; one begins in any case.
         target: cost at which to end.
         output: result file to keep while the search goes on, so that `resume` can continue it after a kill or a
             failure at any moment; a file of that name is replaced.

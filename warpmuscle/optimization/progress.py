@@ -76,6 +76,10 @@ class Tracker:
         """Wall time since the first batch was about to begin, s."""
         return time.monotonic() - self._begin
 
+    def is_late(self, until: float | None) -> bool:
+        """Whether this wall time, s, is over; on the slowest machine something has been evaluated by then."""
+        return until is not None and self.done > self._recalled and self.elapsed >= until
+
     def begun(self) -> None:
         """Tell before the first batch, also of a stage."""
         if not self._begun:

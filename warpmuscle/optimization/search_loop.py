@@ -136,7 +136,7 @@ class SearchLoop:
             return "the target is reached"
         if tracker.done >= options.candidates:
             return "all candidates have been evaluated"
-        if options.until is not None and tracker.elapsed >= options.until:
+        if tracker.is_late(options.until):
             return "the time is up"
         if tracker.stopped:
             return tracker.stopped
