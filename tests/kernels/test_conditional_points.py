@@ -53,6 +53,26 @@ def test_conditional_points_count_within_the_interval_and_not_outside():
     assert np.all(length[:, 2] > length[:, 1] - 1e-6)
 
 
+def test_a_path_starts_and_ends_at_points_that_count():
+    """Its ends come in and go like other points: the length is that of the points between, beside the ends' weights."""
+    angles = np.linspace(-1.2, 1.2, 2401)
+    through = with_condition(None)
+    first, last = with_condition(None), with_condition(None)
+    first[0].condition = last[-1].condition = KNEE_BENT
+    paths = {"on": through, "without first": through[1:], "without last": through[:-1], "first": first, "last": last}
+    stages, geometry = on_the_knee(angles, paths)
+    length = geometry.length
+    inside = (angles > -0.35) & (angles < 0.25)
+    outside = (angles < -0.65) | (angles > 0.55)
+    for k in (1, 2):
+        np.testing.assert_allclose(length[inside, 2 + k], length[inside, 0], atol=1e-6)
+        np.testing.assert_allclose(length[outside, 2 + k], length[outside, k], atol=1e-6)
+    arm = gradient(stages, geometry)
+    for k in (3, 4):
+        slope = np.gradient(length[:, k].astype(float), angles)
+        np.testing.assert_allclose(np.linalg.norm(arm[1:-1, k], axis=-1), np.abs(slope[1:-1]), atol=4e-3)
+
+
 def test_length_and_moment_arm_have_no_jump_where_a_point_comes_in():
     """Halving the distance of poses halves the largest change from pose to pose."""
     changes = []

@@ -79,7 +79,6 @@ HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
     [
         ([HERE], "", "at least two points, got 1"),
         ([HERE, ViaPoint("tail", ZERO)], ".1.body", "no body 'tail'"),
-        ([ViaPoint("pelvis", ZERO, KNEE_BENT), THERE], ".0.condition", "take no condition"),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("knee", 0.0, 1.0)), THERE], ".1.condition.joint", "no joint 'knee'"),
         (
             [HERE, ViaPoint("pelvis", ZERO, Condition("lHip", 0.0, 1.0)), THERE],

@@ -76,6 +76,30 @@ def test_a_point_whose_coordinate_is_locked_counts_or_not(tmp_path: Path):
         assert all(point.condition is None for point in muscle.path)
 
 
+def conditional(name: str, low: float, high: float) -> str:
+    """A conditional point on the rod."""
+    point = small.point(name, "rod", "0 0 0.1").replace("PathPoint", "ConditionalPathPoint")
+    return point.replace("</Cond", f"<socket_coordinate>q</socket_coordinate><range>{low} {high}</range></Cond")
+
+
+def test_a_point_whose_range_is_the_wrong_way_round_never_counts_as_in_opensim(tmp_path: Path):
+    """And a wrap's range is of the points that are left."""
+    surfaces = '<WrapObjectSet><objects><WrapSphere name="s"/></objects></WrapObjectSet>'
+    wrap = "<PathWrap><wrap_object>s</wrap_object><range>{}</range></PathWrap>"
+    notes: list[Ignored] = []
+    points = conditional("never", 0.5, -0.5) + POINTS + conditional("last", -0.5, 0.5)
+    bodies = small.body("base", more=surfaces) + small.body("rod", center="0 -0.5 0")
+    forces = small.muscle("m", points, wrap.format("1 3") + wrap.format("2 4"))
+    forces += small.muscle("none", POINTS[: POINTS.index("\n")] + conditional("never", 0.5, -0.5))
+    scene = load(small.written(tmp_path, small.model(bodies, WELD + PIN, forces)), ignored=notes)
+    (muscle,) = scene.character.muscles.values()
+    assert [point.condition is not None for point in muscle.path] == [False, False, True]
+    assert [(one.first, one.last) for one in muscle.wraps] == [(1, 2), (1, 3)]
+    said = " ".join(f"{note.text}: {note.reason}." for note in notes)
+    assert "its range runs from 0.5 to -0.5; it never comes in, as in OpenSim" in said
+    assert "left out: of its path 1 point can count, where it takes two" in said
+
+
 def test_surfaces_keep_size_side_and_axes(leg: Scene):
     roll, egg = leg.character.surfaces["roll"], leg.character.surfaces["egg"]
     assert isinstance(roll, CylinderSurface)

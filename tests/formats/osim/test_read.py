@@ -50,6 +50,14 @@ def records(folder: Path, text: str) -> Model:
     return read(small.written(folder, text), Notes())
 
 
+def test_joints_of_an_old_layout_have_places_of_six_digits_as_in_opensim(tmp_path: Path):
+    old = OLD.replace("0 1 0</location_in_parent>", "0 1.23456789 1e-07</location_in_parent>")
+    model = records(tmp_path, old.replace("0 0 0.5</orientation", "0 0 -0.123456789</orientation"))
+    _, axes, origin = on_body(model, model.joints[0].parent)
+    np.testing.assert_allclose(origin, [0.0, 1.23457, 1e-7], rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(axes[:, 0], [np.cos(0.123457), -np.sin(0.123457), 0.0], rtol=0.0, atol=1e-15)
+
+
 def test_an_old_layout_says_the_same_as_a_new_one(tmp_path: Path):
     model = records(tmp_path, OLD)
     (joint,), (muscle,), (rod,) = model.joints, model.muscles, model.bodies

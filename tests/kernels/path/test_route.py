@@ -256,6 +256,21 @@ def test_a_hard_condition_takes_its_point_in_within_its_interval_alone():
     assert np.abs(length[1] - length[2]).max() > 1e-3
 
 
+@pytest.mark.parametrize("end", [0, -1])
+def test_a_path_starts_and_ends_at_points_that_count(end: int):
+    scene, through, past = moving_arm(), moving_arm(), moving_arm()
+    for one in (scene, through, past):
+        one.character.muscles["extensor"].path[2].condition = None
+    scene.character.muscles["extensor"].path[end].condition = Condition("elbow", -0.5, 0.7, 0.0)
+    del past.character.muscles["extensor"].path[end]
+    length = [posed(one, 300).muscle_paths().length[:, 1] for one in (scene, through, past)]
+    q = posed(scene, 300).state.coordinates.numpy()[:, 7]
+    inside = (q >= -0.5) & (q <= 0.7)
+    assert 50 < inside.sum() < 250
+    np.testing.assert_allclose(length[0], np.where(inside, length[1], length[2]), atol=1e-7)
+    assert np.abs(length[1] - length[2]).max() > 1e-3
+
+
 def test_polynomials_of_several_joints_have_the_gradient_of_their_lengths():
     scene = leg()
     joint = Joint(

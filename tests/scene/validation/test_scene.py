@@ -183,8 +183,6 @@ HERE = ViaPoint("pelvis", ZERO)
         (f"{HFL}.path", [HERE], f"{HFL}.path", "at least two points, got 1"),
         (f"{HFL}.path.1.body", "lfoot", f"{HFL}.path.1.body", "there is no body 'lfoot'; did you mean 'lFoot'?"),
         (f"{HFL}.path.0.position", (0.0, math.nan, 0.0), f"{HFL}.path.0.position.1", "not a finite number"),
-        (f"{HFL}.path.0.condition", Condition("lToe", 0.0, 1.0), f"{HFL}.path.0.condition", "take no condition"),
-        (f"{HFL}.path.1.condition", Condition("lToe", 0.0, 1.0), f"{HFL}.path.1.condition", "take no condition"),
         (f"{CONDITION}.joint", "ltoe", f"{CONDITION}.joint", "there is no joint 'ltoe'; did you mean 'lToe'?"),
         (f"{CONDITION}.joint", "lHip", f"{CONDITION}.blend", "give a blend of 0"),
         (f"{CONDITION}.axis", 1, f"{CONDITION}.axis", "a hinge joint has no angle 1"),

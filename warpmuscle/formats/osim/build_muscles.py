@@ -127,7 +127,12 @@ class MuscleBuilder:
                     note(self._notes, self._model, one, reason)
                 if cable is None:
                     continue
-            found[one.name] = self._routed(one, cable or self._muscle(one))
+            made = self._routed(one, cable or self._muscle(one))
+            if made.polynomial is None and len(made.path) < 2:
+                reason = f"left out: of its path {number_of(len(made.path), 'point')} can count, where it takes two"
+                note(self._notes, self._model, one, reason)
+                continue
+            found[one.name] = made
             self._notes.places[f"character.muscles.{one.name}"] = (self._model.file, one.line)
             if cable is not None:
                 continue
@@ -192,20 +197,26 @@ class MuscleBuilder:
         if one.polynomial is not None:
             muscle.polynomial = self._polynomial(one, one.polynomial)
             return muscle
+        kept = [0]  # how many points of ours there are up to each of the model's
         for point in one.points:
             muscle.path += self._points(one, point)
+            kept.append(len(muscle.path))
         for wrap in one.wraps:
-            muscle.wraps += self._wrap(one, wrap)
+            muscle.wraps += self._wrap(one, wrap, kept)
         return muscle
 
     def _points(self, one: records.Muscle, point: records.Point) -> list[ViaPoint]:
-        """A point of a path as one of ours; none if its coordinate is locked outside of its range."""
+        """A point of a path as one of ours; none if its range is empty, or its coordinate locked outside of it."""
         if not point.motion:
             body, position = self._placement.point(point.frame, point.location)
             if not point.coordinate:
                 return [ViaPoint(body, position)]
             argument, function = self._argument(one, point.coordinate, point.line)
             low, high = (end + margin for end, margin in zip(point.range, (-MARGIN, MARGIN), strict=True))
+            if low > high:
+                message = "its range runs from {:g} to {:g}; it never comes in, as in OpenSim".format(*point.range)
+                self._notes.ignore(self._model.file, point.line, f"ConditionalPathPoint of {one.name}", message)
+                return []
             if not argument:
                 return [ViaPoint(body, position)] if low <= function.at(0.0) <= high else []
             if function.line is None:
@@ -242,7 +253,7 @@ class MuscleBuilder:
             raise refused(self._model, line, f"muscle {one.name!r}: there is no coordinate {coordinate!r}")
         return self._coordinates.master(coordinate)
 
-    def _wrap(self, one: records.Muscle, wrap: records.PathWrap) -> list[Wrap]:
+    def _wrap(self, one: records.Muscle, wrap: records.PathWrap, kept: list[int]) -> list[Wrap]:
         if wrap.surface not in self._model.surfaces:
             message = f"its surface {wrap.surface!r} is switched off or not there; the path runs without it"
             self._notes.ignore(self._model.file, wrap.line, f"PathWrap of {one.name}", message)
@@ -253,6 +264,10 @@ class MuscleBuilder:
             message = f"its range runs from point {first} to {last}; the path runs without it, as in OpenSim"
             self._notes.ignore(self._model.file, wrap.line, f"PathWrap of {one.name}", message)
             return []
+        if first is not None and first < len(kept):
+            first = kept[first - 1] + 1
+        if last is not None and last < len(kept):
+            last = kept[last]
         return [Wrap(wrap.surface, first, last, method)]  # type: ignore[arg-type]
 
     def _polynomial(self, one: records.Muscle, path: records.PolynomialPath) -> PolynomialPath:

@@ -155,9 +155,7 @@ def _point(element: Element, path: str, frames: Frames, own: Properties) -> Poin
     if socket is None or not socket.word():
         element.fail("a conditional point needs a coordinate")
     low, high = span.numbers(2, infinite=True) if span is not None and span.words() else (0.0, 0.0)
-    return Point(
-        element.name, element.line, frame, location, last_name(socket.word()), (min(low, high), max(low, high))
-    )
+    return Point(element.name, element.line, frame, location, last_name(socket.word()), (low, high))
 
 
 def _motion(element: Element, axis: str) -> tuple[str, Function]:

@@ -233,7 +233,10 @@ def _frames(element: Element) -> list[Element]:
 
 
 def _offset(owner: Element, name: str, parent: str, place: str, turn: str) -> Element:
-    """An offset frame from a body's name and from the owner's children with place and orientation, which it takes."""
+    """An offset frame from a body's name and from the owner's children with place and orientation, which it takes.
+
+    OpenSim brings old layouts to its own as text, in which these numbers have six digits.
+    """
     frame = _made("PhysicalOffsetFrame", owner, name=name)
     frame.children.append(_made("socket_parent", owner, parent))
     for tag, new in ((place, "translation"), (turn, "orientation")):
@@ -241,8 +244,16 @@ def _offset(owner: Element, name: str, parent: str, place: str, turn: str) -> El
         if found is not None:
             owner.children.remove(found)
             found.tag = new
+            found.text = " ".join(map(_six_digits, found.text.split()))
             frame.children.append(found)
     return frame
+
+
+def _six_digits(word: str) -> str:
+    try:
+        return f"{float(word):.6g}"
+    except ValueError:
+        return word
 
 
 def rename_duplicates(model: Element, notes: Notes) -> None:

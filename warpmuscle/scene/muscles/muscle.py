@@ -50,7 +50,7 @@ class ViaPoint(Part):
 
     body: str
     position: Annotated[Vector | None, "m"] = None
-    condition: Condition | None = None  # never for the first and the last point
+    condition: Condition | None = None  # a path goes from the first to the last point that counts
     start: Annotated[Vector | None, "m"] = None  # of the line, all three in place of `position`
     end: Annotated[Vector | None, "m"] = None
     at: Annotated[Number | None, "1"] = None  # 0 at the start of the line, 1 at its end

@@ -255,12 +255,8 @@ def check_path(
             message = f"there is no body {point.body!r}{near(point.body, character.bodies)}"
             raise SceneError(message, key=f"{key}.{index}.body")
         _on_body(f"{key}.{index}", point, interval)
-        if point.condition is None:
-            continue
-        place = f"{key}.{index}.condition"
-        if index in (0, len(path) - 1):
-            raise SceneError("the first and the last point of a path take no condition", key=place)
-        _condition(place, point.condition, character, interval)
+        if point.condition is not None:
+            _condition(f"{key}.{index}.condition", point.condition, character, interval)
 
 
 def check_pulleys(key: str, pulleys: Sequence[Pulley], character: Character) -> None:
