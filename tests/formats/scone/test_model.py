@@ -101,6 +101,20 @@ def test_a_joint_about_three_axes_and_a_free_root_turn_about_z_x_and_y(tmp_path:
     np.testing.assert_allclose((z, y, -x), expected, atol=1e-6)
 
 
+def test_in_three_dimensions_joints_give_about_axes_that_their_limits_close(tmp_path: Path):
+    """Hyfydy's manual, joint_force_pnld: beyond either end, here the same one, the torque is -k (angle - end)."""
+    free = small_scone.MODEL.replace("source = trunk_rz }", "source = trunk_rz } dof { name = list source = trunk_rx }")
+    scene = read(tmp_path, free)
+    joints = scene.character.joints
+    assert [joints[name].child for name in ("foot_l", "ankle_l_x", "ankle_l_y")] == ["foot_l_z", "foot_l_x", "foot_l"]
+    closed = {"low": 0.0, "high": 0.0, "stiffness": 200.0, "damping": 2.0}
+    assert scene.forces["ankle_l_x_limit"].parameters == closed
+    assert scene.forces["hip_r_y_limit"].parameters["stiffness"] == 500.0
+    assert list(read(tmp_path).character.joints) == ["thigh_r", "foot_r", "thigh_l", "foot_l"]  # in the plane
+    stiff = free.replace("joint_limit_stiffness = 500", "").replace("limit_stiffness = 200 limit_damping = 2", "")
+    assert list(read(tmp_path, stiff).character.joints) == ["thigh_r", "foot_r", "thigh_l", "foot_l"]
+
+
 def test_muscles_and_limits_have_the_laws_of_hyfydy(tmp_path: Path):
     scene = read(tmp_path)
     calf, common = scene.character.muscles["calf_l"], scene.muscle_model

@@ -70,6 +70,32 @@ def test_fibres_start_in_equilibrium_with_the_activations_that_muscles_start_wit
     assert np.abs(speed / 0.12).max() < 1.5  # l_opt/s; 3.5 out of equilibrium
 
 
+TURN = "BodyOrientationReflex { target = seat source = leg_o axis [ 1 0 0 ] KP = 0.4 }"
+
+
+@pytest.mark.parametrize(
+    ("version", "source", "expected"),
+    [
+        # scone-core: BodyOrientationReflex.cpp and GetSensorSide of Sensors.cpp ask for the version; ours is x to the
+        # left, so that its x, forwards, is our z, and mirrors to -z.
+        ("", "leg_o", (-1.0, True, True)), ("2.1.1.2637", "leg_o", (-1.0, True, True)),
+        ("", "leg", (1.0, True, True)), ("", "leg_r", (1.0, False, True)), ("", "leg_l", (-1.0, False, True)),
+        ("", "trunk", (1.0, True, True)), ("2.0.5", "leg_o", (1.0, True, True)),
+        ("2.0.4.2347", "leg_o", (1.0, True, False)), ("unknown", "leg_o", (-1.0, True, True)),
+    ],
+)  # fmt: skip
+def test_a_turn_is_mirrored_on_the_side_of_its_body_and_by_angles_as_the_version_has_it(
+    tmp_path: Path, version: str, source: str, expected: tuple[float, bool, bool]
+):
+    controller = f"ReflexController {{ {TURN.replace('leg_o', source)} }}"
+    text = model(f"scone_version = {version}") if version else small_scone.SCENARIO
+    reflexes = read(tmp_path, text, controller=controller).gait_states.reflexes
+    (turn,) = (one.turn for one in reflexes.values())
+    assert turn is not None
+    assert (turn.axis[2], turn.mirrored, turn.angles) == expected
+    assert turn.axis[:2] == (0.0, 0.0)
+
+
 def test_a_perturbation_is_a_push_in_our_axes(tmp_path: Path):
     push = (
         "PerturbationController { name = Back start_time = 3 duration = 0.1 interval = 4 stop_time = 9 "

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from probes import evaluate, matrix, turn_about, units
+from scipy.spatial.transform import Rotation
 
 from warpmuscle.core.arrays import records_to_device, structs_to_device
 from warpmuscle.kernels.control import gait_patterns, gait_sensors
@@ -25,6 +26,21 @@ def test_a_turn_about_an_axis_is_that_part_of_the_rotation_vector():
     np.testing.assert_allclose(found, expected, atol=2e-5)
     alone = evaluate(gait_sensors.turned_about, turn_about(turned, angle), turned)
     np.testing.assert_allclose(alone, angle, atol=2e-5)
+
+
+def test_angles_of_a_turn_are_those_about_y_then_x_then_z():
+    """SCONE, Sensors.cpp, BodyEulerOriSensor: about its y, z (right) and x (forwards), which are our y, -x and z."""
+    random = np.random.default_rng(4)
+    heading, lean, roll = random.uniform(-3.1, 3.1, COUNT), *random.uniform(-1.5, 1.5, (2, COUNT))
+    about = [np.tile(axis, (COUNT, 1)) for axis in np.eye(3)]
+    turned = matrix(turn_about(about[1], heading)) @ matrix(turn_about(about[0], lean))
+    turned = turned @ matrix(turn_about(about[2], roll))
+    q = Rotation.from_matrix(turned).as_quat()
+    q[::2] *= -1.0
+    found = evaluate(gait_sensors.turn_angles, q)
+    np.testing.assert_allclose(found, np.stack([lean, heading, roll], axis=1), atol=1e-4)
+    vector = Rotation.from_matrix(turned).as_rotvec()
+    assert np.abs(found - vector).max() > 0.5
 
 
 def test_a_level_direction_turns_with_the_root_and_has_no_height():

@@ -17,7 +17,7 @@ from warpmuscle.formats.scone.parameters import Parameter, read_parameters, writ
 from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.kernels.algebra.random_numbers import EXCITATION, random_of
 from warpmuscle.kernels.control import gait_sensors
-from warpmuscle.kernels.gait_state_structs import BALANCE, TURN
+from warpmuscle.kernels.gait_state_structs import BALANCE, FIBRE_FORCE, FIBRE_LENGTH, FIBRE_VELOCITY, LEAN, TURN
 from warpmuscle.model.controllers.gait_states import Terms
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import GaitReflex, Scene
@@ -208,6 +208,21 @@ def test_what_is_sensed_of_a_mirrored_motion_is_the_same_on_the_other_side(scene
         evaluate(gait_sensors.level_direction, *pair) for pair in zip((mirrored, q), axes[BALANCE], strict=True)
     )
     np.testing.assert_allclose(left * (-1.0, 1.0, 1.0), right, atol=1e-4)
+
+
+def test_of_a_fibre_only_what_is_beyond_its_offset_counts_and_of_an_angle_what_the_term_adds(scene: Scene):
+    changed = loads(dumps(scene))
+    assert changed.gait_states is not None
+    reflexes = changed.gait_states.reflexes
+    reflexes.clear()
+    reflexes["brake"] = GaitReflex(
+        "calf", during=["swing"], length_gain=-0.6, force_gain=0.4, velocity_gain=-0.1, positive=["length", "velocity"]
+    )
+    reflexes["lean"] = GaitReflex("seat", during=["swing"], joint="root", angle_gain=1.0, positive=["angle"])
+    plain = substitute(changed, start_values(changed))
+    found = Terms(plain.gait_states, plain, topology(plain.character), list(plain.character.muscles))
+    terms = {(found.sensors[one.sensor].kind, one.positive) for own in found.terms for one in own if one.sensor >= 0}
+    assert terms == {(FIBRE_LENGTH, 2), (FIBRE_FORCE, 0), (FIBRE_VELOCITY, 2), (LEAN, 1)}
 
 
 def test_noise_adds_to_excitations_and_is_the_same_for_all_candidates(tmp_path: Path):

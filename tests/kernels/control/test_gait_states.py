@@ -56,7 +56,7 @@ def terms(signal: wp.array[wp.vec3], row: wp.array[StateReflexRow], positive: in
         found[i, k] = 0.0
 
 
-@pytest.mark.parametrize("positive", [0, 1])
+@pytest.mark.parametrize("positive", [0, 1, 2])
 def test_a_term_is_its_gain_times_what_its_signal_exceeds_unless_a_joint_goes_on_beyond_its_interval(positive: int):
     random = np.random.default_rng(2)
     gain, offset = random.normal(size=(2, 6))
@@ -66,8 +66,10 @@ def test_a_term_is_its_gain_times_what_its_signal_exceeds_unless_a_joint_goes_on
     given = wp.array(np.float32(signals), dtype=wp.vec3, device="cpu")
     found = wp.zeros((60, 6), device="cpu")
     wp.launch(terms, found.shape, [given, row, positive, found], device="cpu")
-    wanted = gain * (signals[:, :1] - offset)
-    wanted = np.maximum(wanted, 0.0) if positive else wanted
+    excess = signals[:, :1] - offset
+    # scone-core, DofReflex.cpp: KP (P0 - pos) is cut; MuscleReflex.h: gain * max(signal - offset, 0).
+    wanted = (gain * excess, np.maximum(gain * excess, 0.0), gain * np.maximum(excess, 0.0))[positive]
+    assert positive == 0 or (wanted[:, gain < 0.0] < 0.0).any() == (positive == 2)
     angle, rate = signals[:, 1:2], signals[:, 2:]
     silent = ((angle > 0.3) & (rate >= 0.0)) | ((angle < -0.4) & (rate < 0.0))
     np.testing.assert_allclose(found.numpy(), np.where(silent, 0.0, wanted), atol=1e-6)

@@ -1,6 +1,7 @@
 """Joints of a model of Hyfydy: hinges about the axes that its limits leave free, and forces at the ends of ranges.
 
-About an axis that a coordinate is named after it turns, too, against the spring of its limits, if these leave no range.
+About an axis that a coordinate is named after it turns, too, against the spring of its limits, if these leave no range;
+and where the root moves in three dimensions, about every axis whose limits have a spring.
 
 One that turns about several axes is as many hinges, with bodies without mass between them: first about z, which is
 flexion in its axes, then x, then y, as OpenSim's hips. Hyfydy has springs and dampers in place of them, about all axes.
@@ -60,10 +61,11 @@ def put_joints(
         bounds = {axis: None if one is None else read_range(one) for axis, one in ranges.items()}
         above, name = node.need("parent").text(), node.string_of("name") or f"{child}_joint"
         named = {axis: _of(coordinates, name, child, axis) for axis in ORDER}
-        free = [axis for axis, ends in bounds.items() if ends != (0.0, 0.0) or named[axis] is not None]
         spring = [
             node.number_of(key, settings.number_of(f"joint_{key}", 0.0)) for key in ("limit_stiffness", "limit_damping")
         ]
+        soft = scene.character.root_joint == "free" and spring[0] > 0.0
+        free = [axis for axis, ends in bounds.items() if soft or ends != (0.0, 0.0) or named[axis] is not None]
         near, far = (vector(WORLD @ np.array(node.vector_of(key))) for key in ("pos_in_parent", "pos_in_child"))
         if not free:
             _put(scene, notes, node, name, Joint("fixed", above, child, near, far))

@@ -113,8 +113,8 @@ class _Builder:
         found = HyfydyModel(scene, coordinates)
         if any(node.find("stiffness") is not None for node in joints.values()) or self._settings.children:
             self._notes.ignore(self._file, self._settings.line, "joint_stiffness", HELD)
-        put_joints(scene, coordinates, joints, bodies, self._settings, self._notes)
         self._put_root(found)
+        put_joints(scene, coordinates, joints, bodies, self._settings, self._notes)
         self._put_motors(found, joints)
         self._put_muscles(scene)
         self._put_contact(scene)

@@ -37,11 +37,13 @@ NEGATIVE_ANGLE: Negative = {"allow_neg_P": ("angle", True), "allow_neg_V": ("rat
 NEGATIVE_POSITION: Negative = {"allow_neg_P": ("position", True), "allow_neg_V": ("speed", True)}
 OPPOSITE = "_o"  # ends the name of what belongs to the other leg
 SUFFIX = {"left": "_l", "right": "_r", "both": ""}
+SIDE_OF = ("_l", "_r")  # end the name of what is of one leg alone
 SIDES: dict[Side, str] = {"left": "l", "right": "r", "both": "lr"}
 OF_MOTOR = {"P0": "target", "KP": "gain", "KV": "damping"}  # of what drives a motor about an axis
 MOTOR_AXES = {"z": "lean", "x": "list", "y": "turn"}
 AT_ONCE = "motors of joints act without delay here"
 OF_STEP = "its acceleration is the mean over a control step, not that of the step of the simulation before"
+ANGLES_FROM, BODIES_FROM = (2, 0, 4, 2348), (2, 0, 6)  # versions of SCONE: how turns are sensed, and on which side
 ABOUT_AXIS = "of the root its turn about an axis of its own is taken, which is the same while it turns about one alone"
 
 
@@ -68,6 +70,7 @@ class Sensed(NamedTuple):
 
     root: Mapping[str, Coordinate]  # coordinates of the root
     motors: Mapping[str, tuple[Coordinate, str]]  # by coordinate: it, and the force that turns it
+    version: tuple[int, ...] = ()  # of SCONE that the scenario is of; the newest if empty
 
 
 class Acting(NamedTuple):
@@ -83,7 +86,7 @@ class ReflexReader:
 
     def __init__(self, scene: Scene, body: Sensed, bindings: Bindings, notes: Notes) -> None:
         self._scene, self._root, self._bindings, self._notes = scene, body.root, bindings, notes
-        self._motors = body.motors
+        self._motors, self._version = body.motors, body.version
         self._side: Side = "both"
 
     def turns(self, node: Node) -> bool:
@@ -185,7 +188,20 @@ class ReflexReader:
         node.find("axis_name")
         body = self._other(reflex, source.text())
         self.known(source, body, self._scene.character.bodies, "body", reflex.opposite)
-        reflex.turn = SensedTurn(body, self._direction(node, "axis", (0.0, 0.0, 1.0)))
+        reflex.turn = self._sided_turn(body, self._direction(node, "axis", (0.0, 0.0, 1.0)), reflex.opposite)
+
+    def _sided_turn(self, body: str, axis: tuple[float, float, float], opposite: bool) -> SensedTurn:
+        """What senses a turn: left is what the body is of, or the muscle, if the body is of no side or SCONE is old."""
+        angles = self._since(ANGLES_FROM) and sorted(map(abs, axis)) == [0.0, 0.0, 1.0]
+        if not self._since(BODIES_FROM) or (not opposite and body[-2:] not in SIDE_OF):
+            return SensedTurn(body, axis, angles=angles)
+        if opposite or body.endswith("_l"):
+            x, y, z = axis
+            axis = (x, 0.0 - y, 0.0 - z)
+        return SensedTurn(body, axis, mirrored=opposite, angles=angles)
+
+    def _since(self, version: tuple[int, ...]) -> bool:
+        return not self._version or self._version >= version
 
     def _point(self, node: Node, reflex: GaitReflex, source: Node | None) -> None:
         if source is None:

@@ -132,7 +132,7 @@ class _Scenario:
         scene.failure.heading = 0.0  # measures end a simulation by its height alone
         root = {name: found.coordinates[name] for name in found.root if name in found.coordinates}
         motors = {name: (found.coordinates[name], force) for name, force in found.motors.items()}
-        body = Sensed(root, motors)
+        body = Sensed(root, motors, _version(node))
         groups = [objective, node, *node.every("Controllers")]
         read_controllers(_every(groups, CONTROLLERS), scene, body, self._bindings, self._notes)
         read_measures(_every(groups, MEASURES), scene, self._notes)
@@ -263,6 +263,12 @@ def _every(groups: list[Node], keys: Iterable[str]) -> list[Node]:
     """The children of some nodes that have one of some keys."""
     keys = tuple(keys)
     return [child for group in groups for child in group.every(*keys)]
+
+
+def _version(node: Node) -> tuple[int, ...]:
+    """The version of SCONE that a model names, such as 2.1.1.2637; nothing if it names none."""
+    words = node.string_of("scone_version").split(".")
+    return tuple(int(word) for word in words) if all(word.isdecimal() and len(word) < 10 for word in words) else ()
 
 
 def _options(node: Node) -> Options:

@@ -18,6 +18,7 @@ from warpmuscle.kernels.gait_state_structs import (
     NOTHING,
     SPEED,
     TURN,
+    TURN_ANGLE,
     TURN_RATE,
     GaitSensor,
 )
@@ -37,6 +38,22 @@ def rotation_vector(q: wp.quat) -> wp.vec3:
     if length < 1.0e-6:
         return 2.0 * v
     return v * (2.0 * wp.atan2(length, w) / length)
+
+
+@func
+def turn_angles(q: wp.quat) -> wp.vec3:
+    """Angles about x, y and z of a body that turns first about y, then about its x, then about its z, rad.
+
+    Those about x are from -pi/2 to pi/2: heading, lean and list, which do not depend on the heading.
+    """
+    x = q[0]
+    y = q[1]
+    z = q[2]
+    w = q[3]
+    about_x = wp.asin(wp.clamp(2.0 * (w * x - y * z), -1.0, 1.0))
+    about_y = wp.atan2(2.0 * (w * y + x * z), w * w - x * x - y * y + z * z)
+    about_z = wp.atan2(2.0 * (w * z + x * y), w * w - x * x + y * y - z * z)
+    return wp.vec3(about_x, about_y, about_z)
 
 
 @func
@@ -112,6 +129,8 @@ def sensed(instance: int, sensor: GaitSensor, model: ModelRef, state: StateRef, 
         return along_point(instance, sensor, kind == SPEED, model, work)
     if kind == TURN:
         return turned_about(work.orientation[source], sensor.along)
+    if kind == TURN_ANGLE:
+        return wp.dot(sensor.along, turn_angles(work.orientation[source]))
     if kind == TURN_RATE:
         return wp.dot(work.rotation[source] * sensor.along, work.angular_velocity[source])
     return along_balance(instance, sensor, kind == BALANCE_SPEED, model, work)

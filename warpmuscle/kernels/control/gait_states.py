@@ -76,8 +76,11 @@ def silenced(angle: float, rate: float, row: StateReflexRow) -> bool:
 
 @func
 def state_reflex_term(signal: float, row: StateReflexRow, positive: int) -> float:
-    """What a term adds to an excitation: gain (signal - offset), or its positive part."""
-    value = row.gain * (signal - row.offset)
+    """What a term adds to an excitation: gain (signal - offset), its positive part, or gain max(signal - offset, 0)."""
+    excess = signal - row.offset
+    if positive == 2:
+        excess = wp.max(excess, 0.0)
+    value = row.gain * excess
     return wp.where(positive == 1, wp.max(value, 0.0), value)
 
 

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.control.gait_sensors import rotation_vector
+from warpmuscle.kernels.control.gait_sensors import rotation_vector, turn_angles
 from warpmuscle.kernels.force.forces import Wrench
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef
@@ -37,7 +37,8 @@ def joint_motor_torque(turned: wp.vec3, spin: wp.vec3, bent: wp.vec3, rate: wp.v
     backwards is a turn about -x, the list about z, and the turn about y.
 
     Args:
-        turned: rotation vector of the second body in the world, rad. spin: its angular velocity, in its axes.
+        turned: angles of the second body in the world, about y, x and z in this order, rad. spin: its angular
+            velocity, in its axes.
         bent: rotation vector of the second body on the first one. rate: angular velocity of the one on the other.
     """
     gains = wp.vec3(motor.lean_gain, motor.turn_gain, motor.list_gain)
@@ -64,7 +65,7 @@ def joint_motor(
     from_first = wp.transpose(work.rotation[one])
     bent = rotation_vector(wp.quat_inverse(work.orientation[one]) * q)
     rate = from_first * (spin - work.angular_velocity[one])
-    torque = joint_motor_torque(rotation_vector(q), wp.transpose(work.rotation[two]) * spin, bent, rate, motor)
+    torque = joint_motor_torque(turn_angles(q), wp.transpose(work.rotation[two]) * spin, bent, rate, motor)
     w = Wrench()
     w.moment = work.rotation[one] * torque * wp.where(second == 1, 1.0, -1.0)
     return w

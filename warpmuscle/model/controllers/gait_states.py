@@ -28,6 +28,7 @@ SIDES = (("l", LEFT), ("r", RIGHT))
 MEANT = {"both": "lr", "left": "l", "right": "r"}
 HERE = (0.0, 0.0, 0.0)
 TURNS, MOVES = ("angle", "rate"), ("position", "speed")  # signals of a turn, and of a point or the centre of mass
+OF_FIBRES = {"length": structs.FIBRE_LENGTH, "velocity": structs.FIBRE_VELOCITY, "force": structs.FIBRE_FORCE}
 
 
 class Sensor(NamedTuple):
@@ -44,7 +45,7 @@ class Term(NamedTuple):
 
     sensor: int
     states: int
-    positive: bool
+    positive: int
     change: bool
     angle: int
     rate: int
@@ -92,12 +93,11 @@ class Terms:
         ) -> None:
             limits = (angle, rate) if within else (structs.NOTHING, structs.NOTHING)
             numbers = (gain, offset, reflex.within_low, reflex.within_high, reflex.delay)
-            own.append(Term(sensor, states, signal in reflex.positive, change, *limits, *numbers))
+            positive = (2 if signal in OF_FIBRES else 1) if signal in reflex.positive else 0
+            own.append(Term(sensor, states, positive, change, *limits, *numbers))
 
         add(structs.NOTHING, "", reflex.constant, 0.0, within=False)
-        for signal, kind in (
-            ("length", structs.FIBRE_LENGTH), ("velocity", structs.FIBRE_VELOCITY), ("force", structs.FIBRE_FORCE),
-        ):  # fmt: skip
+        for signal, kind in OF_FIBRES.items():
             gain = getattr(reflex, f"{signal}_gain")
             if not is_zero(gain):
                 add(self._sensor(kind, source), signal, gain, getattr(reflex, f"{signal}_offset"))
@@ -129,7 +129,8 @@ class Terms:
             # An axis that turns with the sense of a mirror: left and right change places, x is to the left.
             axis = (x, -y, -z) if turn.mirrored and side == "l" else (x, y, z)
             of = self._body(turn.body, of_side)
-            found.append((TURNS, (Sensor(structs.TURN, of, HERE, axis), Sensor(structs.TURN_RATE, of, HERE, axis))))
+            how = structs.TURN_ANGLE if turn.angles else structs.TURN
+            found.append((TURNS, (Sensor(how, of, HERE, axis), Sensor(structs.TURN_RATE, of, HERE, axis))))
         if (point := reflex.point) is not None:
             rest = (self._body(point.body, of_side), point.place, point.direction)
             found.append((MOVES, (Sensor(structs.POSITION, *rest), Sensor(structs.SPEED, *rest))))
@@ -200,7 +201,7 @@ def gait_states_struct(scene: Scene, names: Topology, muscles: Sequence[str], de
     s.span = records_to_device(ReflexSpan, device, first=places[:-1], end=places[1:], side=found.side)
     s.plan = records_to_device(
         structs.StateReflexPlan, device, sensor=[term.sensor for term in every],
-        states=[term.states for term in every], positive=[int(term.positive) for term in every],
+        states=[term.states for term in every], positive=[term.positive for term in every],
         change=[int(term.change) for term in every],
         angle=[term.angle for term in every], rate=[term.rate for term in every],
     )  # fmt: skip

@@ -33,11 +33,15 @@ class SensedPoint(Part):
 
 
 class SensedTurn(Part):
-    """How far a body is turned about one of its axes: its rotation vector, rad, times this axis."""
+    """How far a body is turned about one of its axes: its rotation vector, rad, times this axis.
+
+    With `angles` in place of this vector those by which it turns about y, then its x, then its z.
+    """
 
     body: str
     axis: Annotated[Fixed, "1"]  # in the body, for a muscle of the right leg
     mirrored: bool = True  # in the sagittal plane, for one of the left leg
+    angles: bool = False
 
 
 class SensedBalance(Part):
@@ -57,7 +61,7 @@ class GaitReflex(Part):
     angle_gain (angle_target - angle) + rate_gain (rate_target - rate) of `joint` or `turn`, and
     position_gain (position_target - position) + speed_gain (speed_target - speed) of `point` or `balance`, and
     acceleration_gain (acceleration_target - acceleration) of `point`, all sensed `delay` ago. Of signals in `positive`
-    only what they add beyond 0 counts.
+    only what they add beyond 0 counts, and of length, velocity and force only what they exceed their offset by.
     Names are without their side: `soleus` stands for `soleus_l` and `soleus_r`, or for `lsoleus` and `rsoleus`.
     """
 
