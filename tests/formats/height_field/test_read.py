@@ -69,6 +69,41 @@ def png(values: np.ndarray, bits: int = 8, colour: int = 0, kinds=(0, 1, 2, 3, 4
     return SIGNATURE + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
+def packed_bits(values: np.ndarray, bits: int) -> np.ndarray:
+    """Rows of integers as bytes, the first one in the highest bits, written down one at a time."""
+    rows = []
+    for row in values.tolist():
+        text = "".join(f"{value:0{bits}b}" for value in row)
+        text += "0" * (-len(text) % 8)
+        rows.append([int(text[k : k + 8], 2) for k in range(0, len(text), 8)])
+    return np.array(rows, np.uint8)
+
+
+@pytest.mark.parametrize("interlaced", [0, 1])
+@pytest.mark.parametrize(
+    ("bits", "colour", "shape"),
+    [(1, 0, (9, 13)), (2, 0, (3, 2)), (4, 0, (8, 8)), (8, 0, (5, 1)), (4, 3, (7, 6)), (8, 3, (2, 9))],
+)
+def test_few_bits_palettes_and_pictures_that_become_finer_are_read(bits: int, colour: int, shape, interlaced: int):
+    """The seven passes are written from the standard's picture of 8 x 8 points, in which each has its number."""
+    values, colours = RNG.integers(0, 2**bits, shape), RNG.integers(0, 256, (2**bits, 3))
+    order = np.array([
+        [1, 6, 4, 6, 2, 6, 4, 6], [7] * 8, [5, 6, 5, 6, 5, 6, 5, 6], [7] * 8,
+        [3, 6, 4, 6, 3, 6, 4, 6], [7] * 8, [5, 6, 5, 6, 5, 6, 5, 6], [7] * 8,
+    ])[np.arange(shape[0])[:, None] % 8, np.arange(shape[1]) % 8]  # fmt: skip
+    data = b""
+    for number in range(1, 8) if interlaced else [0]:
+        chosen = order == number if interlaced else np.ones(shape, bool)
+        if chosen.any():
+            part = np.array([row[mask] for row, mask in zip(values, chosen, strict=True) if mask.any()])
+            data += filtered(packed_bits(part, bits), 1, [0, 1, 2, 3, 4])
+    header = struct.pack(">IIBBBBB", shape[1], shape[0], bits, colour, 0, 0, interlaced)
+    palette = chunk(b"PLTE", colours.astype(np.uint8).tobytes()) if colour == 3 else b""
+    picture = SIGNATURE + chunk(b"IHDR", header) + palette + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
+    expected = colours[values].mean(axis=2) / 255.0 if colour == 3 else values / (2**bits - 1)
+    np.testing.assert_allclose(grey_values(picture, 1000), expected, atol=1e-12)
+
+
 @pytest.mark.parametrize(("bits", "colour", "channels"), [(8, 0, 1), (16, 0, 1), (8, 4, 2), (8, 2, 3), (16, 6, 4)])
 def test_pictures_of_all_filters_are_read_to_the_last_bit(bits: int, colour: int, channels: int):
     values = RNG.integers(0, 2**bits, (11, 7, channels))
@@ -169,7 +204,9 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
         ("a.png", GOOD[:45] + b"x" + GOOD[46:], "damaged"),
         ("a.png", SIGNATURE + chunk(b"IHDR", BAD_HEADER) + chunk(b"IDAT", b"x"), "60000 x 60000 has more points"),
         ("a.png", GOOD.replace(b"IEND", b"IEND")[:8] + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 3, 0, 0, 0))
-         + chunk(b"IDAT", b"x"), "without a palette"),
+         + chunk(b"IDAT", zlib.compress(bytes(20))), "more colours than its palette"),
+        ("a.png", SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 4, 2, 0, 0, 0)) + chunk(b"IDAT", b"x"),
+         "no kind that PNG has"),
         ("a.png", SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 0, 0, 0, 0))
          + chunk(b"IDAT", zlib.compress(b"\0" * 10**6)), "more or fewer points"),
         ("a.npy", b"\x93NUMPY\x01\x00", "no table of numbers"),

@@ -5,7 +5,7 @@ import warp as wp
 from probes import filled, matrix, units
 
 from warpmuscle.kernels.algebra.spatial import symmetric
-from warpmuscle.kernels.control.control import NO_CONTROLLER, control_stage_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, control_stage_of, damped_inertia
 from warpmuscle.kernels.objective.causes import ENTRY, GIVEN_TORQUE
 from warpmuscle.kernels.structs import (
     BALL,
@@ -78,3 +78,31 @@ def test_an_effort_that_is_no_number_ends_the_instance_and_names_its_joint():
         efforts = np.ones(6)
         efforts[column] = np.nan
         assert driven(efforts)[2:] == (GIVEN_TORQUE + body * ENTRY, 1)
+
+
+@wp.kernel(enable_backward=False)
+def inertia_of(model: Model, work: Scratch, damping: wp.array[wp.vec3], found: wp.array[symmetric]):
+    body = wp.tid()
+    its, m = work, model
+    found[body] = damped_inertia(0, body, damping[body], m, its)
+
+
+def test_damping_adds_inertia_to_each_speed_and_none_between_them():
+    """J^T K J = h diag(c) of the angular velocities J at a unit of each speed, which of a universal joint are askew."""
+    damping, turned, step = np.random.default_rng(6).uniform(0.5, 3.0, (5, 3)), matrix(units(5, 3, 4)), 0.002
+    plan = {"joint_type": KINDS, "parent": [-1, 0, 1, 2, 3]}
+    skeleton = filled(Skeleton, plan=plan, row={"axis_a": AXIS_A[None], "axis_b": AXIS_B[None]})
+    model, work = filled(Model, skeleton=skeleton, time_step=step), filled(Scratch, rotation=np.float32(turned))
+    given = wp.array(np.float32(damping), dtype=wp.vec3, device="cpu")
+    found = wp.zeros(5, dtype=symmetric, device="cpu")
+    wp.launch(inertia_of, 5, [model, work, given, found], device="cpu")
+    full = found.numpy().reshape(5, 6)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(5, 3, 3)
+    along = {
+        1: turned[1] @ AXIS_A[1][:, None],
+        2: np.stack([turned[2] @ AXIS_A[2], turned[1] @ AXIS_B[2]], axis=1),
+        4: turned[4],
+    }
+    for body, axes in along.items():
+        expected = step * np.diag(damping[body, : axes.shape[1]])
+        np.testing.assert_allclose(axes.T @ full[body] @ axes, expected, atol=1e-8)
+    np.testing.assert_array_equal(full[3], 0.0)

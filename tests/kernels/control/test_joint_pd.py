@@ -7,10 +7,10 @@ from probes import filled, units
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from muscle_arm import MASS, REACH, arm
+from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
 from warpmuscle.kernels.control.joint_pd import JointGains, joint_pd_effort
 from warpmuscle.kernels.structs import BALL, FIXED, HINGE, ROOT_FIXED, UNIVERSAL, Model, Scratch, Skeleton, State
-from warpmuscle.scene import Actuation, Controller
+from warpmuscle.scene import Actuation, Controller, JointState
 from warpmuscle.simulation.rollout import Rollout
 
 KINDS = (ROOT_FIXED, HINGE, UNIVERSAL, BALL, FIXED)
@@ -57,3 +57,42 @@ def test_a_hanging_body_comes_to_rest_where_the_spring_bears_its_weight():
     at_rest = brentq(lambda x: 30.0 * (0.9 - x) - MASS * 9.8 * REACH * np.sin(x), 0.0, 0.9)
     assert rollout.state.coordinates.numpy()[0, 7] == pytest.approx(at_rest, abs=1e-3)
     assert np.abs(rollout.state.speeds.numpy()).max() < 1e-3
+
+
+STEP, STEPS = 0.002, 60  # s
+
+
+def braked(share: float, implicit: bool) -> np.ndarray:
+    """Speed of a joint, rad/s, (STEPS,), that a damping c alone brakes from 1 rad/s; share: h c / I."""
+    gains = {"others": {"kp": 0.0, "kd": share * ABOUT_JOINT / STEP, "angle": 0.0}}
+    scene = arm(actuation={"elbow": Actuation("torque")}, controller=Controller(type="joint_pd", by_joint=gains))
+    scene.gravity, scene.time_step, scene.implicit_pd, scene.duration = 0.0, STEP, implicit, STEPS * STEP
+    scene.initial_state.joints["elbow"] = JointState(angular_velocity=(1.0, 0.0, 0.0))
+    rollout, found = Rollout(scene, 1, "cpu"), []
+    for _ in range(STEPS):
+        rollout.run(STEP)
+        found.append(float(rollout.state.speeds.numpy()[0, 0]))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+@pytest.mark.parametrize("share", [0.3, 0.95, 1.05])
+def test_damping_brakes_as_leapfrog_has_it_and_speeds_grow_beyond_the_bound_where_it_is_explicit(
+    share: float, implicit: bool
+):
+    speed, last, expected = 1.0, 0.0, []  # in float64
+    for n in range(STEPS):
+        change = share * (implicit * last - speed) / (1.0 + share * implicit)
+        middle = speed - 0.5 * last + change * (0.5 if n == 0 else 1.0)
+        speed, last = middle + 0.5 * change, change
+        expected.append(speed)
+    found = braked(share, implicit)
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-5)
+    grows = share > 1.0 and not implicit
+    assert (np.abs(found[-10:]).max() > np.abs(found[:10]).max()) == grows
+
+
+def test_damping_that_is_implicit_stops_a_joint_in_steps_that_are_far_too_long_for_it():
+    found = np.abs(braked(50.0, True))
+    assert found.max() <= 1.0
+    assert found[-1] < 1e-6

@@ -13,6 +13,7 @@ from warpmuscle.cli.program import app
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, scene_names, toml
+from warpmuscle.scene.validation.damping import damping_warnings
 from warpmuscle.scene.validation.muscles import SceneWarning
 from warpmuscle.scene.validation.start import start_depths, start_warnings
 from warpmuscle.simulation.rollout import Rollout
@@ -70,7 +71,8 @@ def test_depths_are_those_of_the_simulated_bodies(root_joint: str):
 
 def test_no_shipped_scene_starts_in_doubt():
     for name in scene_names():
-        assert not start_warnings(load(name)), name
+        scene = load(name)
+        assert not [*start_warnings(scene), *damping_warnings(scene)], name
 
 
 def test_a_file_says_it_with_its_line_when_it_is_loaded_and_when_it_is_changed(tmp_path: Path):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.spatial import symmetric
+from warpmuscle.kernels.algebra.spatial import symmetric, symmetric_outer, symmetric_rotated
 from warpmuscle.kernels.force.extensions import (
     controller_extension,
     of_body,
@@ -51,8 +51,9 @@ class CustomController(NamedTuple):
 
     All functions take what is in brackets if it is declared: `parameters`, a `@wp.struct` of floats, whose values
     stand in the scene's `controller.parameters`; `own`, the same of the joint, body or muscle that they are asked for;
-    and `state`, so many floats, zero at the start of an instance. `effort` and `excitation` may read the state,
-    `update` alone may write it; that may also take an array of what all joints, bodies or muscles have.
+    and `state`, so many floats, zero at the start of an instance. `effort`, `damping` and `excitation` may read the
+    state, `update` alone may write it; that may also take an array of what all joints, bodies or muscles have.
+    In scenes with `implicit_pd`, damping is implicit, and stable in steps of any length.
     """
 
     effort: Any = None  # (instance, body, model, state, work [, parameters] [, own] [, state]) -> wp.vec3: joint, N m
@@ -69,6 +70,7 @@ class CustomController(NamedTuple):
     defaults: tuple[tuple[str, float], ...] = ()  # parameters that a scene need not give, of all structures
     description: str = ""
     legs: bool = False  # whether it moves two legs: feet, hinged knees, hips of the root, joints of usual types
+    damping: Any = None  # as `effort`: N m s/rad, how much less each effort is for its speed; for `implicit_pd`
 
     def values_of(self, function: Any) -> tuple[str, Any]:
         """Which of `by_joint`, `by_body` and `by_muscle` a function takes, and the structure; ("", None) if none."""
@@ -134,6 +136,39 @@ def effort_torque(instance: int, body: int, effort: wp.vec3, model: ModelRef, wo
 
 
 @func
+def last_change(instance: int, body: int, model: ModelRef, state: StateRef) -> wp.vec3:
+    """By how much the speeds of a joint changed in the step before, rad/s.
+
+    Damping c takes a speed extrapolated to now. As inertia h c it would brake by the speed of the next step; with h c
+    times the last acceleration beside it, it does so only by what that has changed, and remains of second order.
+    """
+    first = model.skeleton.plan[body].speed_start
+    change = wp.vec3(0.0)
+    for k in range(model.skeleton.plan[body].speed_end - first):
+        change[k] = state.accelerations[instance, first + k] * model.time_step
+    return change
+
+
+@func
+def damped_inertia(instance: int, body: int, damping: wp.vec3, model: ModelRef, work: ScratchRef) -> symmetric:
+    """What damping of a joint's speeds, N m s/rad, adds to its inertia over a step, kg m^2, world: h c by speed."""
+    kind = model.skeleton.plan[body].joint_type
+    rotation = work.rotation[body]
+    inertia = damping * model.time_step
+    if kind == BALL:
+        return symmetric_rotated(rotation, inertia)
+    if kind == FIXED:
+        return symmetric(0.0)
+    a = rotation * at(model.skeleton.row, instance, body).axis_a
+    if kind == UNIVERSAL:  # dual axes, so that no speed feels the damping of the other one
+        b = work.rotation[model.skeleton.plan[body].parent] * at(model.skeleton.row, instance, body).axis_b
+        c = wp.dot(a, b)
+        scale = 1.0 / (1.0 - c * c)
+        return symmetric_outer((a - b * c) * scale, inertia[0]) + symmetric_outer((b - a * c) * scale, inertia[1])
+    return symmetric_outer(a, inertia[0])
+
+
+@func
 def given_effort(instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef) -> wp.vec3:
     """Efforts of a joint as given from outside."""
     first = model.skeleton.plan[body].speed_start
@@ -170,12 +205,16 @@ def control_stage_of(controller: ControllerKind) -> Any:
     It puts that into the working set and ends with a barrier.
     """
     custom, extension_struct, torques = controller.custom, controller.extension, controller.torques
-    has_effort, has_update = custom.effort is not None, custom.update is not None
-    effort, update = torques, torques
+    has_effort, has_update, has_damping = (own is not None for own in (custom.effort, custom.update, custom.damping))
+    effort, update, damping = torques, torques, torques
     looked_at = not custom.shipped
     cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
         effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.values_of(custom.effort))
+    if has_damping:
+        damping = of_body(
+            custom.damping, wp.vec3, custom.parameters, extension_struct, custom.values_of(custom.damping)
+        )
     if has_update:
         update = of_instance(custom.update, custom.parameters, extension_struct, custom.values_of(custom.update))
 
@@ -203,8 +242,16 @@ def control_stage_of(controller: ControllerKind) -> Any:
                 wanted = effort(instance, i, 0, model, state, work, extension)
                 if wp.static(looked_at):
                     wanted = checked_vector(wanted, instance, wp.static(cause) + i * wp.static(ENTRY), state, work)
-                work.torque[i] = effort_torque(instance, i, wanted, model, work)
                 work.stiffness[i] = symmetric(0.0)
+                if wp.static(has_damping):  # noqa: SIM102, what is not compiled may not be called
+                    if model.implicit_pd == 1:
+                        by_speed = damping(instance, i, 0, model, state, work, extension)
+                        if wp.static(looked_at):
+                            place = wp.static(cause) + i * wp.static(ENTRY)
+                            by_speed = checked_vector(by_speed, instance, place, state, work)
+                        wanted += wp.cw_mul(by_speed, last_change(instance, i, model, state))
+                        work.stiffness[i] = damped_inertia(instance, i, by_speed, model, work)
+                work.torque[i] = effort_torque(instance, i, wanted, model, work)
             synchronize()
         else:
             torques(instance, lane, lanes, model, state, work)

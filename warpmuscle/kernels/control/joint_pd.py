@@ -49,6 +49,17 @@ def joint_pd_effort(
     return effort
 
 
+@func
+def joint_pd_damping(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, gains: JointGains
+) -> wp.vec3:
+    """That of each speed of the joint."""
+    return wp.vec3(gains.kd)
+
+
 joint_pd = CustomController(
-    effort=joint_pd_effort, by_joint=JointGains, description="PD of every joint towards an angle of its own"
+    effort=joint_pd_effort,
+    damping=joint_pd_damping,
+    by_joint=JointGains,
+    description="PD of every joint towards an angle of its own",
 )

@@ -1,10 +1,13 @@
 """What the walking controller measures of its body, against the scene's own numbers."""
 
 import numpy as np
+import pytest
 
 from warpmuscle.formats import load
 from warpmuscle.kernels.control.walking import parameters as places
 from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.parameters import at_start
+from warpmuscle.scene.validation.damping import leg_length
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -37,6 +40,7 @@ def test_foot_and_leg_are_as_long_as_the_scene_has_them():
     }  # fmt: skip
     for place, value in expected.items():
         np.testing.assert_allclose(memory[int(place)], value, rtol=1e-4)
+    assert leg_length(at_start(load("steer"))) == pytest.approx(expected[places.LEG], rel=1e-9)
 
 
 def test_who_stands_has_forgotten_how_it_walked():

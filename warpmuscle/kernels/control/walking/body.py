@@ -84,7 +84,7 @@ def carried_mass(body: int, memory: wp.array[float]) -> float:
 
 @func
 def carry(instance: int, model: ModelRef, work: ScratchRef, memory: wp.array[float]):
-    """Masses and moments of all that each body carries outwards; no torque yet."""
+    """Masses and moments of all that each body carries outwards; no torque or damping yet."""
     for body in range(model.body_count):
         row = at(model.skeleton.row, instance, body)
         moment = (work.position[body] + work.rotation[body] * row.com) * row.mass
@@ -92,6 +92,7 @@ def carry(instance: int, model: ModelRef, work: ScratchRef, memory: wp.array[flo
         for axis in range(3):
             memory[k + axis] = 0.0
             memory[k + 4 + axis] = moment[axis]
+            memory[k + 7 + axis] = 0.0
         memory[k + 3] = row.mass
     for i in range(model.body_count - 1):
         body = model.body_count - 1 - i
@@ -113,3 +114,18 @@ def add_torque(body: int, torque: wp.vec3, memory: wp.array[float]):
     k = STATE + OF_BODY * body
     for axis in range(3):
         memory[k + axis] = memory[k + axis] + torque[axis]
+
+
+@func
+def damping_of(body: int, memory: wp.array[float]) -> wp.vec3:
+    """Damping of its joint about the axes of a body, N m s/rad."""
+    k = STATE + OF_BODY * body + 7
+    return wp.vec3(memory[k], memory[k + 1], memory[k + 2])
+
+
+@func
+def add_damping(body: int, damping: wp.vec3, memory: wp.array[float]):
+    """Add to it."""
+    k = STATE + OF_BODY * body + 7
+    for axis in range(3):
+        memory[k + axis] = memory[k + axis] + damping[axis]

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.control.control import CustomController
-from warpmuscle.kernels.control.walking.body import torque_on
+from warpmuscle.kernels.control.walking.body import damping_of, torque_on
 from warpmuscle.kernels.control.walking.parameters import OF_BODY, RECORDED, STATE, Walking, WalkingJoint
 from warpmuscle.kernels.control.walking.plan import renew_plan
 from warpmuscle.kernels.control.walking.torques import renew_torques
@@ -39,8 +39,17 @@ def walking_effort(
     return effort
 
 
+@func
+def walking_damping(
+    instance: int, body: int, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
+) -> wp.vec3:
+    """Damping of the joint that carries a body; a hinge or universal joint has the same about all axes."""
+    return damping_of(body, memory)
+
+
 walking = CustomController(
     effort=walking_effort,
+    damping=walking_damping,
     update=walking_update,
     parameters=Walking,
     by_joint=WalkingJoint,

@@ -77,5 +77,7 @@ TUNED = wp.constant(20)  # m/s, by which more is planned than is wanted, since l
 WAY, SINCE = wp.constant(21), wp.constant(22)  # m and s, since a foot last came down
 HASTE = wp.constant(23)  # by which the phase goes on faster, so that a foot comes down where the ground bears it
 STATE = 24
-OF_BODY = 7  # floats of each body: torque on it, world, N m; mass that it carries outwards, kg, and its moment, kg m
+# Floats of each body: torque on it, world, N m; mass that it carries outwards, kg, and its moment, kg m; damping of its
+# joint about the body's axes, N m s/rad.
+OF_BODY = 10
 STANDS, LEFT_STANCE, RIGHT_STANCE = wp.constant(2.0), wp.constant(0.0), wp.constant(1.0)

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.control.walking.body import Leg, add_torque, leg_of
+from warpmuscle.kernels.control.walking.body import Leg, add_damping, add_torque, leg_of
 from warpmuscle.kernels.control.walking.leg import knee_angle, reaching_length, turned
 from warpmuscle.kernels.control.walking.parameters import (
     FOOTHOLD,
@@ -108,6 +108,7 @@ def stance_leg(
     torque = hinge_pull(instance, leg.shank, bent, knee, u, model, state, work)
     torque += force_torque(bears, work.position[leg.thigh], work.position[leg.shank])
     add_torque(leg.shank, torque, memory)
+    add_damping(leg.shank, wp.vec3(knee.kd * u.damping), memory)
     load = memory[LOAD + side]
     rotation = work.rotation[leg.foot]
     spin = work.angular_velocity[leg.foot] - work.angular_velocity[leg.shank]
@@ -122,3 +123,4 @@ def stance_leg(
         leg.foot, facing(memory), work.angular_velocity[leg.foot], ankle.kp * u.stiffness, ankle.kd * u.damping, work
     )
     add_torque(leg.foot, rotation * within * loaded + level * (1.0 - 0.7 * loaded), memory)
+    add_damping(leg.foot, wp.vec3(ankle.kd * u.damping * (1.0 - 0.7 * loaded)), memory)

@@ -7,10 +7,12 @@ from warpmuscle.kernels.control.joint_values import joint_coordinate
 from warpmuscle.kernels.control.simbicon_equations import stance_share
 from warpmuscle.kernels.control.walking.body import (
     Leg,
+    add_damping,
     add_torque,
     carried_mass,
     carried_moment,
     carry,
+    damping_of,
     ground_height,
     leg_of,
     torque_on,
@@ -143,6 +145,7 @@ def swing_leg(
     add_torque(leg.foot, torque, memory)
     for n in range(3):
         body = wp.where(n == 0, leg.thigh, wp.where(n == 1, leg.shank, leg.foot))
+        add_damping(body, wp.vec3(joints[body].kd * u.damping), memory)
         borne = gravity_torque(carried_mass(body, memory), carried_moment(body, memory), work.position[body], gravity)
         add_torque(body, borne, memory)
     sole = work.position[leg.foot] - wp.vec3(0.0, memory[SOLE], 0.0)
@@ -184,6 +187,12 @@ def keep_grip(
     most = GRIP * (memory[TOE] - memory[HEEL]) * memory[LOAD + side]
     loaded = wp.clamp(memory[LOAD + side] / bears, 0.0, 1.0)
     add_torque(leg.thigh, along * (wp.clamp(now, -most, most) - now) + turns * (1.0 - loaded), memory)
+    damping = wp.vec3(hip.kd * u.damping * (1.0 - loaded))
+    if memory[STANCE] != STANDS:
+        damping = wp.vec3(0.0, damping[1], 0.0)  # of the thigh, whose length is about that of the leg
+    if wp.abs(now) > most:
+        damping[1] -= damping_of(leg.thigh, memory)[1]  # a torque at its bound does not change with speed
+    add_damping(leg.thigh, damping, memory)
 
 
 @func
@@ -213,6 +222,9 @@ def turn_pelvis(
         on_pelvis += torque_on(child, memory)
     add_torque(stance, -on_pelvis * share, memory)
     add_torque(other, -on_pelvis * (1.0 - share), memory)
+    damping = wp.vec3(parameters.root_kd, parameters.turn_kd, parameters.root_kd) * u.damping
+    add_damping(stance, damping * share, memory)
+    add_damping(other, damping * (1.0 - share), memory)
 
 
 @func
@@ -243,6 +255,7 @@ def renew_torques(
             place = work.position[body]
             borne = gravity_torque(carried_mass(body, memory), carried_moment(body, memory), place, gravity)
             add_torque(body, held + borne, memory)
+            add_damping(body, wp.vec3(joints[body].kd * u.damping), memory)
     side = 1 - swing_side(memory)
     share = stance_share(memory[LOAD + side], memory[LOAD + 1 - side])
     if memory[STANCE] == STANDS:
