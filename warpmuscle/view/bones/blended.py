@@ -80,13 +80,13 @@ class Egg:
 Part = Rod | Egg
 
 
-def rod(points: Sequence[Floats] | Floats, radii: float | Sequence[float] | Floats) -> Rod:
+def rod(points: Sequence[Floats | Sequence[float]] | Floats, radii: float | Sequence[float] | Floats) -> Rod:
     """A chain of round cones along points (N, 3), with one radius, or one at each."""
     way = np.asarray(points, dtype=np.float64)
     return Rod(way, np.broadcast_to(np.asarray(radii, dtype=np.float64), len(way)))
 
 
-def egg(center: Floats, radii: Sequence[float], turn: Floats | None = None) -> Egg:
+def egg(center: Floats | Sequence[float], radii: Sequence[float], turn: Floats | None = None) -> Egg:
     """An ellipsoid; `turn` has its axes as columns (3, 3), by default those of the body."""
     return Egg(
         np.asarray(center, dtype=np.float64), np.asarray(radii, dtype=np.float64), np.eye(3) if turn is None else turn
@@ -157,9 +157,9 @@ def _net(field: Floats, low: Floats, cell: float) -> Mesh:
             begin = np.zeros(3, dtype=int)
             begin[others] = steps
             end = begin + np.eye(3, dtype=int)[axis]
-            a, b = (field[tuple(slice(k, k + n) for k, n in zip(at, shape, strict=True))] for at in (begin, end))
-            cut = (a < 0.0) != (b < 0.0)
-            part = np.where(cut, a / np.where(cut, a - b, 1.0), 0.0)
+            one, two = (field[tuple(slice(k, k + n) for k, n in zip(at, shape, strict=True))] for at in (begin, end))
+            cut = (one < 0.0) != (two < 0.0)
+            part = np.where(cut, one / np.where(cut, one - two, 1.0), 0.0)
             place = np.broadcast_to(begin.astype(np.float64), (*shape, 3)).copy()
             place[..., axis] += part
             sums += cut[..., None] * place

@@ -12,7 +12,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized
-from warpmuscle.view.bones.blended import blended, egg, fan, rod
+from warpmuscle.view.bones.blended import Part, blended, egg, fan, rod
 from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
 from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.hulls import Mesh
@@ -71,7 +71,7 @@ def thigh_bone(start: Floats, end: Floats, sign: float, scale: float, capped: bo
     middle = start + 0.55 * (end - start) + s * (0.014 * out + 0.008 * front)
     above = start + 0.88 * (end - start) + s * 0.002 * out
     axes = _turned(-down, _unit(np.cross(-down, front)))
-    parts = [
+    parts: list[Part] = [
         egg(start, (0.0235 * s,) * 3),
         rod([start, start + s * (0.024 * out + 0.013 * down), below], s * np.array([0.016, 0.0145, 0.0145])),
         egg(trochanter, (0.015 * s, 0.026 * s, 0.019 * s), axes),
@@ -105,13 +105,13 @@ def shank_bones(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
     calf = np.array(
         [start + 0.12 * reach + s * 0.031 * out, start + 0.5 * reach + s * 0.03 * out, end + s * 0.027 * out]
     )
-    tibia = [
+    tibia: list[Part] = [
         egg(top, (0.037 * s, 0.0125 * s, 0.025 * s), axes),
         rod(shin, s * np.array([0.023, 0.0165, 0.0125, 0.0105, 0.0145, 0.0175])),
         rod([shin[1] + 0.011 * s * front, shin[2] + 0.006 * s * front], s * np.array([0.0095, 0.007])),
         egg(end - s * 0.022 * out, (0.009 * s, 0.014 * s, 0.013 * s), axes),
     ]
-    fibula = [
+    fibula: list[Part] = [
         rod(calf - s * 0.01 * front, s * np.array([0.0095, 0.0064, 0.0085])),
         egg(calf[0] - s * 0.01 * front, (0.012 * s, 0.014 * s, 0.012 * s), axes),
         egg(end + s * (0.027 * out + 0.004 * down - 0.006 * front), (0.009 * s, 0.018 * s, 0.012 * s), axes),
@@ -132,7 +132,7 @@ def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
             s * np.array([0.0085, 0.0095, 0.009]))
         for way in (1.0, -1.0)
     ]  # fmt: skip
-    parts = [
+    parts: list[Part] = [
         egg(start, (0.0235 * s,) * 3),
         egg(start + s * (0.016 * side + 0.012 * along), (0.011 * s, 0.016 * s, 0.011 * s), axes),
         rod(shaft, s * np.array([0.0175, 0.0128, 0.0108, 0.0108, 0.012, 0.011])),
@@ -149,7 +149,7 @@ def forearm_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     part = np.array([0.02, 0.14, 0.5, 0.88, 0.98])[:, None]
     apart = np.array([0.012, 0.014, 0.019, 0.015, 0.013])[:, None]
     first, second = (start + part * reach + s * way * apart * side for way in (1.0, -1.0))
-    parts = [
+    parts: list[Part] = [
         rod(first, s * np.array([0.0105, 0.0075, 0.0075, 0.01, 0.0135])),
         rod([second[0] - 0.014 * s * along, *second], s * np.array([0.011, 0.0135, 0.0105, 0.007, 0.0062, 0.0078])),
     ]
@@ -260,7 +260,7 @@ def shoulder_blade_bone(shoulder: Floats, axes: tuple[Floats, Floats, Floats], s
     socket = at(-0.026, -0.012, -0.014)
     outer = np.concatenate([np.linspace(low, socket, 15), np.linspace(socket, at(-0.04, 0.018, -0.03), 6)[1:]])
     inner = np.concatenate([np.linspace(low + 0.1 * (root - low), root, 14), np.linspace(root, high, 7)[1:]])
-    parts = [
+    parts: list[Part] = [
         *fan(outer, inner, 0.0062 * scale, 0.0064 * scale),
         rod([low, *np.linspace(low, socket, 3)[1:]], scale * np.array([0.0065, 0.006, 0.008])),
         rod([root, at(-0.06, 0.012, -0.074), at(-0.02, 0.03, -0.055), at(0.012, 0.032, -0.02), at(0.006, 0.03, 0.006)],
@@ -284,7 +284,7 @@ def foot_bones(ankle: Floats, ball: Floats, heel: float, sole: float, sign: floa
     arch = np.array([ankle[0] - sign * 0.004 * s, sole + 0.62 * under, ankle[2] + 0.4 * float(ball[2] - ankle[2])])
     high = np.array([ankle[0], min(float(ankle[1]), sole + 0.085 * s), ankle[2]])
     heel_bone = [back - [0.0, 0.06 * under, 0.0], 0.6 * back + 0.4 * arch, arch - [0.0, 0.1 * under, 0.0]]
-    tarsals = [
+    tarsals: list[Part] = [
         egg(high - np.array([0.0, 0.01 * s, -0.004 * s]), (0.0205 * s, 0.017 * s, 0.027 * s)),
         rod([high - np.array([0.0, 0.016 * s, -0.012 * s]), arch], s * np.array([0.015, 0.0155])),
         rod(heel_bone, s * np.array([0.0225, 0.018, 0.0155])),
