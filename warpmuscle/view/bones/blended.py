@@ -186,4 +186,4 @@ def _net(field: Floats, low: Floats, cell: float) -> Mesh:
         slope = np.stack([map_coordinates(one, places.T, order=1) for one in slopes], axis=1)
         places -= np.clip(off / np.maximum(np.sum(slope**2, axis=1), 0.25), -0.5, 0.5)[:, None] * slope
     normals = np.stack([map_coordinates(one, places.T, order=1) for one in slopes], axis=1)
-    return low + cell * places, normalized(normals), np.concatenate(faces)
+    return low + cell * places, normalized(normals, 1e-9), np.concatenate(faces)
