@@ -1,4 +1,4 @@
-"""Each control of the page has a name that is read aloud, and nothing moves at once for those who ask for little motion."""
+"""Each control of the page has a name to be read aloud, and a page asked for little motion does not start by itself."""
 
 from html.parser import HTMLParser
 from importlib.resources import files
