@@ -53,6 +53,11 @@ def first_guesses(folder: Path) -> list[str]:
     say(wm.scenes("stairs").names)
     say(wm.scenes()["fwalk"].muscles)
     say(len(wm.scenes().to_dataframe()))
+    say(list(run)[:3])
+    say(sorted(dict(run)))
+    say(wm.read(folder / "run.h5"))
+    say(run["knee flexion"].mean("time").to_pandas())
+    say(run.to_dataframe().iloc[3])
     run.save(folder / "run.mot")
     run.save(folder / "run.csv")
     scene = wm.load("fwalk", set={"duration": 0.5})  # 13

@@ -124,6 +124,22 @@ _ELSEWHERE = {
     "step": "wm.Rollout(scene).step() does one",
     "rollout": "wm.Rollout(scene, instances=100) simulates many at once",
     "version": "wm.__version__ is it",
+    **dict.fromkeys(("load_mujoco", "MjModel", "load_urdf", "OsimModel"), "wm.load reads a model, wm.simulate runs it"),
+    **dict.fromkeys(
+        ("viewer", "Viewer", "visualize", "launch", "launch_viewer", "gui"),
+        "wm.show shows a motion, `warpmuscle view SCENE --live` runs one",
+    ),
+    **dict.fromkeys(
+        ("envs", "vec_env", "VecEnv"), "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')"
+    ),
+    **dict.fromkeys(("PPO", "ppo", "agent"), "wm.learn trains a policy"),
+    **dict.fromkeys(("cma", "CMA", "cmaes"), "wm.optimize(scene, search='cma') searches"),
+    **dict.fromkeys(("cuda", "get_device", "is_available", "gpu"), "wm.Rollout(scene).device says where it runs"),
+    **dict.fromkeys(("examples", "load_example", "datasets", "data"), "wm.scenes() lists what comes with the package"),
+    **dict.fromkeys(("describe", "summary"), "print(wm.load(SCENE)) says what it contains"),
+    **dict.fromkeys(("muscles", "bodies", "joints"), "wm.load(SCENE).character has them"),
+    **dict.fromkeys(("reset", "state", "load_state"), "wm.Rollout(scene) has it"),
+    **dict.fromkeys(("moco", "Moco"), "wm.track follows a recorded motion, wm.optimize searches for one"),
     **dict.fromkeys(("read_osim", "load_osim", "from_file", "from_xml", "from_toml", "read_model"), "wm.load reads it"),
     **dict.fromkeys(
         ("make", "env", "Env", "make_env", "Gym"), "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')"

@@ -3,6 +3,8 @@
 import copy
 import pickle
 import re
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import pytest
 import warpmuscle as wm
 from first_guesses import first_guesses
 from warpmuscle.core.errors import RolloutError
+from warpmuscle.plots import one_curve
+from warpmuscle.plots.names import curves_named
 from warpmuscle.scene import Scene
 
 
@@ -157,6 +161,43 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("wm.Rollout('fwalk').qpos", "state.coordinates.numpy()"),
     ("pickle.dumps(wm.Rollout('fwalk'))", "neither copied nor pickled"),
     ("copy.deepcopy(wm.Rollout('fwalk'))", "neither copied nor pickled"),
+    ("run[['hip flexion', 'knee flexion']]", "run.plot(['hip flexion', 'knee flexion']) draws several"),
+    ("run.loc[0.1]", "to_xarray().sel(time=0.5, method='nearest')"),
+    ("run.shape", "to_xarray() has it"),
+    ("run.items()", "dict(run) has all that are recorded"),
+    ("run.ctrl", "run.recording.muscle_excitation"),
+    ("run.qvel", "run.recording.speed"),
+    ("run.moments", "run.plot('moments') draws them"),
+    ("run.to_sto('a.sto')", "save('run.mot') writes one"),
+    ("run.plot('hip flexion', xlim=(0, 1))", "plot returns a figure of matplotlib"),
+    ("run.plot('hip flexion').show()", "figure.savefig('figure.png') writes it"),
+    ("run.recording.shape", "frames are as many"),
+    ("wm.simulate('fwalk', n_envs=9)", "wm.Rollout(scene, instances=100)"),
+    ("wm.simulate('fwalk', n_steps=9)", "duration is in s"),
+    ("wm.simulate('fwalk', final_time=9)", "duration is in s"),
+    ("wm.simulate('fwalk', render=True)", "run.show() shows it"),
+    ("wm.MjModel.from_xml_path('a.xml')", "wm.load reads a model"),
+    ("wm.PPO('fwalk')", "wm.learn trains a policy"),
+    ("wm.cma('fwalk')", "search='cma'"),
+    ("wm.cuda.is_available()", "wm.Rollout(scene).device says"),
+    ("wm.viewer(run)", "wm.show shows a motion"),
+    ("wm.examples()", "wm.scenes() lists what comes"),
+    ("wm.scenes().head()", "to_dataframe() has it"),
+    ("wm.scenes().fwalk", "wm.load('fwalk') reads it"),
+    ("wm.load('fwalk').to_xml()", "wm.convert(scene, 'scene.xml')"),
+    ("wm.load('fwalk').nbody", "len(scene.character.bodies)"),
+    ("wm.load('a.urdf')", "a.urdf: there is no such file, and a scene is read from .toml"),
+    ("wm.load('a.mot')", "wm.inverse_dynamics(model, 'walk.mot') takes a motion"),
+    ("wm.load('a.trc')", "wm.inverse_kinematics(model, 'walk.trc') takes markers"),
+    ("wm.load('gone.h5')", "wm.read opens a result"),
+    ("wm.read('run.h5')['hip flexoin']", "did you mean 'Hip flexion'?"),
+    ("wm.read('run.h5')['nothing']", "no quantity is called 'nothing'; there are curves: Hip flexion"),
+    ("wm.read('run.h5')[0]", "such as result['hip flexion']"),
+    ("wm.read('run.h5').simulate()", "wm.best_scene(result)[0]"),
+    ("wm.show(run, title='a')", "the page is called as its scene is"),
+    ("wm.show('fwalk', live=True)", "`warpmuscle view SCENE --live` runs one"),
+    ("wm.Rollout('fwalk').to('cuda')", "device='cuda:0'"),
+    ("wm.Rollout('fwalk').obs", "gymnasium.make('warpmuscle/walk56-v0')"),
 ]
 
 
@@ -189,6 +230,31 @@ def test_a_curve_by_its_name_has_time_unit_and_sides(walked):
     np.testing.assert_allclose(walked["rKnee"], angle, atol=1e-9)
     np.testing.assert_allclose(np.abs(knee.sel(side="right")), np.abs(angle), atol=1e-3)
     assert walked["com"].dims[0] == "time"
+
+
+def test_a_muscle_of_both_sides_goes_by_its_name_without_a_side_or_in_full():
+    activation = np.arange(6.0).reshape(3, 2) / 10.0
+
+    def recording(*muscles: str) -> Any:
+        return SimpleNamespace(muscle_names=muscles, muscle_activation=activation, muscle_force=100.0 * activation)
+
+    curves = {title: lines for title, _, lines in one_curve._both_sides(recording("lSOL", "rSOL"))}
+    assert sorted(curves) == ["SOL", "SOL force"]
+    np.testing.assert_array_equal(curves["SOL"]["right"], activation[:, 1])
+    np.testing.assert_array_equal(curves["SOL force"]["left"], 100.0 * activation[:, 0])
+    assert curves_named("soleus", ["lSOL", "rSOL", "SOL"]) == ["SOL"]
+    assert curves_named("soleus", ["soleus_l", "soleus_r", "soleus"]) == ["soleus"]
+    assert "soleus" in {title for title, _, _ in one_curve._both_sides(recording("soleus_l", "soleus_r"))}
+    assert not list(one_curve._both_sides(recording("rSOL", "trunk")))
+
+
+def test_a_run_names_its_quantities_one_by_one_and_a_result_has_its_curves(walked, tmp_path):
+    pytest.importorskip("xarray")
+    assert list(walked) == walked.keys() == list(dict(walked))
+    walked.save(tmp_path / "run.h5")
+    np.testing.assert_array_equal(wm.read(tmp_path / "run.h5")["knee flexion"], walked["knee flexion"])
+    scenes = wm.scenes("stairs")
+    assert copy.deepcopy(scenes).names == pickle.loads(pickle.dumps(scenes)).names == scenes.names
 
 
 def test_what_says_where_things_are_copies_and_pickles_as_before(walked):

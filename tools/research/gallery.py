@@ -32,6 +32,12 @@ SHOWN, SECONDS = 0.62, 2.0  # of the motion, at which it is shown; s that are si
 SIZE, FIGURE = (360, 300), 460  # px of a scene; width of a figure
 WALK, SEARCH = "walk56_person", "stumble56"
 OF_A_SEARCH = ("convergence", "parameters")
+TITLES = {
+    "bergmann2017": "Bergmann 2017",
+    "wang2012": "Wang 2012",
+    "opensim": "OpenSim",
+    "programs": "Quadratic programmes",
+}
 TABLE = "| picture | what | command |\n|---|---|---|\n"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 HEAD = """# Gallery
@@ -117,7 +123,7 @@ def page() -> str:
     for study, names in scene_groups(scenes).items():
         rows = [entry(name, f"warpmuscle view {name}", description(scenes[name], scenes)) for name in names]
         parts.append(
-            f"## {study[0].upper()}{study[1:]}\n\n{STUDIES[study][0].upper()}{STUDIES[study][1:]}.\n\n{TABLE}"
+            f"## {TITLES.get(study, study.capitalize())}\n\n{STUDIES[study][0].upper()}{STUDIES[study][1:]}.\n\n{TABLE}"
             + "".join(rows)
         )
     figures = [entry(name, f"warpmuscle plot walk.h5 --what {name}", kind.description) for name, kind in KINDS.items()]

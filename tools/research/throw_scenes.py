@@ -348,7 +348,7 @@ A right arm in three dimensions on the trunk of {who}.
 # about the humerus; then elbow, forearm about itself, wrist to the thumb's side and to the palm's. Small bodies lie
 # between them. Muscles: those of `throw18_muscles.toml`, with supraspinatus, infraspinatus, subscapularis, pronator
 # teres and supinator."""
-EIGHTEEN = "The throwing arm with 18 muscles of shoulder, elbow and wrist that run over the bones through points."
+EIGHTEEN = "The throwing arm with 18 muscles of shoulder, elbow and wrist, guided over the bones by via points."
 MANY = """\
 Eighteen muscles of `throw_arm.toml` that run over the bones; nine of them cross two joints.
 # Deltoid in three parts, clavicular pectoralis, latissimus, both heads of the biceps, brachialis, brachioradialis,
@@ -357,7 +357,7 @@ Eighteen muscles of `throw_arm.toml` that run over the bones; nine of them cross
 # Points: after OpenSim's arm26 and Holzbaur 2005, as far from the joint that they act on as there, over the subject's
 # longer bones. The girdle does not move here, so muscles of the shoulder begin where they have the moment arms of one
 # that does. l_slack: fibres are as long as in arm26 at shoulder 75, elbow 70, wrist 0 degrees, or near their best."""
-WHOLE = "A body of 21 segments throws: six muscles move three joints of its right arm, all else moves as prescribed."
+WHOLE = "A body of 21 segments throws: six muscles move three joints of the right arm; all other motion is prescribed."
 
 
 def save(scene: Scene, files: list[str], folder: Path) -> None:

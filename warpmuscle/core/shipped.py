@@ -16,19 +16,19 @@ MOST_BASES = 8  # that are looked through for a description
 
 # Folders in the order in which they are listed. Characters that scenes share are no scenes.
 STUDIES = {
-    "gaits": "walks, jogs and runs on 56 muscles, and where to begin a search for one",
-    "torques": "gaits that torques drive: fast, for trying out and for searches on muscles to start from",
-    "steering": "walks at the speed and heading that they are told (Coros 2010)",
-    "creatures": "animals of short descriptions, whose muscles were found with their gaits (Geijtenbeek 2013)",
+    "gaits": "walks, jogs and runs on 56 muscles, and scenes from which to search for one",
+    "torques": "gaits driven by torques: fast to simulate, good for first tries and as a start for muscles",
+    "steering": "walks that follow a commanded speed and heading (Coros 2010)",
+    "creatures": "animals made from short descriptions; a search found muscles and gait together (Geijtenbeek 2013)",
     "reflexes": "walks by muscle reflexes (Geyer and Herr 2010)",
-    "bergmann2017": "experiments of Bergmann 2017: muscles of arms, and walks on some muscles or of that program",
+    "bergmann2017": "experiments of Bergmann 2017: arm muscles, walks on some of the muscles, and that program's own walks",
     "wang2012": "a walk on the 16 leg muscles of Wang 2012",
     "terrain": "walks on bumps, stairs and slopes",
     "worlds": "walks among objects, on treadmills and in water",
-    "opensim": "models of OpenSim, as converted, and their gaits",
-    "programs": "standing and reaching by a quadratic programme of many muscles (after Lee 2014)",
+    "opensim": "converted models of OpenSim, and their gaits",
+    "programs": "standing, squatting, walking and reaching by a quadratic programme over many muscles (after Lee 2014)",
     "throws": "arms that throw, for `warpmuscle throw` (Cruz Ruiz 2015)",
-    "superseded": "walks that later ones replace; kept because published comparisons and pages rest on them",
+    "superseded": "older walks that later ones replace; they stay because published comparisons and pages use them",
 }
 CHARACTERS = "characters"
 

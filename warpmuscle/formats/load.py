@@ -29,6 +29,12 @@ SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
 MODELS = (".osim", ".xml")  # each a scene by itself
 SCONE = (".scone", ".hfd")
 READ = (*SUFFIXES, *MODELS, *SCONE)
+NOT_SCENES = {
+    **dict.fromkeys((".h5", ".hdf5"), "; wm.read opens a result"),
+    **dict.fromkeys((".mot", ".sto", ".csv"), "; wm.inverse_dynamics(model, 'walk.mot') takes a motion"),
+    **dict.fromkeys((".trc", ".c3d"), "; wm.inverse_kinematics(model, 'walk.trc') takes markers"),
+    ".urdf": "; MuJoCo reads a .urdf and saves it as .xml",
+}  # what is said of files that are often taken for scenes
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
@@ -176,11 +182,15 @@ def _warn(doubts: Iterable[SceneError], stacklevel: int = 3) -> None:
 def _shipped(name: str) -> Path:
     """Path of a shipped scene."""
     if "/" in name or Path(name).exists():
-        hint = "; wm.read opens a result" if name.endswith((".h5", ".hdf5")) else ""
+        hint = NOT_SCENES.get(Path(name).suffix.lower(), "")
         raise SceneError(f"a scene is read from {', '.join(READ)}{hint}", file=name)
     path = shipped_file(f"{name}.toml")
     if path is not None and is_scene(path):
         return path
+    suffix = Path(name).suffix.lower()
+    if suffix in NOT_SCENES or (suffix[1:].isalnum() and 3 <= len(suffix) <= 5 and suffix[1].isalpha()):
+        hint = NOT_SCENES.get(suffix, "")
+        raise SceneError(f"there is no such file, and a scene is read from {', '.join(READ)}{hint}", file=name)
     names = scene_names()  # of which each is read, so only where one has to be said
     near = difflib.get_close_matches(name, names, n=1)
     hint = f" did you mean {near[0]!r}?" if near else ""

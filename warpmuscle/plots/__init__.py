@@ -245,8 +245,9 @@ def _curve_named(subject: Subject, name: str, beside: Sequence[str] = (*KINDS,),
         some = ", ".join(map(repr, found[:FEW])) + (", ..." if len(found) > FEW else "")
         raise Error(f"{number_of(len(found), 'curve')} are called {name!r}; name one of {some}")
     if not found:
+        also = ["and curves: "] if beside else ["curves: "]
         few = ", ".join(curves[:12]) + (", ..." if len(curves) > 12 else "")
         hint = near(name, [*beside, *curves])
         listed = " There are" if hint else "; there are"
-        raise Error(f"no {what} is called {name!r}{hint}{listed} {', '.join(beside)}, and curves: {few}")
+        raise Error(f"no {what} is called {name!r}{hint}{listed} {', '.join([*beside, *also])}{few}")
     return found[0]

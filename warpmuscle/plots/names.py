@@ -17,7 +17,14 @@ CURVES = {
     "knee angle": "knee flexion",
     "ankle angle": "ankle dorsiflexion",
     "ankle flexion": "ankle dorsiflexion",
-}  # of curves
+    "soleus": "sol",
+    "gastrocnemius": "gas",
+    "hamstrings": "ham",
+    "tibialis anterior": "ta",
+    "vasti": "vas",
+    "gluteus maximus": "glu",
+    "rectus femoris": "rf",
+}  # of curves, and of muscles by the abbreviations of shipped scenes
 FEW = 6  # names that a message lists
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,11 @@ from warpmuscle.scene.norms import LEG_ANGLES
 if TYPE_CHECKING:
     import xarray
 
+    from warpmuscle.results.recording import Recording
+
 HEIGHT = 3.0  # inches
+SIDES = ("left", "right")
+SIDE = re.compile(r"^[lr](?=[A-Z])|_[lrLR]$")  # in names of muscles
 
 
 def draw(subject: Subject, names: Sequence[str]) -> Any:
@@ -106,10 +111,26 @@ def _over_time(subject: Subject) -> Iterator[tuple[str, str, dict[str, Floats]]]
         yield muscle, "activation", {"": recording.muscle_activation[:, k]}
         if len(recording.muscle_force):
             yield f"{muscle} force", "N", {"": recording.muscle_force[:, k]}
+    yield from _both_sides(recording)
     for k, axis in enumerate("xyz" if len(recording.com) else ""):
         yield f"centre of mass {axis}", "m", {"": recording.com[:, k]}
     for k, (name, unit) in enumerate(zip(recording.recorded_names, recording.recorded_units, strict=True)):
         yield name, unit, {"": recording.recorded[:, k]}
+
+
+def _both_sides(recording: Recording) -> Iterator[tuple[str, str, dict[str, Floats]]]:
+    """Muscles that there are on both sides, by what they are called on either: `SOL` of `lSOL` and `rSOL`."""
+    found: dict[str, dict[str, int]] = {}
+    for k, muscle in enumerate(recording.muscle_names):
+        side = SIDE.search(muscle)
+        if side is not None:
+            found.setdefault(SIDE.sub("", muscle), {})["left" if "l" in side[0].lower() else "right"] = k
+    names = {name.lower() for name in recording.muscle_names}
+    for name, sides in found.items():
+        if len(sides) == len(SIDES) and name.lower() not in names:
+            yield name, "activation", {side: recording.muscle_activation[:, sides[side]] for side in SIDES}
+            if len(recording.muscle_force):
+                yield f"{name} force", "N", {side: recording.muscle_force[:, sides[side]] for side in SIDES}
 
 
 def _lines(subject: Subject, title: str, unit: str, lines: dict[str, Floats], axes: Any) -> None:

@@ -56,6 +56,8 @@ INSTEAD = {
     **dict.fromkeys(("xr", "to_dataset", "dataset"), "to_xarray() is a dataset of xarray"),
     **dict.fromkeys(("bodies", "body"), "body_names has their names, body_position where they are"),
     "units": "to_xarray() has the units of all",
+    **dict.fromkeys(("names", "keys", "columns", "variables"), "list(recording.to_xarray()) names the quantities"),
+    **dict.fromkeys(("shape", "size", "n_frames", "nframes"), "frames are as many"),
     "joints": "joint_names has their names, joint_angle and others their arrays",
     "to_numpy": "recording['joint_angle'] and others are arrays",
     "qvel": "speed has the speeds by speed_names",

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import ResultError
+from warpmuscle.core.errors import ResultError, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.labelled import Labelled, to_dataframe
 from warpmuscle.core.machine import this_machine
@@ -111,6 +111,15 @@ COLUMNS = ("params", "cost", "status", "end_time", "search", "generation", "stag
 TABLE = (*COLUMNS, "terms")  # arrays of evaluations that have a row a candidate
 
 
+OF_THE_BEST = {
+    **dict.fromkeys(("parameters", "x", "values"), "params has its values, in the order of result.parameters"),
+    **dict.fromkeys(("recording", "motion", "replay"), "result.replays has the motions"),
+    **dict.fromkeys(("scene", "to_scene", "save"), "wm.best_scene(result)[0] is its scene"),
+    **dict.fromkeys(("show", "view", "plot"), "result.show() shows its motion, result.plot() draws it"),
+    **dict.fromkeys(("fun", "value", "score", "fitness"), "cost is its cost"),
+}  # what is often tried of the best candidate
+
+
 @dataclass(frozen=True, repr=False)
 class Best:
     """The candidate of lowest cost; of those of the last stage that has any, since stages have costs of their own."""
@@ -118,6 +127,12 @@ class Best:
     params: Floats  # (P,)
     cost: float
     index: int  # row of the evaluations
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried."""
+            raise lacking("the best candidate", name, dir(type(self)), OF_THE_BEST)
 
     def __repr__(self) -> str:
         return f"Best(candidate {self.index}, cost {self.cost:.6g}, {number_of(len(self.params), 'parameter')})"

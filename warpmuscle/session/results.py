@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, overload
 
 from warpmuscle.core.arguments import answering, as_path
-from warpmuscle.core.errors import ResultError, lacking
+from warpmuscle.core.errors import ArgumentError, Error, ResultError, lacking
 from warpmuscle.formats import scene_names
 from warpmuscle.optimization.optimize import optimize as _optimize
 from warpmuscle.optimization.resume import resume as _resume
-from warpmuscle.plots import plot
+from warpmuscle.plots import curve_of, plot
+from warpmuscle.plots.one_curve import labelled_curve
 from warpmuscle.results.records import Result
 from warpmuscle.results.sweeps import read as _read
 from warpmuscle.session.keeping import keep
@@ -44,6 +45,7 @@ INSTEAD = {
     "best_cost": "best.cost is the lowest",
     "history": "evaluations.cost has all, plot('convergence') draws them",
     "export": "save('walk.mot') writes OpenSim's files, save('walk.csv') a table",
+    **dict.fromkeys(("simulate", "run"), "wm.simulate(wm.best_scene(result)[0]) runs the best"),
     "report": "save it as found.h5; `warpmuscle report found.h5` of the command line writes one",
 }  # by what is often tried
 
@@ -57,6 +59,21 @@ class ShownResult(Result):
         def __getattr__(self, name: str) -> Any:
             """Say what to type instead of what is often tried."""
             raise lacking("a result", name, dir(self), INSTEAD)
+
+    def __getitem__(self, name: str) -> Any:
+        """A curve of its first motion over time by its name, such as "hip flexion", as an `xarray.DataArray`.
+
+        Raises:
+            ArgumentError: nothing, or several curves, are called so, or there is no motion.
+        """
+        if not isinstance(name, str) or not self.replays:
+            motions = "" if self.replays else ", and this one has no motion"
+            raise ArgumentError(f"a result is asked for a curve of its motion, such as result['hip flexion']{motions}")
+        try:
+            title, unit, lines = curve_of(self, name)
+        except Error as error:
+            raise ArgumentError(str(error)) from None
+        return labelled_curve(title, unit, self.replays[0].time, lines)
 
     def show(self, replay: int | None = None, *, meshes: str | PathLike[str] | None = None) -> Page:
         """Its motions as a page, see `warpmuscle.show`.

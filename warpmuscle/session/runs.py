@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -57,6 +57,19 @@ INSTEAD = {
     **dict.fromkeys(("close", "reset", "step"), "a run is over; wm.Rollout(scene) has it"),
     "steps": "run.gait.steps are as many",
     "to_zarr": "to_xarray().to_zarr(path) writes one",
+    **dict.fromkeys(("loc", "iloc", "at"), "to_dataframe() has it, or to_xarray().sel(time=0.5, method='nearest')"),
+    **dict.fromkeys(("shape", "size", "values", "dims", "coords", "attrs", "index", "sizes"), "to_xarray() has it"),
+    **dict.fromkeys(("to_hdf", "to_hdf5", "to_h5"), "save('run.h5') writes one"),
+    **dict.fromkeys(("to_sto", "to_mot"), "save('run.mot') writes one"),
+    **dict.fromkeys(("items", "get"), "run['hip flexion'] is one quantity, dict(run) has all that are recorded"),
+    **dict.fromkeys(("ctrl", "controls", "actions"), "run.recording.muscle_excitation and joint_torque are what acted"),
+    **dict.fromkeys(("qvel", "velocities"), "run.recording.speed has those of all coordinates, by speed_names"),
+    **dict.fromkeys(("states", "state"), "run.to_xarray() has all that is recorded"),
+    **dict.fromkeys(
+        ("moments", "torques"), "run.plot('moments') draws them, run['knee moment'] and run['joint_torque'] are some"
+    ),
+    "to_json": "to_dataframe().to_json(path) writes one",
+    "print": "print(run) says how it ended, run.gait how it walked",
     "to_numpy": "run.recording has the arrays, np.asarray(run['com']) is one",
     "to_netcdf": "to_xarray().to_netcdf(path) writes one",
     "to_csv": "save('run.csv') writes one",
@@ -128,10 +141,18 @@ ARGUMENTS = {
     "activations": "excitations={'soleus_r': 0.3} are what muscles are told", "show": "run.show() shows it",
     **{name: _SET % name for name in ("gravity", "time_step", "initial_state", "controller", "objective")},
     "dt": _SET % "time_step", "timestep": _SET % "time_step",
+    **dict.fromkeys(("batch_size", "n_envs", "num_envs", "n_instances", "nworld"),
+                    "wm.Rollout(scene, instances=100) simulates many at once"),
+    **dict.fromkeys(("steps", "n_steps", "nsteps", "frames"), "duration is in s, and scene.time_step is a step's"),
+    **dict.fromkeys(("end_time", "final_time", "tf", "stop"), "duration is in s"),
+    **dict.fromkeys(("render", "visualize", "viewer", "live"), "run.show() shows it"),
 }  # fmt: skip
 PLOTTED = {
     **dict.fromkeys(("save", "savefig", "output", "file", "filename"), "path='hip.png' writes the figure"),
-    **dict.fromkeys(("title", "ax", "show", "figsize", "color"), "plot returns a figure of matplotlib: fig.axes[0]"),
+    **dict.fromkeys(
+        ("title", "ax", "show", "figsize", "color", "xlim", "ylim", "label", "legend", "lw", "style"),
+        "plot returns a figure of matplotlib: fig.axes[0]",
+    ),
     **dict.fromkeys(("x", "y", "name", "kind", "curve", "quantity", "columns"), "the first argument names the curve"),
     **dict.fromkeys(("joints", "muscles", "norms", "start", "end"), "wm.plot(run, 'joints', joints=['l*']) takes it"),
     "units": "angles are in degrees; run['hip flexion'] is an array to draw in other units",
@@ -221,6 +242,8 @@ class Run:
         table = self.to_xarray()
         if not isinstance(name, str):
             what = "a part of the motion is run.recording.window(begin, end), in s; " if isinstance(name, slice) else ""
+            if isinstance(name, list | tuple):
+                what = f"run.plot({list(name)!r}) draws several; "
             raise ArgumentError(f"{what}a run is asked by names, such as run['hip flexion'] or run['com']")
         if name in table:
             return table[name]
@@ -234,6 +257,10 @@ class Run:
     def keys(self) -> list[str]:
         """Names of the recorded quantities; curves such as "hip flexion" and muscles go by their names, too."""
         return [str(name) for name in self.to_xarray()]
+
+    def __iter__(self) -> Iterator[str]:
+        """Name by name of `keys`."""
+        return iter(self.keys())
 
     def __contains__(self, name: object) -> bool:
         """Whether there is a quantity or a curve of this name."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from warpmuscle.core.arguments import as_text
-from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.errors import ArgumentError, lacking
 from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
 from warpmuscle.formats import load, scene_names
@@ -17,6 +17,14 @@ from warpmuscle.scene.validation.checks import near
 
 if TYPE_CHECKING:
     import pandas
+
+
+INSTEAD = {
+    **dict.fromkeys(("head", "tail", "loc", "iloc", "sort_values", "query", "columns"), "to_dataframe() has it"),
+    **dict.fromkeys(("to_pandas", "df"), "to_dataframe() is a table of pandas"),
+    **dict.fromkeys(("keys", "list"), "names has the names of all"),
+    **dict.fromkeys(("search", "find", "filter"), "wm.scenes('stairs') are those with this word"),
+}  # by what is often tried
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,14 @@ class SceneTable(Sequence[SceneRow]):
                 raise ArgumentError(f"no scene is called {index!r}{near(index, self.names)}")
             return self._rows[self.names.index(index)]
         return SceneTable(self._rows[index]) if isinstance(index, slice) else self._rows[index]
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried."""
+            known = () if name.startswith("_") else self.names
+            row = {name: f"scenes()[{name!r}] is its row, wm.load({name!r}) reads it"} if name in known else {}
+            raise lacking("a table of scenes", name, dir(type(self)), INSTEAD | row)
 
     def __len__(self) -> int:
         """Number of scenes."""

@@ -22,6 +22,12 @@ from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.perturbations import Perturbations
 
 INSTEAD = {
+    **dict.fromkeys(("to", "cuda", "cpu"), "Rollout(scene, device='cuda:0') is on another device"),
+    **dict.fromkeys(
+        ("obs", "observations", "observation_space", "action_space"),
+        "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0') has them",
+    ),
+    **dict.fromkeys(("data", "d"), "state has the arrays, recording(i) the motion of an instance"),
     "to_xarray": "recording(i).to_xarray() is that of one instance",
     "to_dataframe": "recording(i).to_dataframe() is that of one instance",
     "show": "wm.show(rollout) shows what was recorded",

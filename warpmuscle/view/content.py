@@ -258,8 +258,8 @@ def _form(piece: Piece, packer: Packer) -> dict[str, Any]:
         turn = _rounded(piece.orientation)
         return {"position": _rounded(piece.position), "orientation": turn, "radii": _rounded(piece.radii)}
     if isinstance(piece, Hull):
-        arrays = [packer.add(piece.corners), packer.add(piece.normals, 8), packer.add(piece.faces.astype(float))]
-        return {"arrays": arrays}
+        kept = [] if piece.layer == "bone" else [packer.add(piece.normals, 8)]  # those of bones follow from their faces
+        return {"arrays": [packer.add(piece.corners, FINE), packer.add(piece.faces.astype(float)), *kept]}
     return {"position": _rounded(piece.position), "radii": _rounded(piece.radii)}
 
 

@@ -19,6 +19,8 @@ from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.bones import skeleton
 from warpmuscle.view.bones.girdle import rib_cage, rib_cage_bones, shoulder_blade
+from warpmuscle.view.bones.head import skull
+from warpmuscle.view.bones.hips import pelvis_bones
 from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.bones.long_neck import LEAST, LongNeck
 from warpmuscle.view.bones.named import named_head, named_neck
@@ -169,7 +171,7 @@ class _Figure:
         self._add(Limb, name, "flesh", crown, chin, (0.72 * radius, 0.54 * radius))
         self._add(Limb, name, "flesh", joint, center - 0.3 * radius * up, (0.48 * radius, 0.44 * radius))
         if not self.coarse:
-            bone, hollow = skeleton.skull(joint, center, radius)
+            bone, hollow = skull(joint, center, radius)
             self._hull(name, bone, "bone")
             self._hull(name, hollow, "hollow")
 
@@ -277,7 +279,7 @@ class _Figure:
         elif len(hips) == 2:
             others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
             hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * scale, 0.0])
-            self._hull(name, skeleton.pelvis_bones(hips, others[0] if others else hip + tall, scale), "bone")
+            self._hull(name, pelvis_bones(hips, others[0] if others else hip + tall, scale), "bone")
         elif (cage := self.cages.get(name)) is not None:
             self._hull(name, rib_cage_bones(cage), "bone")
         elif start is not None and self._shoulders(ends):

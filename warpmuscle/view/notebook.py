@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from warpmuscle.core.arguments import as_integer, as_kind, as_path, as_truth, in_words
+from warpmuscle.core.arguments import answering, as_integer, as_kind, as_path, as_truth, in_words
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.results.partial_motion import demanding
@@ -41,9 +41,19 @@ class HasRecordings(Protocol):
         """The motion of one of them."""
 
 
+ARGUMENTS = {
+    **dict.fromkeys(("title", "name", "label"), "the page is called as its scene is"),
+    **dict.fromkeys(("height", "size"), "a notebook takes page.height, px; see `Page`"),
+    **dict.fromkeys(
+        ("width", "camera", "speed", "loop"), "the page has the width of its window, and buttons for all else"
+    ),
+    **dict.fromkeys(("live", "port", "host"), "`warpmuscle view SCENE --live` runs one"),
+    **dict.fromkeys(("save", "path", "output", "file"), "show(...).save('page.html') writes it"),
+}  # by what is often tried
 Shown = Result | Recording | HasResult | HasRecordings | Scene | str | PathLike[str]
 
 
+@answering(ARGUMENTS)
 def show(
     motion: Shown | list[Any] | tuple[Any, ...],
     scene: SceneLike | None = None,

@@ -8,7 +8,7 @@ from warpmuscle.scene.anatomy import joint_place
 from warpmuscle.scene.initial_pose import plain_vector
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
-from warpmuscle.view.bones import skeleton
+from warpmuscle.view.bones.head import skull
 from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
 from warpmuscle.view.figure import figure_of
@@ -103,6 +103,6 @@ def test_both_sides_are_mirror_images(part: str):
 
 
 def test_a_skull_is_as_high_as_its_sphere_and_looks_ahead():
-    bone, hollow = skeleton.skull(np.zeros(3), np.array([0.0, 0.2, 0.0]), 0.1)
+    bone, hollow = skull(np.zeros(3), np.array([0.0, 0.2, 0.0]), 0.1)
     assert bone[0][:, 1].max() == pytest.approx(0.3, abs=0.01)
     assert hollow[0][:, 2].min() > 0.0

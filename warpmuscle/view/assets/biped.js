@@ -265,10 +265,10 @@ function spreadPoints(points, first, count) {
 // Make meshes of the hulls of a doll, whose arrays the page holds by number.
 function readHulls(doll, arrays) {
   doll.pieces.filter((piece) => piece.kind === "hull").forEach((piece) => {
-    const [corners, normals, faces] = piece.arrays.map((at) => arrays[at]), middle = [0, 0, 0];
+    const [corners, faces, normals] = piece.arrays.map((at) => arrays[at]), middle = [0, 0, 0];
     corners.forEach((value, i) => (middle[i % 3] += (3 * value) / corners.length));
     let reach = 0;
     for (let i = 0; i < corners.length; i += 3) reach = Math.max(reach, norm(minus(Array.from(corners.slice(i, i + 3)), middle)));
-    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: hullMesh(corners, normals, faces) });
+    Object.assign(piece, { middle, reach: 0.7 * reach, mesh: hullMesh(corners, faces, normals ?? normalsOf(corners, faces)) });
   });
 }

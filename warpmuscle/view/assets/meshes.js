@@ -78,7 +78,7 @@ function boxMesh() {
 }
 
 // The mesh of a hull, whose arrays hold a corner and its normal a row, and three corners of a face a row.
-function hullMesh(corners, normals, faces) {
+function hullMesh(corners, faces, normals) {
   const vertices = [];
   for (let k = 0; k < corners.length; k += 3)
     vertices.push(corners[k], corners[k + 1], corners[k + 2], 0, normals[k], normals[k + 1], normals[k + 2], 0);
@@ -117,4 +117,19 @@ function stretchMesh(rings, sectors) {
       vertices.push(row / (rings - 1), Math.cos(b), Math.sin(b), 0);
     }
   return { vertices, faces: gridFaces(rings, sectors, []), flat: sectors === 2 };
+}
+
+// Of each corner, the mean of the directions that its triangles face, by their areas.
+function normalsOf(corners, faces) {
+  const normals = new Float32Array(corners.length);
+  for (let f = 0; f < faces.length; f += 3) {
+    const at = [0, 1, 2].map((k) => 3 * Math.round(faces[f + k])), [a, b, c] = at.map((k) => Array.from(corners.subarray(k, k + 3)));
+    const area = cross(minus(b, a), minus(c, a));
+    for (const k of at) for (let i = 0; i < 3; i++) normals[k + i] += area[i];
+  }
+  for (let k = 0; k < normals.length; k += 3) {
+    const length = Math.hypot(normals[k], normals[k + 1], normals[k + 2]) || 1;
+    for (let i = 0; i < 3; i++) normals[k + i] /= length;
+  }
+  return normals;
 }

@@ -15,7 +15,7 @@ class Player {
     const told = (track) => ({ ...track, panels: content.panels[track.panels] });
     const tint = (k) => (content.over && k ? parted(TRACK_COLOR[k % TRACK_COLOR.length]) : null);
     this.bipeds = content.tracks.map((track, k) => new Biped({ ...told(track), over: tint(k) }, arrays, widths, content.dolls[track.doll], this.renderer));
-    Object.assign(this, { seen: [], time: 0, playing: content.autoplay, speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
+    Object.assign(this, { seen: [], time: 0, playing: content.autoplay && (Boolean(content.live) || !calm()), speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
     this.shown = { ...content.shown };
     this.camera = new Camera(this.element("scene"), this.bipeds.length > FITTED ? ANGLES.crowd : ANGLES.oblique);
     this.plots = new Plots(this.element("strip"), (time) => this.seek(time));
@@ -78,6 +78,7 @@ class Player {
     this.playing = on;
     if (this.live) this.live.play(on);
     else if (on && this.time >= this.end) this.time = this.begin;
+    this.element("play").setAttribute("aria-label", on ? "pause" : "play");
     this.element("play").textContent = on ? "\u275a\u275a" : "\u25b6\ufe0e";
   }
 
@@ -158,8 +159,14 @@ class Player {
     this.words = words;
     this.element("search").value = words;
     for (const button of this.element("groups").querySelectorAll("button"))
-      button.classList.toggle("chosen", !words && button.textContent === name);
+      this.markChosen(button, !words && button.textContent === name);
     this.showPlots();
+  }
+
+  // Say of a button, to eyes and to screen readers, whether it is the chosen one.
+  markChosen(button, on) {
+    button.classList.toggle("chosen", on);
+    button.setAttribute("aria-pressed", String(on));
   }
 
   // Curves of any group whose names hold all of these words.
@@ -405,6 +412,11 @@ class Player {
       camera: this.camera.state(), followed: this.followed ? this.followed.biped.doll.names[this.followed.body] : "", pictures: this.pictures, received: this.live?.received,
       fps: this.marks.filter((mark) => mark > performance.now() - 1000).length };
   }
+}
+
+// Whether whoever looks has asked for little motion: a film is begun by hand then.
+function calm() {
+  return window.matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
 
 // What the address asks for: that of the page around this one, where this one has none of its own. A notebook may not

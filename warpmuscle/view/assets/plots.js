@@ -127,7 +127,7 @@ class Plots {
     if (panel.norm && this.norms) this.drawNorm(pen, box);
     const title = panel.unit ? `${panel.title} (${panel.unit})` : panel.title;
     Object.assign(pen, { font: FONT, fillStyle: INK, textAlign: "left", strokeStyle: GRID, lineWidth: 1 });
-    const room = width - (box.lines.length > 3 ? 0 : pen.measureText("-000.0").width * box.lines.length);
+    const room = width - (box.lines.length > 3 ? 0 : (pen.measureText("-000.0").width + 2) * box.lines.length + 4);
     box.values = box.lines.length <= 3 && pen.measureText(title).width * SQUEEZED <= room; // or else the title is all there is
     pen.fillText(title, x, y - 7, box.values ? Math.max(room, 40) : width);
     Object.assign(pen, { fillStyle: QUIET, textAlign: "right" });

@@ -54,26 +54,6 @@ def ellipsoid(center: Floats, radii: Sequence[float], turn: Floats | None = None
     return center + (sphere * size) @ axes.T, normals @ axes.T, _grid(rows, sectors)
 
 
-def plate(lower: Floats, upper: Floats, thickness: float, rows: int = 5) -> Mesh:
-    """A thin bone between two lines of points (N, 3), m; its sides lie within what runs along the lines."""
-    part = np.linspace(0.0, 1.0, rows)[:, None, None]
-    places = lower + part * (upper - lower)
-    across = np.cross(np.gradient(places, axis=1), np.gradient(places, axis=0))
-    across /= np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-12)
-    points = lower.shape[0]
-    faces = []
-    for row in range(rows - 1):
-        for k in range(points - 1):
-            a = row * points + k
-            faces += [(a, a + 1, a + points), (a + 1, a + points + 1, a + points)]
-    front = np.array(faces, dtype=np.int64)
-    return merged([
-        ((places + sign * 0.5 * thickness * across).reshape(-1, 3), (sign * across).reshape(-1, 3),
-         front if sign > 0.0 else front[:, ::-1])
-        for sign in (1.0, -1.0)
-    ])  # fmt: skip
-
-
 def merged(meshes: Sequence[Mesh]) -> Mesh:
     """Several meshes as one."""
     offsets = np.cumsum([0, *(len(corners) for corners, _, _ in meshes)])

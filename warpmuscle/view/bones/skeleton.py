@@ -11,12 +11,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.view.bones.meshes import ellipsoid, merged, plate, tube
+from warpmuscle.core.pose import normalized
+from warpmuscle.view.bones.blended import Part, blended, egg, fan, rod
+from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
+from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.hulls import Mesh
 
 AHEAD = np.array([0.0, 0.0, 1.0])
 ASIDE = np.array([1.0, 0.0, 0.0])
-RIBS = 9  # pairs
+MIRROR = np.array([-1.0, 1.0, 1.0])
+RIBS, TRUE_RIBS = 10, 6  # pairs, and those that end at the breastbone
+LIMB_CELL, LIMB_BLEND = 0.0098, 0.0024  # m, of the surfaces of long bones
 ARM = 0.11  # m, shortest of a limb with a form of its own
 
 
@@ -35,6 +40,12 @@ def _turned(axis: Floats, aside: Floats) -> Floats:
     return np.stack([aside, axis, np.cross(aside, axis)], axis=1)
 
 
+def _mirrored(mesh: Mesh) -> Mesh:
+    """A mesh of the other side."""
+    corners, normals, faces = mesh
+    return corners * MIRROR, normals * MIRROR, faces[:, ::-1]
+
+
 def plain_bone(start: Floats, end: Floats, scale: float) -> Mesh:
     """A bone with thick ends."""
     part = np.array([0.0, 0.06, 0.2, 0.5, 0.8, 0.94, 1.0])
@@ -50,91 +61,99 @@ def knee_cap(middle: Floats, scale: float) -> Mesh:
 
 def thigh_bone(start: Floats, end: Floats, sign: float, scale: float, capped: bool = True) -> Mesh:
     """A femur from the middle of its head to the knee, with a kneecap if `capped`; `sign` is 1 on the left."""
+    if sign < 0.0:
+        return _mirrored(thigh_bone(start * MIRROR, end * MIRROR, 1.0, scale, capped))
     down, s = _unit(end - start), scale
-    out = _perpendicular(down, sign * ASIDE)
-    front = np.cross(down, out) * sign
-    trochanter = start + s * (0.046 * out + 0.022 * down)
-    below = start + s * 0.02 * out + 0.22 * (end - start) + s * 0.014 * out
-    middle, above = start + 0.55 * (end - start) + s * 0.014 * out, start + 0.88 * (end - start) + s * 0.002 * out
+    out = _perpendicular(down, ASIDE)
+    front = np.cross(down, out)
+    trochanter = start + s * (0.046 * out + 0.018 * down - 0.004 * front)
+    below = start + s * 0.02 * out + 0.2 * (end - start) + s * 0.012 * out
+    middle = start + 0.55 * (end - start) + s * (0.014 * out + 0.008 * front)
+    above = start + 0.88 * (end - start) + s * 0.002 * out
     axes = _turned(-down, _unit(np.cross(-down, front)))
-    return merged(
-        [
-            ellipsoid(start, (0.024 * s,) * 3),
-            tube([start, 0.5 * (start + trochanter), trochanter], s * np.array([0.015, 0.014, 0.018])),
-            tube(
-                [trochanter, below, middle, above, end - s * 0.012 * down],
-                s * np.array([0.019, 0.0145, 0.013, 0.0155, 0.025]),
-            ),
-            *(
-                ellipsoid(end + s * (side * 0.02 * out - 0.004 * front), (0.0175 * s, 0.021 * s, 0.026 * s), axes)
-                for side in (1, -1)
-            ),
-            *([ellipsoid(end + s * (0.036 * front - 0.012 * down), (0.018 * s, 0.02 * s, 0.009 * s), axes)] * capped),
-        ]
-    )
+    parts: list[Part] = [
+        egg(start, (0.0235 * s,) * 3),
+        rod([start, start + s * (0.024 * out + 0.013 * down), below], s * np.array([0.016, 0.0145, 0.0145])),
+        egg(trochanter, (0.015 * s, 0.026 * s, 0.019 * s), axes),
+        rod([start + s * (0.03 * out + 0.05 * down - 0.014 * front), below], s * np.array([0.009, 0.01])),
+        rod(
+            [trochanter, below, middle, above, end - s * 0.012 * down],
+            s * np.array([0.013, 0.0145, 0.0128, 0.0155, 0.022]),
+        ),
+        *(
+            egg(end + s * (side * 0.0205 * out - 0.008 * front), (0.0165 * s, 0.02 * s, 0.025 * s), axes)
+            for side in (1, -1)
+        ),
+    ]
+    bone = blended(parts, LIMB_CELL * s, LIMB_BLEND * s, axes=axes)
+    cap = ellipsoid(end + s * (0.031 * front - 0.012 * down), (0.018 * s, 0.02 * s, 0.009 * s), axes)
+    return merged([bone, cap]) if capped else bone
 
 
 def shank_bones(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
     """Tibia and fibula from the knee to the ankle."""
+    if sign < 0.0:
+        return _mirrored(shank_bones(start * MIRROR, end * MIRROR, 1.0, scale))
     down, s, reach = _unit(end - start), scale, end - start
-    out = _perpendicular(down, sign * ASIDE)
-    front = np.cross(down, out) * sign
+    out = _perpendicular(down, ASIDE)
+    front = np.cross(down, out)
     axes = _turned(-down, _unit(np.cross(-down, front)))
-    top = start + s * 0.026 * down
+    top = start + s * 0.028 * down
     part = np.array([0.0, 0.1, 0.3, 0.65, 0.92, 1.0])
     bow = np.array([0.0, 0.006, 0.008, 0.004, 0.0, 0.0])
     shin = top + part[:, None] * (end - top) + s * bow[:, None] * front - s * 0.004 * out
     calf = np.array(
-        [start + 0.11 * reach + s * 0.03 * out, start + 0.5 * reach + s * 0.027 * out, end + s * 0.026 * out]
+        [start + 0.12 * reach + s * 0.031 * out, start + 0.5 * reach + s * 0.03 * out, end + s * 0.027 * out]
     )
-    return merged(
-        [
-            ellipsoid(top, (0.036 * s, 0.012 * s, 0.026 * s), axes),
-            tube(shin, s * np.array([0.024, 0.0165, 0.0125, 0.0105, 0.0145, 0.018])),
-            tube(calf - s * 0.008 * front, s * np.array([0.009, 0.0055, 0.0085])),
-            ellipsoid(end + s * (0.027 * out + 0.004 * down), (0.009 * s, 0.017 * s, 0.012 * s), axes),
-            ellipsoid(end - s * 0.023 * out, (0.008 * s, 0.013 * s, 0.012 * s), axes),
-        ]
-    )
+    tibia: list[Part] = [
+        egg(top, (0.037 * s, 0.0125 * s, 0.025 * s), axes),
+        rod(shin, s * np.array([0.023, 0.0165, 0.0125, 0.0105, 0.0145, 0.0175])),
+        rod([shin[1] + 0.011 * s * front, shin[2] + 0.006 * s * front], s * np.array([0.0095, 0.007])),
+        egg(end - s * 0.022 * out, (0.009 * s, 0.014 * s, 0.013 * s), axes),
+    ]
+    fibula: list[Part] = [
+        rod(calf - s * 0.01 * front, s * np.array([0.0095, 0.0064, 0.0085])),
+        egg(calf[0] - s * 0.01 * front, (0.012 * s, 0.014 * s, 0.012 * s), axes),
+        egg(end + s * (0.027 * out + 0.004 * down - 0.006 * front), (0.009 * s, 0.018 * s, 0.012 * s), axes),
+    ]
+    return merged([blended(one, LIMB_CELL * s, LIMB_BLEND * s, axes=axes) for one in (tibia, fibula)])
 
 
 def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
     """A humerus from the shoulder to the elbow."""
     along, s = _unit(end - start), scale
     side = _perpendicular(along, AHEAD)
-    part = np.array([0.03, 0.15, 0.4, 0.75, 0.92, 1.0])
+    axes = _turned(-along, side)
+    part = np.array([0.06, 0.15, 0.4, 0.75, 0.92, 1.0])
     shaft = start + part[:, None] * (end - start)
     above = start + 0.8 * (end - start)
     ridges = [
-        tube(
-            [above, end + s * (way * 0.021 * side - 0.018 * along), end + s * way * 0.024 * side],
-            s * np.array([0.009, 0.0105, 0.01]),
-        )
+        rod([above, end + s * (way * 0.022 * side - 0.016 * along), end + s * way * 0.025 * side],
+            s * np.array([0.0085, 0.0095, 0.009]))
         for way in (1.0, -1.0)
+    ]  # fmt: skip
+    parts: list[Part] = [
+        egg(start, (0.0235 * s,) * 3),
+        egg(start + s * (0.016 * side + 0.012 * along), (0.011 * s, 0.016 * s, 0.011 * s), axes),
+        rod(shaft, s * np.array([0.0175, 0.0128, 0.0108, 0.0108, 0.012, 0.011])),
+        *ridges,
+        rod([end - s * 0.022 * side, end, end + s * 0.022 * side], s * np.array([0.0135, 0.0105, 0.013])),
     ]
-    return merged(
-        [
-            ellipsoid(start, (0.024 * s,) * 3),
-            tube(shaft, s * np.array([0.018, 0.0125, 0.0105, 0.0105, 0.0125, 0.012])),
-            *ridges,
-            tube([end - s * 0.024 * side, end, end + s * 0.024 * side], s * np.array([0.0125, 0.011, 0.0125])),
-        ]
-    )
+    return blended(parts, LIMB_CELL * s, LIMB_BLEND * s, axes=axes)
 
 
 def forearm_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     """Radius and ulna from the elbow to the wrist."""
     along, s, reach = _unit(end - start), scale, end - start
     side = _perpendicular(along, AHEAD)
-    part = np.array([0.0, 0.12, 0.5, 0.88, 1.0])[:, None]
-    apart = np.array([0.012, 0.014, 0.018, 0.015, 0.014])[:, None]
+    part = np.array([0.02, 0.14, 0.5, 0.88, 0.98])[:, None]
+    apart = np.array([0.012, 0.014, 0.019, 0.015, 0.013])[:, None]
     first, second = (start + part * reach + s * way * apart * side for way in (1.0, -1.0))
-    return merged(
-        [
-            tube(first, s * np.array([0.01, 0.0075, 0.007, 0.01, 0.0125])),
-            tube(second, s * np.array([0.0135, 0.0105, 0.0065, 0.006, 0.0075])),
-        ]
-    )
+    parts: list[Part] = [
+        rod(first, s * np.array([0.0105, 0.0075, 0.0075, 0.01, 0.0135])),
+        rod([second[0] - 0.014 * s * along, *second], s * np.array([0.011, 0.0135, 0.0105, 0.007, 0.0062, 0.0078])),
+    ]
+    return blended(parts, 0.0078 * s, 0.0012 * s, axes=_turned(-along, side))
 
 
 def hand_bones(start: Floats, end: Floats, scale: float) -> Mesh:
@@ -142,65 +161,20 @@ def hand_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     along, s, reach = _unit(end - start), scale, end - start
     side = _perpendicular(along, AHEAD)
     parts = [ellipsoid(start + 0.08 * reach, (0.024 * s, 0.012 * s, 0.014 * s), _turned(along, side))]
+    part = np.array([0.1, 0.28, 0.46, 0.5, 0.62, 0.7, 0.74, 0.82, 0.87, 0.91, 1.0])
+    thick = np.array([0.0058, 0.0045, 0.0068, 0.0066, 0.0045, 0.0056, 0.0055, 0.004, 0.0046, 0.0042, 0.0032])
     for k, length in enumerate((0.93, 1.0, 0.95, 0.82)):
-        spread = (0.022 - 0.0148 * k) * s
-        points = [
-            start + 0.12 * reach + 0.6 * spread * side,
-            start + 0.5 * reach + spread * side,
-            start + 0.74 * length * reach + 1.15 * spread * side,
-            start + length * reach + 1.2 * spread * side,
-        ]
-        parts.append(tube(points, s * np.array([0.006, 0.0065, 0.0055, 0.004]), 5))
+        spread, far = (0.024 - 0.0158 * k) * s, np.where(part > 0.5, 0.5 + (part - 0.5) * (2.0 * length - 1.0), part)
+        fan_out = np.interp(part, [0.1, 0.5, 1.0], [0.55, 1.0, 1.25])
+        parts.append(tube(start + far[:, None] * reach + (fan_out * spread)[:, None] * side, s * thick, 6))
     thumb = [
         start + 0.1 * reach + s * 0.018 * side,
-        start + 0.3 * reach + s * 0.042 * side,
-        start + 0.52 * reach + s * 0.052 * side,
+        start + 0.22 * reach + s * 0.033 * side,
+        start + 0.32 * reach + s * 0.043 * side,
+        start + 0.42 * reach + s * 0.049 * side,
+        start + 0.54 * reach + s * 0.053 * side,
     ]
-    parts.append(tube(thumb, s * np.array([0.0065, 0.006, 0.0045]), 5))
-    return merged(parts)
-
-
-def pelvis_bones(hips: Sequence[Floats], top: Floats, scale: float) -> Mesh:
-    """Two hip bones between the hips and the joint of the spine, and the sacrum."""
-    s, middle = scale, 0.5 * (hips[0] + hips[1])
-    tall = max(float(top[1] - middle[1]), 0.08 * s)
-    front = np.array([0.0, middle[1] - 0.025 * s, middle[2] + 0.048 * s])  # where both meet
-    tail = np.array([0.0, middle[1] - 0.01 * s, middle[2] - 0.075 * s])
-    spine = np.array([0.0, min(float(top[1]), middle[1] + 0.14 * s), top[2] - 0.012 * s])
-    parts = [
-        tube(
-            [spine, 0.5 * (spine + tail) - np.array([0.0, 0.0, 0.018 * s]), tail], s * np.array([0.032, 0.026, 0.009])
-        ),
-        tube(np.linspace(spine, top, 5), s * np.array([0.02, 0.0235, 0.02, 0.0235, 0.02])),
-        ellipsoid(front, (0.024 * s, 0.016 * s, 0.011 * s)),
-    ]
-    for hip in hips:
-        side, up = np.sign(hip[0]) * ASIDE, np.array([0.0, 1.0, 0.0])
-        before = hip + s * (0.026 * side + 0.05 * AHEAD) + 0.52 * tall * up
-        behind = np.array([0.036 * s * side[0], spine[1] - 0.2 * tall, spine[2] - 0.03 * s])
-        high = 0.5 * (before + behind) + 0.02 * s * side + 0.36 * tall * up
-        part = np.linspace(0.0, 1.0, 9)[:, None]
-        crest = (
-            (1.0 - part) ** 2 * before
-            + 2.0 * part * (1.0 - part) * (2.0 * high - 0.5 * (before + behind))
-            + part**2 * behind
-        )
-        rim = np.linspace(0.03, -0.028, 9)[:, None] * s * AHEAD + hip + 0.018 * s * up
-        low = hip - s * (0.022 * side + 0.03 * AHEAD) - 0.072 * s * up
-        parts += [
-            tube(crest, s * np.array([0.009, 0.0095, 0.01, 0.0105, 0.0105, 0.0105, 0.01, 0.011, 0.012])),
-            plate(rim, crest, 0.012 * s),
-            ellipsoid(hip, (0.028 * s, 0.032 * s, 0.032 * s)),
-            tube([hip, 0.6 * hip + 0.4 * behind, behind], s * np.array([0.026, 0.019, 0.014])),
-            tube(
-                [hip, 0.5 * (hip + front) + s * 0.014 * AHEAD, front + s * 0.012 * side],
-                s * np.array([0.018, 0.0115, 0.0125]),
-            ),
-            tube(
-                [hip - s * 0.012 * AHEAD, low, 0.5 * (low + front) - 0.012 * s * up, front],
-                s * np.array([0.019, 0.0195, 0.01, 0.011]),
-            ),
-        ]
+    parts.append(tube(thumb, s * np.array([0.0075, 0.0052, 0.007, 0.005, 0.004]), 6))
     return merged(parts)
 
 
@@ -217,17 +191,15 @@ def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale:
         bow = np.sin(np.pi * np.clip((part - 0.1) / 0.9, 0.0, 1.0))
         return np.asarray(start + part[..., None] * reach - (0.78 * deep * bow)[..., None] * ahead)
 
-    part = np.linspace(0.0, 1.0, 37)
-    parts = [tube(back(part), s * np.where(np.arange(37) % 2, 0.0135, 0.019))]
-    round_ = np.linspace(0.0, 0.93 * np.pi, 13)
-    ends = []
+    parts = [vertebrae(back(np.linspace(0.0, 1.0, 25)), 0.9 * s)]
+    round_ = np.linspace(0.0, 0.93 * np.pi, 12)
+    ends: dict[float, list[Floats]] = {1.0: [], -1.0: []}
     for k in range(RIBS):
-        at = 0.9 - 0.56 * k / (RIBS - 1)
-        form = np.sin(np.pi * (0.2 + 0.52 * k / (RIBS - 1)))  # narrow at the top
+        at = 0.91 - 0.6 * k / (RIBS - 1)
+        form = np.sin(np.pi * (0.19 + 0.53 * k / (RIBS - 1)))  # narrow at the top
         floating = max(0, k - (RIBS - 3))
         sweep = round_ * (1.0 - 0.17 * floating)
-        begin = back(np.array([at]))[0]
-        centre = begin + 1.0 * deep * form * ahead
+        centre = back(np.array([at]))[0] + deep * form * ahead
         drop = tall * (0.05 + 0.16 * (k + 1) / RIBS)
         for sign in (1.0, -1.0):
             points = (
@@ -237,77 +209,67 @@ def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale:
                 - (drop * (0.5 - 0.5 * np.cos(np.minimum(sweep * 1.15, np.pi))))[:, None] * up
                 + (drop * 0.5 * np.clip((sweep - 2.2) / 0.7, 0.0, 1.0) ** 2)[:, None] * up
             )
-            parts.append(tube(points, 0.0062 * s, 5))
+            if k < TRUE_RIBS:  # by its gristle
+                points = np.append(
+                    points, [points[-1] + (sign * 0.014 * s - (points[-1] - start) @ aside) * aside], axis=0
+                )
+            parts.append(_flat(tube(points, 0.0052 * s, 6), points, up, 1.75))
             if not floating:
-                ends.append(points[-1])
-    high, low = ends[0], ends[-1]
-    high, low = (np.asarray(x - np.dot(x - start, aside) * aside) for x in (high, low))
-    bone = np.linspace(high + 0.01 * s * up, low, 5)
-    parts.append(tube(bone, s * np.array([0.019, 0.016, 0.0135, 0.0135, 0.009])))
+                ends[sign].append(points[-1])
+    high, low = (np.asarray(x - np.dot(x - start, aside) * aside) for x in (ends[1.0][0], ends[1.0][TRUE_RIBS - 1]))
+    bone = np.linspace(high + 0.012 * s * up, low - 0.004 * s * up, 6)
+    parts.append(_flat(tube(bone, s * np.array([0.014, 0.011, 0.009, 0.0095, 0.0095, 0.006])), bone, aside, 1.9))
+    for sign in (1.0, -1.0):  # the gristle by which the lower ribs hang on the breastbone
+        arch = [low + sign * 0.012 * s * aside, *ends[sign][TRUE_RIBS:]]
+        parts.append(_flat(tube(arch, np.linspace(0.0075, 0.0055, len(arch)) * s, 6), np.array(arch), up, 1.3))
     for shoulder in shoulders:
         side = np.sign(np.dot(shoulder - start, aside)) * aside
-        inner = high + 0.016 * s * side + 0.012 * s * up
-        parts.append(
-            tube(
-                [
-                    inner,
-                    0.5 * (inner + shoulder) + s * (0.014 * up + 0.018 * ahead),
-                    shoulder + s * (0.026 * up - 0.004 * ahead),
-                ],
-                s * np.array([0.0105, 0.0075, 0.0095]),
-            )
-        )
-        blade = shoulder - s * (0.078 * side + 0.055 * up + 0.062 * ahead)
-        axes = _turned(up, _unit(side + 0.55 * ahead))
-        parts.append(ellipsoid(blade, (0.046 * s, 0.07 * s, 0.0085 * s), axes))
-        parts.append(
-            tube(
-                [
-                    blade + s * (0.045 * up - 0.03 * side - 0.006 * ahead),
-                    shoulder + s * (0.02 * up - 0.02 * ahead),
-                    shoulder + s * (0.027 * up + 0.004 * ahead),
-                ],
-                s * np.array([0.0065, 0.0085, 0.01]),
-            )
-        )
-        parts.append(tube([blade + s * 0.02 * side, shoulder - s * 0.024 * side], s * np.array([0.012, 0.015])))
+        parts.append(_collar_bone(high + s * (0.016 * side + 0.014 * up), shoulder, (side, up, ahead), s))
+        parts.append(shoulder_blade_bone(shoulder, (side, up, ahead), s))
     return merged(parts)
 
 
-def skull(joint: Floats, center: Floats, radius: float) -> tuple[Mesh, Mesh]:
-    """Skull, jaw and spine of the neck, as high as a sphere; and its hollows, which are dark."""
-    up = _unit(center - joint)
-    ahead, r = _perpendicular(up, AHEAD), radius
-    aside = np.cross(up, ahead)
-    axes = np.stack([aside, up, ahead], axis=1)
+def _flat(mesh: Mesh, line: Floats, way: Floats, factor: float) -> Mesh:
+    """A tube about a line whose section is higher along a direction, by a factor."""
+    corners, normals, faces = mesh
+    nearest = line[np.argmin(np.linalg.norm(corners[:, None] - line[None], axis=-1), axis=1)]
+    tall = (corners - nearest) @ way
+    turned = normals + ((1.0 / factor - 1.0) * (normals @ way))[:, None] * way
+    return corners + ((factor - 1.0) * tall)[:, None] * way, normalized(turned), faces
 
-    def at(x: float, y: float, z: float) -> Floats:
-        return np.asarray(center + r * (x * aside + y * up + z * ahead))
 
-    neck = np.linspace(joint, at(0.0, -0.42, -0.2), 15)
-    half = np.array([[0.5, -0.26, 0.08], [0.49, -0.5, 0.09], [0.46, -0.66, 0.15], [0.38, -0.76, 0.36],
-                     [0.25, -0.83, 0.58], [0.1, -0.87, 0.7]])  # fmt: skip
-    jaw = [at(*place) for place in [*half, *(half[::-1] * [-1.0, 1.0, 1.0])]]
-    thick = np.array([0.07, 0.12, 0.13, 0.12, 0.13, 0.14])
-    bones = [
-        ellipsoid(at(0.0, 0.26, -0.08), (0.66 * r, 0.68 * r, 0.84 * r), axes, 26),
-        ellipsoid(at(0.0, 0.3, 0.2), (0.58 * r, 0.56 * r, 0.6 * r), axes, 22),  # the forehead
-        ellipsoid(at(0.0, -0.2, 0.4), (0.43 * r, 0.42 * r, 0.36 * r), axes, 20),
-        ellipsoid(at(0.0, 0.07, 0.5), (0.45 * r, 0.13 * r, 0.27 * r), axes, 18),
-        ellipsoid(at(0.0, -0.52, 0.5), (0.29 * r, 0.15 * r, 0.24 * r), axes, 18),
-        ellipsoid(at(0.0, -0.68, 0.52), (0.25 * r, 0.06 * r, 0.22 * r), axes, 16),  # teeth
-        tube([at(0.0, 0.02, 0.7), at(0.0, -0.12, 0.79), at(0.0, -0.2, 0.83)], r * np.array([0.07, 0.055, 0.03])),
-        tube(jaw, r * np.array([*thick, *thick[::-1]]), 12),
-        tube(neck, r * np.where(np.arange(15) % 2, 0.15, 0.21)),
-    ]
-    for sign in (1.0, -1.0):
-        cheek = [at(sign * 0.6, -0.17, 0.05), at(sign * 0.58, -0.2, 0.26), at(sign * 0.5, -0.22, 0.48),
-                 at(sign * 0.3, -0.25, 0.64)]  # fmt: skip
-        bones.append(tube(cheek, r * np.array([0.06, 0.06, 0.085, 0.12])))
-        bones.append(ellipsoid(at(sign * 0.5, -0.34, -0.06), (0.1 * r, 0.17 * r, 0.11 * r), axes))  # behind the ear
-    hollows = [ellipsoid(at(sign * 0.22, -0.07, 0.62), (0.15 * r, 0.13 * r, 0.12 * r), axes) for sign in (1.0, -1.0)]
-    hollows.append(ellipsoid(at(0.0, -0.32, 0.73), (0.08 * r, 0.11 * r, 0.06 * r), axes))
-    return merged(bones), merged(hollows)
+def _collar_bone(inner: Floats, shoulder: Floats, axes: tuple[Floats, Floats, Floats], s: float) -> Mesh:
+    """A clavicle, bent forwards near the breastbone and backwards near the shoulder."""
+    _, up, ahead = axes
+    outer = shoulder + s * (0.028 * up - 0.006 * ahead)
+    part = np.linspace(0.0, 1.0, 7)[:, None]
+    bend = 0.016 * s * np.sin(2.0 * np.pi * part) * ahead + 0.006 * s * np.sin(np.pi * part) * up
+    return tube(
+        inner + part * (outer - inner) + bend, s * np.array([0.012, 0.009, 0.0075, 0.007, 0.007, 0.008, 0.009]), 8
+    )
+
+
+def shoulder_blade_bone(shoulder: Floats, axes: tuple[Floats, Floats, Floats], scale: float) -> Mesh:
+    """A scapula behind a shoulder, its spine and both of its processes; axes are aside, up and ahead."""
+    frame = np.array(axes) * scale
+
+    def at(out: float, up: float, forward: float) -> Floats:
+        return np.asarray(shoulder + np.array([out, up, forward]) @ frame)
+
+    low, root, high = at(-0.07, -0.128, -0.07), at(-0.108, -0.012, -0.078), at(-0.09, 0.028, -0.062)
+    socket = at(-0.026, -0.012, -0.014)
+    outer = np.concatenate([np.linspace(low, socket, 15), np.linspace(socket, at(-0.04, 0.018, -0.03), 6)[1:]])
+    inner = np.concatenate([np.linspace(low + 0.1 * (root - low), root, 14), np.linspace(root, high, 7)[1:]])
+    parts: list[Part] = [
+        *fan(outer, inner, 0.0062 * scale, 0.0064 * scale),
+        rod([low, *np.linspace(low, socket, 3)[1:]], scale * np.array([0.0065, 0.006, 0.008])),
+        rod([root, at(-0.06, 0.012, -0.074), at(-0.02, 0.03, -0.055), at(0.012, 0.032, -0.02), at(0.006, 0.03, 0.006)],
+            scale * np.array([0.005, 0.0075, 0.0085, 0.0095, 0.0085])),
+        rod([at(-0.04, 0.016, -0.028), at(-0.036, 0.024, 0.0), at(-0.022, 0.01, 0.022)],
+            scale * np.array([0.009, 0.0075, 0.0065])),
+        egg(at(-0.026, -0.004, -0.01), (0.01 * scale, 0.018 * scale, 0.014 * scale)),
+    ]  # fmt: skip
+    return blended(parts, 0.0085 * scale, 0.0024 * scale)
 
 
 def foot_bones(ankle: Floats, ball: Floats, heel: float, sole: float, sign: float, scale: float) -> Mesh:
@@ -321,23 +283,22 @@ def foot_bones(ankle: Floats, ball: Floats, heel: float, sole: float, sign: floa
     back = np.array([ankle[0], sole + 0.42 * under, heel + 0.028 * s])
     arch = np.array([ankle[0] - sign * 0.004 * s, sole + 0.62 * under, ankle[2] + 0.4 * float(ball[2] - ankle[2])])
     high = np.array([ankle[0], min(float(ankle[1]), sole + 0.085 * s), ankle[2]])
-    parts = [
-        ellipsoid(high - np.array([0.0, 0.008 * s, -0.004 * s]), (0.021 * s, 0.017 * s, 0.028 * s)),
-        tube([back, 0.6 * back + 0.4 * arch, arch], s * np.array([0.023, 0.02, 0.017])),
-        ellipsoid(arch, (0.03 * s, 0.015 * s, 0.022 * s)),
+    heel_bone = [back - [0.0, 0.06 * under, 0.0], 0.6 * back + 0.4 * arch, arch - [0.0, 0.1 * under, 0.0]]
+    tarsals: list[Part] = [
+        egg(high - np.array([0.0, 0.01 * s, -0.004 * s]), (0.0205 * s, 0.017 * s, 0.027 * s)),
+        rod([high - np.array([0.0, 0.016 * s, -0.012 * s]), arch], s * np.array([0.015, 0.0155])),
+        rod(heel_bone, s * np.array([0.0225, 0.018, 0.0155])),
+        egg(arch + 0.008 * s * AHEAD, (0.031 * s, 0.0135 * s, 0.022 * s)),
     ]
+    parts = [blended(tarsals, 0.0085 * s, 0.0022 * s)]
     for k in range(5):
         out = sign * (-0.026 + 0.0125 * k) * s
         begin = arch + np.array([0.75 * out, -0.12 * under * k / 4.0, 0.01 * s])
         end = np.array([ball[0] + out, sole + 0.012 * s, ball[2] - 0.05 * length * k / 4.0])
         thick = (0.0088 if k == 0 else 0.0062) * s
-        parts.append(
-            tube(
-                [begin, 0.5 * (begin + end) + np.array([0.0, 0.004 * s, 0.0]), end],
-                [thick, 0.85 * thick, 1.2 * thick],
-                5,
-            )
-        )
+        part = np.array([0.0, 0.3, 0.75, 1.0])
+        line = begin + part[:, None] * (end - begin) + 0.004 * s * np.sin(np.pi * part)[:, None] * [0.0, 1.0, 0.0]
+        parts.append(tube(line, thick * np.array([1.1, 0.8, 0.8, 1.25]), 6))
     return merged(parts)
 
 
@@ -350,11 +311,7 @@ def toe_bones(ball: Floats, tip: float, sole: float, sign: float, scale: float) 
         thick = (0.0085 if k == 0 else 0.0055) * s
         begin = np.array([ball[0] + out, sole + 0.012 * s, ball[2] - 0.01 * s * k / 4.0])
         end = np.array([ball[0] + 1.08 * out, sole + 0.008 * s, ball[2] + long * max(tip - float(ball[2]), 0.03 * s)])
-        parts.append(
-            tube(
-                [begin, 0.5 * (begin + end) + np.array([0.0, 0.004 * s, 0.0]), end],
-                [1.1 * thick, 0.9 * thick, thick],
-                5,
-            )
-        )
+        part = np.array([0.0, 0.3, 0.52, 0.72, 0.86, 1.0])
+        line = begin + part[:, None] * (end - begin) + 0.004 * s * np.sin(np.pi * part)[:, None] * [0.0, 1.0, 0.0]
+        parts.append(tube(line, thick * np.array([1.15, 0.75, 1.0, 0.72, 0.9, 0.8]), 6))
     return merged(parts)
