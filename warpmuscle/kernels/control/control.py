@@ -171,8 +171,9 @@ def control_stage_of(controller: ControllerKind) -> Any:
     """
     custom, extension_struct, torques = controller.custom, controller.extension, controller.torques
     has_effort, has_update = custom.effort is not None, custom.update is not None
-    effort, update = torques, torques
+    effort = update = None
     looked_at = not custom.shipped
+    torque_of_effort, check = effort_torque if has_effort else None, checked_vector if looked_at else None
     cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
         effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.values_of(custom.effort))
@@ -202,8 +203,8 @@ def control_stage_of(controller: ControllerKind) -> Any:
                 work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
                 wanted = effort(instance, i, 0, model, state, work, extension)
                 if wp.static(looked_at):
-                    wanted = checked_vector(wanted, instance, wp.static(cause) + i * wp.static(ENTRY), state, work)
-                work.torque[i] = effort_torque(instance, i, wanted, model, work)
+                    wanted = check(wanted, instance, wp.static(cause) + i * wp.static(ENTRY), state, work)
+                work.torque[i] = torque_of_effort(instance, i, wanted, model, work)
                 work.stiffness[i] = symmetric(0.0)
             synchronize()
         else:
