@@ -1,5 +1,6 @@
 """Completion from the table says what the program says."""
 
+import os
 import subprocess
 import sys
 
@@ -89,6 +90,16 @@ def test_neither_typer_nor_rich_is_imported_to_complete():
             [sys.executable, "-c", code], env=environment("bash", line), capture_output=True, text=True, check=True
         )
         assert run.stdout == said
+
+
+def test_a_reader_that_has_gone_ends_a_completion_without_a_word():
+    reader, writer = os.pipe()
+    os.close(reader)
+    code = "from warpmuscle.__main__ import main; main()"
+    asked = environment("bash", "warpmuscle simulate w")
+    run = subprocess.run([sys.executable, "-c", code], env=asked, stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 def test_the_list_of_scenes_waits_for_no_command():

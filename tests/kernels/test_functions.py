@@ -12,7 +12,7 @@ import warp as wp
 from probes import evaluate
 
 import warpmuscle.kernels
-from warpmuscle.kernels.functions import LateFunction, func, gradient_of
+from warpmuscle.kernels.functions import LateFunction, func, gradient_of, own_gradient
 
 KERNELS = Path(warpmuscle.kernels.__file__).parent
 MODULES = sorted(path for path in KERNELS.rglob("*.py") if path.name != "functions.py")
@@ -90,6 +90,24 @@ def test_a_function_has_the_gradient_that_it_was_given_before_it_was_parsed():
         wp.launch(roots, 1, [x, y], device="cpu")
     tape.backward(grads={y: wp.ones_like(y)})
     np.testing.assert_allclose(x.grad.numpy(), [1.0 / 3.0], rtol=1e-5)
+
+
+def test_the_gradient_that_a_function_was_given_is_known_before_it_is_parsed_and_after():
+    @func
+    def fourth(x: float) -> float:
+        return cubed(x) * x
+
+    @gradient_of(fourth)
+    def slope(x: float, adj_ret: float):
+        wp.adjoint[x] += 4.0 * adj_ret * cubed(x)
+
+    assert own_gradient(fourth) is slope
+    assert not parsed(fourth)
+    assert own_gradient(added(1.0, fourth)) is None
+    assert fourth(2.0) == 16.0
+    assert parsed(fourth)
+    assert own_gradient(fourth) is slope
+    assert own_gradient(cubed) is None
 
 
 def test_what_no_function_has_is_not_an_attribute():

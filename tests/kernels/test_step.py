@@ -2,9 +2,11 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import warp as wp
 
 from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
@@ -79,3 +81,26 @@ def test_blocks_are_made_for_multiprocessors_as_their_maker_says():
     assert (step.REGISTERS, step.WARP) == (65536, 32)
     assert (step.SHARED_MEMORY, step.SHARED_BY_SYSTEM) == (233472, 1024)
     assert step.MAX_REGISTERS * 4 * 3 * step.WARP <= step.REGISTERS < (step.MAX_REGISTERS + 8) * 4 * 3 * step.WARP
+
+
+ABSENT = {  # modules of kernels that a pendulum on springs of the ground needs nothing of
+    "body.constraints", "body.hybrid", "body.resistance", "contact.belts", "contact.beneath", "contact.gait_cycle",
+    "contact.soft_constraint", "contact.terrain", "contact.touching", "contact.walls", "force.forces", "water.stage",
+}  # fmt: skip
+
+
+def named_by(adjoint: Any, found: dict[Any, str]) -> dict[Any, str]:
+    """The modules of all functions that Warp reads for one, and for what these call."""
+    _, _, functions = adjoint.get_references()
+    statics = [value for value in adjoint.resolved_static_expressions.values() if isinstance(value, wp.Function)]
+    for function in [*functions, *statics]:
+        if not function.is_builtin() and function.adj not in found:
+            found[function.adj] = function.func.__module__.removeprefix("warpmuscle.kernels.")
+            named_by(function.adj, found)
+    return found
+
+
+def test_a_step_has_warp_read_nothing_that_its_kind_of_scene_does_not_have():
+    read = set(named_by(step.step_kernel(4, 1, 1).adj, {}).values())
+    assert {"body.dynamics", "contact.contact", "step_parts"} <= read
+    assert not ABSENT & read

@@ -11,7 +11,9 @@ def answered() -> bool:
     request = os.environ.get("_WARPMUSCLE_COMPLETE", "")
     if request:
         from warpmuscle.cli.completion import complete
+        from warpmuscle.cli.streams import steady_streams
 
+        steady_streams()  # whoever asks may read the first lines only
         return complete(request)
     if sys.argv[1:] == ["scenes"]:
         from warpmuscle.cli.ending import run_to_end

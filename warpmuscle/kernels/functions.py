@@ -83,6 +83,15 @@ def gradient_of(function: Any) -> Callable[[Python], Python]:
     return given
 
 
+def own_gradient(function: Any) -> Python | None:
+    """The Python code of the gradient that a function was given; it is not parsed for that. None if it has none."""
+    if isinstance(function, LateFunction) and "adj" not in function.__dict__:
+        late: Python | None = function.__dict__.get("gradient")
+        return late
+    given = function.custom_grad_func
+    return None if given is None else given.func
+
+
 def _put(gradient: Python, function: Any) -> None:
     """Give a function that is parsed its gradient."""
     if not hasattr(function.adj, "return_var"):

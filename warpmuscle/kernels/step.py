@@ -152,8 +152,12 @@ def step_kernel(
     )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
+    monomials_apart = monomials_before_contacts if monomials > 0 and own_slots else None
+    monomials_behind = monomials_at if monomials > 0 and not own_slots else None
+    keep_apart = apart_at if skeleton.apart else None
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
     long_paths = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
+    computed_anew = recomputed if long_paths else None
 
     @wp.kernel(
         module="unique",
@@ -186,18 +190,18 @@ def step_kernel(
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
         if wp.static(monomials > 0 and own_slots):
-            work.monomial = monomials_before_contacts(room, capacity, slots, monomials)
+            work.monomial = monomials_apart(room, capacity, slots, monomials)
         elif wp.static(monomials > 0):
-            work.monomial = monomials_at(room, monomials)
+            work.monomial = monomials_behind(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
         if wp.static(skeleton.apart):
-            apart_at(work, buffer, instance, state.step.shape[0], wp.static(skeleton.entries))
+            keep_apart(work, buffer, instance, state.step.shape[0], wp.static(skeleton.entries))
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):
             if wp.static(long_paths):
-                instance = nonnegative(recomputed(instance))
+                instance = nonnegative(computed_anew(instance))
             status = one_step(instance, lane, lanes, character, changing, record, work, own)
             if status != RUNNING:
                 break

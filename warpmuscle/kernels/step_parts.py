@@ -1,6 +1,7 @@
 """The parts of a step, each several stages in order: place, drive, account, move, end.
 
-They are all inlined: else structures that are given by reference have to lie in memory.
+They are all inlined: else structures that are given by reference have to lie in memory. What a kind of scene does not
+have is None: Warp reads all functions that another names, even where a `wp.static` leaves their calls out.
 """
 
 from functools import cache
@@ -134,6 +135,8 @@ def place_of(kind: StepKind, mark: Any) -> Any:
     collision_stage = collision_stage_of(kind.collisions)
     above = above_ground if kind.skeleton.terrain == FLAT else above_terrain
     moves = kind.skeleton.moves
+    ground_velocity, look = mean_velocity if moves else None, begin_looking if touching else None
+    status_by_progress, end_here = progress_status if progress else None, end_lane if across else None
     begin_step, posture_status = begin_step_of(above), posture_status_of(above)
 
     @wp.func(inline=True)
@@ -143,25 +146,25 @@ def place_of(kind: StepKind, mark: Any) -> Any:
         kinematics_stage(instance, lane, lanes, model, state, work)
         if lane == 0:
             if wp.static(moves):
-                ground = mean_velocity(instance, step, model)
+                ground = ground_velocity(instance, step, model)
                 work.center[1] = work.center[1] - ground
                 if wp.static(progress):
                     state.passed[instance] = state.passed[instance] + ground * model.time_step
             begin_step(instance, step, model, state, work)
             if wp.static(touching):
-                begin_looking(step, model, work)
+                look(step, model, work)
         synchronize()
         mark(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
         if status != RUNNING:
             if wp.static(across):
-                end_lane(instance, lane, status, state)
+                end_here(instance, lane, status, state)
             return status
         if wp.static(progress):
-            status = progress_status(instance, step, model, state, work)
+            status = status_by_progress(instance, step, model, state, work)
             if status != RUNNING:
                 if wp.static(across):
-                    end_lane(instance, lane, status, state)
+                    end_here(instance, lane, status, state)
                 return status
         return collision_stage(instance, lane, lanes, step, model, work)
 
@@ -173,15 +176,16 @@ def drive_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function of what drives the joints: the controller, muscles, and forces on joints."""
     controller, skeleton, objective = kind.controller, kind.skeleton, kind.objective
     control_stage, extensions_struct = control_stage_of(controller), kind.extensions
-    coordinate_control_stage = controller.coordinates
-    by_coordinate = coordinate_control_stage is not None and bool(skeleton.joints) and controller.custom.effort is None
+    by_coordinate = bool(controller.coordinates and skeleton.joints and controller.custom.effort is None)
+    coordinate_control_stage = controller.coordinates if by_coordinate else None
     record_desired, _ = recorders_of(kind.recorded)
     desired_stage, seen = desired_stage_of(objective), bool(objective.desired)
-    muscle_stage, muscular = control_stage, kind.muscles is not None
+    muscle_stage, muscular = None, kind.muscles is not None
     if kind.muscles is not None:
         functions = muscle_functions(objective, kind.muscles.special_curves, kind.muscles.curves)
         muscle_stage = muscle_stage_of(kind.muscles, functions, kind.recorded.muscles, controller, kind.lanes_in_warp)
-    pulling, joint_forces_stage = any(force.effort for force in kind.forces), joint_forces_stage_of(kind.forces)
+    pulling = any(force.effort for force in kind.forces)
+    joint_forces_stage = joint_forces_stage_of(kind.forces) if pulling else None
 
     @wp.func(inline=True)
     def drive(
@@ -213,21 +217,22 @@ def account_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that adds to the terms' sums, sees which conditions fail, and writes a frame."""
     objective, whole = kind.objective, kind.recorded.complete
     objective_stage, progress = objective_stage_of(objective), objective.progress
-    failing_stage, conditional = failing_stage_of(tuple(f for _, f in objective.conditions)), bool(objective.conditions)
+    conditional = bool(objective.conditions)
+    failing_stage = failing_stage_of(tuple(f for _, f in objective.conditions)) if conditional else None
     _, record_stage = recorders_of(kind.recorded)
-    record_controller, recalled = record_controller_of(kind.controller), whole and kind.controller.recorded
-    record_custom, own, extensions_struct = (
-        custom_recorder_of(kind.recorded, False),
-        bool(kind.recorded.custom),
-        kind.extensions,
-    )
-    record_powers, devices = record_powers_of(kind.forces), whole and any(force.device for force in kind.forces)
+    recalled = whole and kind.controller.recorded
+    record_controller = record_controller_of(kind.controller) if recalled else None
+    record_custom, own = custom_recorder_of(kind.recorded, False), bool(kind.recorded.custom)
+    extensions_struct = kind.extensions
+    devices = whole and any(force.device for force in kind.forces)
+    record_powers = record_powers_of(kind.forces) if devices else None
     first_object = sum(3 if one.vector else 1 for one in kind.recorded.custom)
     objects = sum(force.objects.number for force in kind.forces if force.objects)
     first_belt, tracked = first_object + RECORDED * objects, whole and objects > 0
     belts = whole and kind.skeleton.moves
     first_power = first_belt + (2 if kind.skeleton.moves else 0)
-    record_objects = record_objects_of(kind.forces) if tracked else record_powers
+    record_objects = record_objects_of(kind.forces) if tracked else None
+    record_ground = record_belts if belts else None
 
     @wp.func(inline=True)
     def account(
@@ -255,7 +260,7 @@ def account_of(kind: StepKind, mark: Any) -> Any:
                 record_objects(instance, frame, wp.static(first_object), model, state, record, work, extensions.rest)
         if wp.static(belts):  # noqa: SIM102, as above
             if lane == 0 and frame >= 0:
-                record_belts(instance, step, record.slot[instance], frame, wp.static(first_belt), model, record)
+                record_ground(instance, step, record.slot[instance], frame, wp.static(first_belt), model, record)
         if wp.static(devices):  # noqa: SIM102, as above
             if lane == 0 and frame >= 0:
                 row = record.slot[instance]
@@ -270,20 +275,27 @@ def account_of(kind: StepKind, mark: Any) -> Any:
 def move_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that moves the bodies: inertia and contact, forces on bodies, accelerations, integration."""
     of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.several_warps), kind.motion, kind.recorded.complete
-    prescribe_stage, inertia_stage, integrate_stage = of_joints.prescribe, of_joints.inertia, of_joints.integrate
-    acceleration_stage, hybrid_acceleration_stage = of_joints.acceleration, of_joints.hybrid_acceleration
+    inertia_stage = of_joints.inertia
+    prescribe_stage = hybrid_acceleration_stage = integrate_by_motion = acceleration_stage = integrate_stage = None
+    if motion:
+        prescribe_stage, hybrid_acceleration_stage = of_joints.prescribe, of_joints.hybrid_acceleration
+        integrate_by_motion = hybrid_integrate_stage
+    else:
+        acceleration_stage, integrate_stage = of_joints.acceleration, of_joints.integrate
     pushing = any(force.wrench or force.pair for force in kind.forces)
     touching = any(force.touch for force in kind.forces)
-    body_forces_stage = body_forces_stage_of(kind.forces)
-    touching_stage = touching_stage_of(kind.forces) if touching else body_forces_stage
+    body_forces_stage = body_forces_stage_of(kind.forces) if pushing else None
+    touching_stage = touching_stage_of(kind.forces) if touching else None
     with_objects = any(force.objects for force in kind.forces)
-    objects_stage = objects_stage_of(kind.forces) if with_objects else body_forces_stage
+    objects_stage = objects_stage_of(kind.forces) if with_objects else None
     under_water = any(force.water for force in kind.forces)
-    water_stage = water_stage_of(kind.forces) if under_water else body_forces_stage
-    record_given_way, extensions_struct = record_given_way_of(bool(kind.skeleton.joints)), kind.extensions
-    accelerated_stage, accelerated = objective_stage_of(kind.objective, accelerated=True), kind.objective.accelerated
-    record_accelerated, seen = custom_recorder_of(kind.recorded, True), kind.recorded.accelerated
+    water_stage = water_stage_of(kind.forces) if under_water else None
+    record_given_way = record_given_way_of(bool(kind.skeleton.joints)) if whole else None
+    accelerated, seen, extensions_struct = kind.objective.accelerated, kind.recorded.accelerated, kind.extensions
+    accelerated_stage = objective_stage_of(kind.objective, accelerated=True) if accelerated else None
+    record_accelerated = custom_recorder_of(kind.recorded, True)
     constrained = kind.skeleton.constraints > 0
+    constrain = constraint_stage if constrained else None
 
     @wp.func(inline=True)
     def move(
@@ -291,7 +303,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
         record: RecordRef, work: ScratchRef, extensions: wp.ref[extensions_struct],
     ):  # fmt: skip
         if wp.static(constrained):
-            constraint_stage(instance, lane, lanes, model, state, work)
+            constrain(instance, lane, lanes, model, state, work)
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
@@ -318,7 +330,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
             synchronize()  # before speeds and coordinates go on
         mark(instance, lane, ACCELERATION, wp.uint64(0))
         if wp.static(motion):
-            hybrid_integrate_stage(instance, lane, lanes, model, state, work)
+            integrate_by_motion(instance, lane, lanes, model, state, work)
         else:
             integrate_stage(instance, lane, lanes, model, state, work)
         mark(instance, lane, INTEGRATION, wp.uint64(0))
@@ -331,6 +343,7 @@ def end_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that ends a step and returns the status: what the controller and gait cycles go on from."""
     conditional, follows_cycles = bool(kind.objective.conditions), kind.objective.follows_cycles
     advance, advances = kind.controller.advance, kind.controller.advance is not None
+    advance_feet = advance_cycles if follows_cycles else None
 
     @wp.func(inline=True)
     def end(instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef) -> int:
@@ -344,7 +357,7 @@ def end_of(kind: StepKind, mark: Any) -> Any:
             if wp.static(advances):
                 advance(instance, model, state)
             if wp.static(follows_cycles):
-                advance_cycles(instance, step, model, state, work)
+                advance_feet(instance, step, model, state, work)
             state.step[instance] = step + 1
         synchronize()
         mark(instance, lane, END, wp.uint64(0))

@@ -42,7 +42,6 @@ from warpmuscle.simulation.fused_kernel import FusedKernel, KernelConfig
 from warpmuscle.simulation.inputs import Inputs
 from warpmuscle.simulation.kernel_cache import progress_said
 from warpmuscle.simulation.launcher import Launcher, kernel_config
-from warpmuscle.simulation.recorded_norms import recorded_norms
 from warpmuscle.simulation.recorder import Recorder, frame_steps, record_kind
 from warpmuscle.simulation.reference_gait import reference_of
 from warpmuscle.simulation.rollout_settings import RolloutSettings
@@ -50,6 +49,7 @@ from warpmuscle.simulation.stepper import Stepper
 from warpmuscle.simulation.terrain_starts import TerrainStarts
 
 if TYPE_CHECKING:
+    from warpmuscle.model.objective import RecordedNorms
     from warpmuscle.simulation.program.step_program import StepProgram
 
 QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
@@ -166,7 +166,7 @@ class Rollout(RolloutSettings):
         self._inputs = Inputs(scene, structure, self.instances, self.device)
         self.muscle_names, self.torque_names = self._inputs.muscle_names, self._inputs.torque_names
         reference = reference_of(scene, structure, self._record)
-        self._inputs.of_model = ModelInputs(reference=reference, norms=recorded_norms(scene))
+        self._inputs.of_model = ModelInputs(reference=reference, norms=_norms(scene))
         self._values: Floats = start_values(scene)
         self._known = known_numbers(scene)
         self._numeric: Scene | None = None
@@ -327,3 +327,12 @@ class Rollout(RolloutSettings):
     @property
     def running(self) -> bool:
         return len(self._batch.running) > 0
+
+
+def _norms(scene: Scene) -> RecordedNorms | None:
+    """The recorded curves that a scene compares with; most name none, and what reads them takes long to import."""
+    if scene.norms is None:
+        return None
+    from warpmuscle.simulation.recorded_norms import recorded_norms
+
+    return recorded_norms(scene)

@@ -86,6 +86,7 @@ def inertia_stage_of(
         moves: whether the ground moves along itself.
     """
     body_inertia = body_inertia_of(turned)
+    resist = resistance_stage if resistance else None
     contact_stage = contact_stage_of(body_contacts_of(contact, terrain, moves), TOUCHING[contact])
 
     @wp.func
@@ -103,7 +104,7 @@ def inertia_stage_of(
             if model.skeleton.plan[i].has_limits == 1:
                 limit_stage(instance, i, model, state, work)
             if wp.static(resistance):
-                resistance_stage(instance, i, model, state, work)
+                resist(instance, i, model, state, work)
             contact_stage(instance, i, step, model, work)
         synchronize()
 

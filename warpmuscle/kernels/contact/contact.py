@@ -82,8 +82,12 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         moves: whether it moves along itself, see `belts.py`.
     """
     rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
-    about_body, beneath_sphere = about_body_of(terrain), beneath_sphere_of(terrain)
-    plane_of_way = plane_of_way_of(terrain)
+    about_body = beneath_sphere = plane_of_way = None
+    if rises:
+        about_body, beneath_sphere = about_body_of(terrain), beneath_sphere_of(terrain)
+        plane_of_way = plane_of_way_of(terrain)
+    ground_velocity, patch_at = belt_velocity if moves else None, patch_below if patched else None
+    soft_force = constraint_force if soft else None
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:
@@ -133,17 +137,17 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
                     r = work.rotation[body] * point.place - point.radius * normal
                     velocity = middle + wp.cross(spin, r)
                     if wp.static(moves):
-                        velocity -= belt_velocity(instance, work.position[body][0] + r[0], step, model)
+                        velocity -= ground_velocity(instance, work.position[body][0] + r[0], step, model)
                     speed = wp.dot(normal, velocity)
                     friction = point.friction
                     if wp.static(patched):
-                        patch = patch_below(instance, work.position[body] + r, model)
+                        patch = patch_at(instance, work.position[body] + r, model)
                         stiffness = ground.stiffness * patch.stiffness
                         damping = ground.damping * patch.damping
                         friction = wp.min(friction, patch.friction)
                     if wp.static(soft):
                         constraint = at(model.contacts.soft, instance, 0)
-                        along = constraint_force(depth, speed, constraint, h)
+                        along = soft_force(depth, speed, constraint, h)
                         gives = h / constraint.softness
                     else:
                         along = normal_force(depth, speed, stiffness, damping, h)

@@ -206,8 +206,10 @@ def control_stage_of(controller: ControllerKind) -> Any:
     """
     custom, extension_struct, torques = controller.custom, controller.extension, controller.torques
     has_effort, has_update, has_damping = (own is not None for own in (custom.effort, custom.update, custom.damping))
-    effort, update, damping = torques, torques, torques
+    effort = update = damping = None
     looked_at = not custom.shipped
+    torque_of_effort, check = effort_torque if has_effort else None, checked_vector if looked_at else None
+    change, inertia = (last_change, damped_inertia) if has_damping else (None, None)
     cause = cause_of(GIVEN_TORQUE if custom.effort is given_effort else EFFORT)
     if has_effort:
         effort = of_body(custom.effort, wp.vec3, custom.parameters, extension_struct, custom.values_of(custom.effort))
@@ -241,17 +243,17 @@ def control_stage_of(controller: ControllerKind) -> Any:
                 work.target[i] = wp.quat(0.0, 0.0, 0.0, 1.0)
                 wanted = effort(instance, i, 0, model, state, work, extension)
                 if wp.static(looked_at):
-                    wanted = checked_vector(wanted, instance, wp.static(cause) + i * wp.static(ENTRY), state, work)
+                    wanted = check(wanted, instance, wp.static(cause) + i * wp.static(ENTRY), state, work)
                 work.stiffness[i] = symmetric(0.0)
                 if wp.static(has_damping):  # noqa: SIM102, what is not compiled may not be called
                     if model.implicit_pd == 1:
                         by_speed = damping(instance, i, 0, model, state, work, extension)
                         if wp.static(looked_at):
                             place = wp.static(cause) + i * wp.static(ENTRY)
-                            by_speed = checked_vector(by_speed, instance, place, state, work)
-                        wanted += wp.cw_mul(by_speed, last_change(instance, i, model, state))
-                        work.stiffness[i] = damped_inertia(instance, i, by_speed, model, work)
-                work.torque[i] = effort_torque(instance, i, wanted, model, work)
+                            by_speed = check(by_speed, instance, place, state, work)
+                        wanted += wp.cw_mul(by_speed, change(instance, i, model, state))
+                        work.stiffness[i] = inertia(instance, i, by_speed, model, work)
+                work.torque[i] = torque_of_effort(instance, i, wanted, model, work)
             synchronize()
         else:
             torques(instance, lane, lanes, model, state, work)

@@ -14,7 +14,7 @@ import warp as wp
 
 from warpmuscle.kernels.curve.curves import functions_of
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_functions
-from warpmuscle.kernels.functions import gradient_of
+from warpmuscle.kernels.functions import gradient_of, own_gradient
 
 SLOPE_STEP = 1.0e-3  # of v_max, to either side
 
@@ -85,14 +85,14 @@ def with_curves(function: Any, own: CustomCurves | Shaped | None, curves: int | 
     if not others:
         return function
     changed = _changed(function.func, own, curves, function)
-    gradient = function.custom_grad_func
+    gradient = own_gradient(function)
     if gradient is not None:
-        changed |= _changed(gradient.func, own, curves, function)
+        changed |= _changed(gradient, own, curves, function)
     if not changed:
         return function
     made = wp.func(_made_anew(function.func, changed, own))
     if gradient is not None:
-        gradient_of(made)(_made_anew(gradient.func, changed | {function.func.__name__: made}, own))
+        gradient_of(made)(_made_anew(gradient, changed | {function.func.__name__: made}, own))
     return made
 
 

@@ -33,8 +33,15 @@ class Contraction:
 
 @cache
 def contraction_of(curves: int, tendon: int, implicit: bool = False, own: CustomCurves | Shaped | None = None) -> Any:
-    """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind."""
-    rigid, compliant = contractions(curves, tendon, implicit, own)
+    """The Warp function (instance, muscle, activation, stretch, row, model, state) -> Contraction of a kind.
+
+    Muscles with curves of their own have OpenSim's bounds of the fibre.
+    """
+    if tendon == COMPLIANT:
+        return compliant_of(curves, own)
+    if tendon != EITHER:
+        return rigid_of(curves, tendon == SWITCH, implicit, own)
+    rigid, compliant = rigid_of(curves, False, implicit, own), compliant_of(curves, own)
 
     @wp.func
     def either(
@@ -44,30 +51,34 @@ def contraction_of(curves: int, tendon: int, implicit: bool = False, own: Custom
             return compliant(instance, m, activation, stretch, row, model, state)
         return rigid(instance, m, activation, stretch, row, model, state)
 
-    return {COMPLIANT: compliant, EITHER: either}.get(tendon, rigid)
+    return either
 
 
 @cache
-def contractions(curves: int, tendon: int, implicit: bool, own: CustomCurves | Shaped | None) -> tuple[Any, Any]:
-    """The Warp functions of `contraction_of` for rigid, or switching, and for compliant tendons.
-
-    Muscles with curves of their own have OpenSim's bounds of the fibre.
-    """
-    fibre_force, fibre_damping, fibre_equilibrium, compliant_step, compliant_force, bounded_length, rigid_length = (
-        with_curves(function, own, curves)
-        for function in (
-            muscle.fibre_force, muscle.fibre_damping, muscle.fibre_equilibrium, muscle.compliant_step,
-            muscle.compliant_force, muscle.bounded_fibre_length, muscle.rigid_fibre_length,
-        )
-    )  # fmt: skip
-    shaped = isinstance(own, Shaped)
-    switching = tendon == SWITCH and not shaped
+def curves_of_muscle(curves: int, own: CustomCurves | Shaped | None) -> Any:
+    """The Warp function (instance, muscle, model) of what functions of `muscle` take as the number of its curves."""
+    if isinstance(own, Shaped):
+        return shaped_curves
 
     @wp.func
     def of_all(instance: int, m: int, model: ModelRef) -> int:
         return curves
 
-    curves_of = shaped_curves if shaped else of_all
+    return of_all
+
+
+@cache
+def rigid_of(curves: int, switching: bool, implicit: bool, own: CustomCurves | Shaped | None) -> Any:
+    """The Warp function of `contraction_of` for rigid tendons, or for those that switch between two lengths."""
+    shaped = isinstance(own, Shaped)
+    switching = switching and not shaped
+    bounded_length, rigid_length, fibre_force = (
+        with_curves(function, own, curves)
+        for function in (muscle.bounded_fibre_length, muscle.rigid_fibre_length, muscle.fibre_force)
+    )
+    fibre_damping = with_curves(muscle.fibre_damping, own, curves) if implicit else None
+    curves_of = curves_of_muscle(curves, own)
+    switched_length, switched_speed = (switched_fibre_length, switched_fibre_speed) if switching else (None, None)
 
     @wp.func
     def rigid(
@@ -79,8 +90,8 @@ def contractions(curves: int, tendon: int, implicit: bool, own: CustomCurves | S
         c = Contraction()
         of_muscle = curves_of(instance, m, model)
         if wp.static(switching):
-            c.length = bounded_length(switched_fibre_length(stretch.moving, l_opt, slack), l_opt, 0.0)
-            c.speed = switched_fibre_speed(stretch.moving, stretch.speed, l_opt, slack)
+            c.length = bounded_length(switched_length(stretch.moving, l_opt, slack), l_opt, 0.0)
+            c.speed = switched_speed(stretch.moving, stretch.speed, l_opt, slack)
         else:
             c.length = rigid_length(stretch.moving, l_opt, slack, width)
             if wp.static(shaped):
@@ -98,6 +109,20 @@ def contractions(curves: int, tendon: int, implicit: bool, own: CustomCurves | S
             slope = fibre_damping(of_muscle, activation, x, speed, row.damping) * cosine * cosine
             c.damping = slope * row.f_max / (row.v_max * l_opt)
         return c
+
+    return rigid
+
+
+@cache
+def compliant_of(curves: int, own: CustomCurves | Shaped | None) -> Any:
+    """The Warp function of `contraction_of` for compliant tendons."""
+    fibre_equilibrium, compliant_step, compliant_force, bounded_length = (
+        with_curves(function, own, curves)
+        for function in (
+            muscle.fibre_equilibrium, muscle.compliant_step, muscle.compliant_force, muscle.bounded_fibre_length,
+        )
+    )  # fmt: skip
+    curves_of, shaped = curves_of_muscle(curves, own), isinstance(own, Shaped)
 
     @wp.func
     def compliant(
@@ -132,4 +157,4 @@ def contractions(curves: int, tendon: int, implicit: bool, own: CustomCurves | S
         c.force = row.f_max * compliant_force(of_muscle, path_length, c.length, l_slack, width)
         return c
 
-    return rigid, compliant
+    return compliant

@@ -90,16 +90,18 @@ def activate_of(kind: MuscleKind) -> Any:
     if kind.smoothed:
         dynamics = follow_smoothly
 
+    least, signals_of = least_activation if floored else None, cable_signals if cables else None
+
     @wp.func(inline=True)
     def activate(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef):
         a = muscle.activation
         if wp.static(floored):
-            a = wp.max(a, least_activation(instance, m, model))
+            a = wp.max(a, least(instance, m, model))
         a = dynamics(instance, m, a, muscle, model, state)
         if wp.static(floored):  # as OpenSim does it: only the activation is held up, not the excitation
-            a = wp.max(a, least_activation(instance, m, model))
+            a = wp.max(a, least(instance, m, model))
         if wp.static(cables):
-            signals = cable_signals(instance, m, a, muscle.excitation, model)
+            signals = signals_of(instance, m, a, muscle.excitation, model)
             a = signals[0]
             muscle.excitation = signals[1]
         muscle.activation = a

@@ -54,8 +54,9 @@ def muscle_stage_of(
     pull_all = every_muscle_of(kind, one_muscle_of(kind, terms, recorded, controller), controller, lanes_in_warp)
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
     actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, springs, kind.mixed)
-    implicit, implicit_damping_stage = kind.implicit, implicit_damping_stage_of(springs)
+    implicit, implicit_damping_stage = kind.implicit, implicit_damping_stage_of(springs) if kind.implicit else None
     queued, extension_struct = kind.long_paths and lanes_in_warp > 0, controller.extension
+    begin_turns = next_turn if queued else None
 
     @inlined(kind)
     def muscle_stage(
@@ -63,7 +64,7 @@ def muscle_stage_of(
         work: ScratchRef, extension: wp.ref[extension_struct],
     ):  # fmt: skip
         if wp.static(queued):
-            next_turn(1)
+            begin_turns(1)
         prepare_all(instance, lane, lanes, model, state, work)
         pull_all(instance, lane, lanes, frame, model, state, record, work, extension)
         synchronize()
@@ -114,7 +115,9 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     coordinate_joints, polynomials, shared = kind.coordinate_joints, kind.paths.monomials > 0, kind.shared > 0
     sense, senses = controller.sense, controller.sense is not None
     places = places_of(kind.pulls_at_hand)
-    prepare = sharing_stage = joint_velocities
+    coordinate_speeds = coordinate_velocities if coordinate_joints else None
+    find_monomials = monomials_stage if polynomials else None
+    prepare = sharing_stage = None
     if shared:
         prepare = prepare_of(places, stretch_stage_of(kind), kind.law.strength(kind), kind.straight)
         sharing_stage = sharing_stage_of(places, kind.shared)
@@ -123,9 +126,9 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     def prepare_all(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
         joint_velocities(lane, lanes, model, work)
         if wp.static(coordinate_joints):
-            coordinate_velocities(instance, lane, lanes, model, work)
+            coordinate_speeds(instance, lane, lanes, model, work)
         if wp.static(polynomials):
-            monomials_stage(instance, lane, lanes, model, state, work)
+            find_monomials(instance, lane, lanes, model, state, work)
         if wp.static(senses):
             sense(instance, lane, lanes, model, state, work)
         if wp.static(shared):
@@ -143,6 +146,7 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
         lanes_in_warp: see `muscle_stage_of`.
     """
     queued, ordered, extension_struct = kind.long_paths and lanes_in_warp > 0, kind.long_paths, controller.extension
+    take_turn, turn_of = next_turn if queued else None, in_turn if ordered and not queued else None
 
     @inlined(kind)
     def every_muscle(
@@ -150,17 +154,17 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
         work: ScratchRef, extension: wp.ref[extension_struct],
     ):  # fmt: skip
         if wp.static(queued):
-            first = next_turn(0) * wp.static(lanes_in_warp)
+            first = take_turn(0) * wp.static(lanes_in_warp)
             while first < model.muscles.count:
                 place = first + lane % wp.static(lanes_in_warp)
                 if place < model.muscles.count:
                     one_muscle(
                         instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
                     )
-                first = next_turn(0) * wp.static(lanes_in_warp)
+                first = take_turn(0) * wp.static(lanes_in_warp)
         elif wp.static(ordered):
             for k in range(lane, model.muscles.count, lanes):
-                place = in_turn(k, lane, lanes, model.muscles.count)
+                place = turn_of(k, lane, lanes, model.muscles.count)
                 one_muscle(
                     instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
                 )

@@ -227,6 +227,8 @@ def segments_stretch_of(
     the torque F r on the joint's parent and -F r on its child.
     """
 
+    followed, to_driver = (driver_of, along_driver) if followers else (None, None)
+
     @wp.func
     def muscle_stretch(
         instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
@@ -259,14 +261,14 @@ def segments_stretch_of(
                 else:
                     if wp.static(followers):
                         if has_motion(model.skeleton.plan[joint].joint_type):
-                            r = along_driver(instance, joint, r, direction * float(own.sign), model, work)
+                            r = to_driver(instance, joint, r, direction * float(own.sign), model, work)
                     elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
                         r = along_coordinate(instance, joint, r, direction * float(own.sign), model, work)
                     if wp.static(conditions) and segment.varies != 0:
                         weight = segment_weight(instance, i, joint, model, state, paths, work)
                         r = r * weight.value + weight.gradient * length
                     if wp.static(followers):
-                        joint = driver_of(joint, model)
+                        joint = followed(joint, model)
                     total.speed += wp.dot(r, work.joint_velocity[joint])
                     if own.first == 0:
                         r += arm[crossing]
