@@ -23,6 +23,7 @@ from warpmuscle.gait.device_work import device_powers
 from warpmuscle.gait.joint_stops import stop_torques
 from warpmuscle.gait.muscle_effort import FibrePowers, fibre_powers
 from warpmuscle.gait.quality import Measures
+from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
@@ -137,9 +138,7 @@ def balance_measures(motion: Recording, scene: Scene) -> Measures:
 def _check(motion: Recording, scene: Scene) -> None:
     if motion.frames < LEAST_FRAMES:
         raise Error(f"an energy balance takes {LEAST_FRAMES} frames or more, not {motion.frames}")
-    known = scene.character.bodies.keys()
-    if set(motion.body_names) != set(known):
-        raise Error("this motion has other bodies than the scene")
+    check_motion_of(motion, scene)
     needed = ("body_position", "body_orientation", "joint_torque", "joint_angular_velocity", "com")
     missing = [name for name in needed if name in motion.missing]
     if missing:

@@ -153,7 +153,11 @@ def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
     given = dict.fromkeys(name for run in runs for name, value in run.measures.items() if value is not None)
     any_walked = any(run.walked for run in runs)
     names = _named(study, [name for name in given if not name.endswith(UNSEEN)], any_walked)
-    units = {COST: "", POWER: "W"} | dict.fromkeys(BALANCE, BALANCE_UNIT) | {name: unit for run in runs for name, unit in run.units.items()}
+    units = (
+        {COST: "", POWER: "W"}
+        | dict.fromkeys(BALANCE, BALANCE_UNIT)
+        | {name: unit for run in runs for name, unit in run.units.items()}
+    )
     rows = []
     for series in dict.fromkeys(run.series for run in runs):
         mine = [run for run in runs if run.series == series]
