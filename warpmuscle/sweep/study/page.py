@@ -16,6 +16,7 @@ from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
 from warpmuscle.results.records import made_by
 from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
+from warpmuscle.studies.energy_balance import MEASURES as BALANCE
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
 from warpmuscle.sweep.study.table import COST
@@ -140,6 +141,8 @@ def _table(found: StudyResult, series: str, several: bool) -> dict[str, Any]:
     return {
         "title": series if several else _heading(found.study.condition),
         "heads": heads,
+        "trends": any(row.trend is not None for row in rows),
+        "powers": any(row.measure in BALANCE for row in rows),
         "rows": [
             {
                 "measure": row.measure,
