@@ -1,22 +1,26 @@
 """Published studies that are shipped: each can be read, says what is expected and by whom, and is found by its name."""
 
 import re
+import warnings
 from pathlib import Path
 
 import pytest
 
 import command_line
+from warpmuscle.cli.sweep import study_file
 from warpmuscle.core.errors import SceneError
-from warpmuscle.examples.studies import STUDIES, study_text
+from warpmuscle.examples.studies import STUDIES, study_files, study_text
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.union import groups
 
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name: str, tmp_path: Path):
-    file = tmp_path / f"{name}.toml"
-    file.write_text(study_text(name))
-    plan = read(file)
+    for file, text in study_files(name).items():
+        (tmp_path / file).write_text(text)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # such as of a start in the ground
+        plan = read(tmp_path / f"{name}.toml")
     study = plan.study
     assert study is not None
     assert study.title
@@ -28,7 +32,7 @@ def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name
     assert study.expected
     assert all(expected.source and expected.at in conditions for expected in study.expected)
     batches = groups(plan.scenes)  # conditions that differ in numbers only are simulated together
-    assert len(batches) == (2 if name == "locked_ankles" else 1)
+    assert len(batches) == (3 if name == "locked_ankles" else 1)
 
 
 @pytest.mark.parametrize(
@@ -48,6 +52,16 @@ def test_a_wrong_key_of_a_study_is_named_with_its_line(old: str, new: str, key: 
     with pytest.raises(SceneError, match=re.escape(key)) as caught:
         read(file)
     assert caught.value.line == line
+
+
+def test_a_study_is_written_with_the_walk_that_it_begins_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "level_walk.toml").write_text("one's own")
+    assert study_file(Path("slopes")) == Path("slopes.toml")
+    assert (tmp_path / "level_walk.toml").read_text() == "one's own"
+    (tmp_path / "level_walk.toml").unlink()
+    study_file(Path("slopes"))
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == study_files("slopes")
 
 
 def test_an_unknown_study_is_answered_by_those_that_there_are(tmp_path: Path):

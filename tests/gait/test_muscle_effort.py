@@ -8,7 +8,7 @@ import pytest
 
 from metabolic_powers import bhargava, margaria, umberger, wang
 from small_result import walk_result, walk_scene, with_arrays
-from warpmuscle.gait.muscle_effort import muscle_power, spent, trembling
+from warpmuscle.gait.muscle_effort import fibre_powers, muscle_power, spent, trembling
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
@@ -99,6 +99,25 @@ def test_energy_of_a_walk_is_that_of_the_published_formulas_by_hand(scene: Scene
     found = spent(motion, counted(scene, metabolic_model=model, basal_rate=0.0))
     assert found.power * body_mass(scene.character) == pytest.approx(expected.sum(axis=1).mean(), rel=1e-3)
     assert expected.std() > 1.0
+
+
+def test_parts_of_a_fibre_have_the_powers_of_their_forces(scene: Scene):
+    """By hand: of the contractile element -F v, of the passive fibre by Lee's curve, and the rest of the tension's."""
+    still = state(scene, 1.3, 0.4, 0.7)
+    muscles = [scene.character.muscles[name] for name in still.muscle_names]
+    f_max, l_opt = (np.array([float(getattr(one, name)) for one in muscles]) for name in ("f_max", "l_opt"))
+    rates = np.where(np.arange(len(muscles)) % 2, -1.5, 0.8) * l_opt  # m/s, of every second one shortening
+    motion = with_arrays(still, muscle_fibre_velocity=np.broadcast_to(rates, still.muscle_force.shape).copy())
+    found = fibre_powers(motion, scene)
+    assert found is not None
+    work = by_hand(motion, scene, lambda *state: -state[4] * state[3], net=True)
+    cosine = np.cos(np.arcsin([math.sin(float(one.pennation)) / 1.3 for one in muscles]))
+    passive = f_max * (math.exp(4.0 * 0.3 / 0.6) - 1.0) / (math.exp(4.0) - 1.0)
+    np.testing.assert_allclose(found.active, work, rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(found.passive, np.broadcast_to(-passive * rates, work.shape), rtol=1e-4)
+    np.testing.assert_allclose(sum(found), -motion.muscle_force * rates / cosine, rtol=1e-6)
+    assert (found.active > 0.0).any()
+    assert (found.active < 0.0).any()
 
 
 def counted(scene: Scene, **objective) -> Scene:

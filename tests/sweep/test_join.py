@@ -110,8 +110,9 @@ def test_a_cut_file_of_a_run_counts_as_missing(parts: Path, tmp_path: Path):
             (target / path.name).write_bytes(path.read_bytes())
     cut = next(copies[1].glob("*.h5"))
     cut.write_bytes(cut.read_bytes()[:3000])
-    with pytest.raises(Error, match=rf"1 of {RUNS} runs have not ended: '{cut.stem}'; they are of part 2 of 3"):
+    with pytest.raises(Error, match=rf"1 of {RUNS} runs have not ended: '{cut.stem}'; they are of part 2 of 3") as told:
         join(plan, output)
+    assert f"{cut} is damaged: remove it first" in str(told.value)
 
 
 # A program that, once it has evaluated something, waits to be asked to end.

@@ -28,6 +28,11 @@ def test_what_is_no_part_is_refused(text: str):
         part_of(text)
 
 
+def test_a_number_beyond_the_parts_is_told_which_there_are():
+    with pytest.raises(Error, match="the first is 1 to 4 here"):
+        part_of("5/4")
+
+
 def test_a_part_without_runs_is_refused(tmp_path: Path):
     with pytest.raises(Error, match=f"part 9/9 has no runs; the sweep has {RUNS} runs"):
         part_of("9/9").of(read(small_sweep(tmp_path)))

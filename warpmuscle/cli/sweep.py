@@ -217,7 +217,7 @@ def study_file(file: Path) -> Path:
         Error: there is neither.
     """
     from warpmuscle.core.files import replace_file
-    from warpmuscle.examples.studies import STUDIES, study_text
+    from warpmuscle.examples.studies import STUDIES, study_files
     from warpmuscle.scene.validation.checks import near
 
     name = str(file)
@@ -225,9 +225,13 @@ def study_file(file: Path) -> Path:
         return file
     if name not in STUDIES:
         raise Error(f"{name}: no such file, and no shipped study{near(name, STUDIES)}; there are {', '.join(STUDIES)}")
-    copy = Path(f"{name}.toml")
+    copy, *others = map(Path, contents := study_files(name))
+    for other in others:
+        if not other.exists():
+            replace_file(other, contents[str(other)])
+            log.print(f"wrote {other}, with which it begins", markup=False)
     if not copy.exists():
-        replace_file(copy, study_text(name))
+        replace_file(copy, contents[str(copy)])
         log.print(f"wrote {copy}: {STUDIES[name]}", markup=False)
     return copy
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_files, unwritable
-from warpmuscle.examples.studies import STUDIES
+from warpmuscle.examples.studies import LEVEL_WALK, STUDIES
 
 Files = Iterable[tuple[str, str | bytes]]
 
@@ -105,7 +105,8 @@ EXAMPLES = {
     "mujoco": Example("a model of MuJoCo, and a scene that moves it", shipped("elbow.xml", "curl.toml")),
     "study": Example("a study of weak calves, over seeds", shipped("weak_calves.toml")),
     "studies": Example(
-        "published studies, each of which `warpmuscle study NAME` runs", shipped(*(f"{name}.toml" for name in STUDIES))
+        "published studies, each of which `warpmuscle study NAME` runs",
+        shipped(*(f"{name}.toml" for name in STUDIES), LEVEL_WALK),
     ),
     "patient": Example(
         "a made-up patient: a walk to record, and changes whose effect is predicted",

@@ -18,6 +18,22 @@ STUDIES = {
 }
 
 
+BEGIN_LEVEL = ("locked_ankles", "slopes")  # studies that begin with the walk of this file
+LEVEL_WALK = "level_walk.toml"
+
+
+def study_files(name: str) -> dict[str, str]:
+    """The files of a study, by name: its own first, and the scene that it names, if that is none of the package's."""
+    found = {f"{name}.toml": study_text(name)}
+    if name in BEGIN_LEVEL:
+        found[LEVEL_WALK] = _text(LEVEL_WALK)
+    return found
+
+
 def study_text(name: str) -> str:
     """The file of a study, by its name in `STUDIES`."""
-    return (resources.files("warpmuscle.examples") / "files" / f"{name}.toml").read_text("utf-8")
+    return _text(f"{name}.toml")
+
+
+def _text(file: str) -> str:
+    return (resources.files("warpmuscle.examples") / "files" / file).read_text("utf-8")

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.kernels.muscle import effort
+from warpmuscle.kernels.muscle.metabolics import DOWN, UP
 from warpmuscle.model.build import muscles_model
 from warpmuscle.model.muscle_shapes import shaped_kind
 from warpmuscle.results.recording import Recording
@@ -19,6 +20,8 @@ from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.masses import at_common_tension, body_mass
 
 TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
+LEAST_LENGTH = 1e-6  # m, of a fibre
+STEEPEST = 0.995  # sine of the pennation, as of the shortest fibre
 LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
 _MODELS = {
     "wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA, "margaria": effort.MARGARIA,
@@ -72,6 +75,37 @@ def bhargava_costs(recording: Recording, scene: Scene, speed: float) -> dict[str
     _, powers = _passive_and_powers(recording, scene, [effort.BHARGAVA, effort.BHARGAVA_STRICT])
     net, strict = (rest + float(power.sum(axis=1).mean()) / mass for power in powers)
     return {BHARGAVA_NET: cost_of_transport(net, speed), BHARGAVA_STRICT: cost_of_transport(strict, speed)}
+
+
+class FibrePowers(NamedTuple):
+    """What the parts of fibres give, W, (F, M) each; negative what they take."""
+
+    active: Floats  # the contractile element
+    passive: Floats  # the passive fibre, which is elastic
+    damping: Floats  # what is left of the whole fibre
+
+
+def fibre_powers(recording: Recording, scene: Scene) -> FibrePowers | None:
+    """Mechanical powers of the parts of every fibre; None where there are no costs, see `spent`.
+
+    A fibre at an angle to its tendon has the power of the tension along the tendon, which grows with 1/cosine as its
+    own speed along the tendon does.
+
+    Args:
+        scene: without free parameters.
+    """
+    if not _has_costs(recording, scene):
+        return None
+    along, (work,) = _passive_and_powers(recording, scene, [effort.MARGARIA])
+    speed = recording.muscle_fibre_velocity.astype(float)
+    active = np.where(speed < 0.0, UP * work, -DOWN * work)  # the formula counts nothing but this work
+    muscles = [scene.character.muscles[name] for name in recording.muscle_names]
+    length = recording.muscle_fibre_length.astype(float)
+    width = np.array([first_number(one.l_opt) * np.sin(first_number(one.pennation)) for one in muscles])
+    cosine = np.sqrt(1.0 - np.square(np.minimum(width / np.maximum(length, LEAST_LENGTH), STEEPEST)))
+    passive = -along * speed / cosine
+    whole = -recording.muscle_force.astype(float) * speed / cosine
+    return FibrePowers(active, passive, whole - active - passive)
 
 
 def cost_of_transport(power: float, speed: float) -> float | None:

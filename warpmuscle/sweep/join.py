@@ -11,6 +11,7 @@ from pathlib import Path
 from warpmuscle.core.errors import Error, ResultError, SceneError
 from warpmuscle.core.files import check_writable, replacing
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.results.result import glance
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.board import Tell
 from warpmuscle.sweep.finished import PATTERN
@@ -106,7 +107,18 @@ def _lacking(missing: Sequence[str], plan: Plan, parts: Sequence[Folder]) -> str
         again = f"warpmuscle sweep {shlex.quote(str(plan.file))} --part {Part(numbers[0], count)}"
         where = f"; they are of part{'s' if len(numbers) > 1 else ''} {named} of {count}: `{again}`"
     runs = number_of(len(plan.runs), "run")
-    return f"{len(missing)} of {runs} have not ended: {shown}{where}; or join what there is with --incomplete"
+    damaged = next((folder.result(name) for name in missing for folder in parts if _damaged(folder.result(name))), None)
+    remedy = "" if damaged is None else f"; {damaged} is damaged: remove it first, so that its run is computed anew"
+    return f"{len(missing)} of {runs} have not ended: {shown}{where}{remedy}; or join what there is with --incomplete"
+
+
+def _damaged(path: Path) -> bool:
+    """Whether there is a file of a run that cannot be read."""
+    try:
+        glance(path)
+    except ResultError:
+        return path.exists()
+    return False
 
 
 def _take(folder: Folder, places: Mapping[str, Path], parts: Sequence[Folder]) -> None:

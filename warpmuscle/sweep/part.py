@@ -47,7 +47,8 @@ def part_of(text: str) -> Part:
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text, re.ASCII)
     part = Part(*map(int, found.groups())) if found else Part(0, 0)
     if not 1 <= part.number <= part.total <= MOST_PARTS:
-        raise Error(f"part {text!r}: takes two whole numbers, which of how many, such as 3/40")
+        among = f"; the first is 1 to {part.total} here" if 1 <= part.total <= MOST_PARTS else ""
+        raise Error(f"part {text!r}: takes two whole numbers, which of how many, such as 3/40{among}")
     return part
 
 

@@ -64,6 +64,7 @@ from warpmuscle.scene.stage_scene import without_only_stage
 from warpmuscle.scene.trusted_code import trust, trusts_everything
 from warpmuscle.scene.units import unit_at
 from warpmuscle.scene.validation.checks import near
+from warpmuscle.scene.validation.start import warn_of_changed_starts
 from warpmuscle.sweep.axes import Choice, axes_of, entries_of
 from warpmuscle.sweep.pruning.rule import PruneTable, Rule, rule_of
 from warpmuscle.sweep.refinement.options import WITHOUT_POINTS, Refinement, refinement_of
@@ -157,7 +158,7 @@ def read(
         SceneError: it cannot be read or used, with file, line and key.
 
     Warns:
-        SceneWarning: it sets a speed that its searches do not ask for.
+        SceneWarning: it sets a speed that its searches do not ask for, or a run starts with a body in the ground.
     """
     path, trusted = Path(path), trusted or trusts_everything()
     source = Source.read(path)
@@ -183,6 +184,8 @@ def _plan(path: Path, source: Source, file: _File, trusted: bool) -> Plan:
 
     def made(chosen: Floats | None) -> Plan:
         plan = _made(path, source, file, base, chosen, made)
+        own = {id(run.scene): (run.name, run.scene) for run in reversed(plan.runs)}
+        warn_of_changed_starts(str(path), reversed(own.values()), base.scenes)
         if trusted:
             plan.trust()
         return plan
@@ -369,6 +372,11 @@ class _Base:
                     raise
                 raise self._error(str(error), override, key="scene") from None
         return self._scenes[name]
+
+    @property
+    def scenes(self) -> list[Scene]:
+        """The scenes that runs change."""
+        return list(self._scenes.values())
 
     def _error(self, message: str, override: Override | None, key: str = "") -> SceneError:
         """An error at the place of an override, or else of a key of the file."""

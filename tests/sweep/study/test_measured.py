@@ -14,6 +14,7 @@ from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.result import read as read_result
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.studies.conditions import Cell, Expected, Spread, verdict_of
+from warpmuscle.studies.energy_balance import MEASURES, balance_measures
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.study import page as study_page
@@ -63,7 +64,9 @@ def test_measures_are_those_of_the_best_motions(found: StudyResult, folder: Path
         result = read_result(folder / "loads.h5", run.run.name)
         alone = gait_measures(result.replays[0], recorded_scene(result))
         assert result.best is not None
-        assert run.measures == {"cost": result.best.cost} | alone
+        powers = balance_measures(result.replays[0], recorded_scene(result))
+        assert set(powers) == {name for name in MEASURES if not name.endswith(("fibres", "damping"))}  # no muscles
+        assert run.measures == {"cost": result.best.cost} | alone | powers
     row = next(row for row in found.rows if row.measure == "speed")
     for cell, condition in zip(row.cells, (1.0, 1.2), strict=True):
         speeds = [run.measures["speed"] for run in found.runs if run.condition == condition]

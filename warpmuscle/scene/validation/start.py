@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import warnings
+from collections.abc import Iterable
+
 import numpy as np
 
 from warpmuscle.core.errors import SceneError
@@ -15,8 +19,9 @@ from warpmuscle.scene.masses import center_of_mass
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.validation.damping import damping_warnings
-from warpmuscle.scene.validation.muscles import muscle_warnings
+from warpmuscle.scene.validation.muscles import SceneWarning, muscle_warnings
 
+LOOKED_AT = 100  # scenes of a sweep, which may have very many
 DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; beyond it the ground throws it up
 
 
@@ -33,6 +38,20 @@ def start_warnings(scene: Scene) -> list[SceneError]:
     plain = at_start(scene)
     poses = world_poses(plain)
     return [*(_in_the_ground(plain, poses) or _below_the_ground(plain, poses)), *_too_fast(plain)]
+
+
+def warn_of_changed_starts(where: str, changed: Iterable[tuple[str, Scene]], scenes: Iterable[Scene]) -> None:
+    """Warn of starts that are in doubt only since scenes were changed, as on a slope; of what several have, once.
+
+    Args:
+        where: that what changes them is said. changed: first ones of them, with names. scenes: as they were.
+    """
+    known = {str(doubt) for scene in scenes for doubt in start_warnings(scene)}
+    for name, scene in itertools.islice(changed, LOOKED_AT):
+        for doubt in start_warnings(scene):
+            if str(doubt) not in known:
+                known.add(str(doubt))
+                warnings.warn(f"{where}: {name}: {doubt}", SceneWarning, stacklevel=4)
 
 
 def _in_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:

@@ -8,13 +8,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import read_file, shown, unreadable
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats.toml_layout import inline
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene import Scene
 from warpmuscle.scene.masses import body_mass
+from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import at_start
+from warpmuscle.scene.validation.start import start_depths
 from warpmuscle.sweep.adaptation.records import Record
 
 # Bodies that carry a load, by its place; of limbs both, each with the whole load.
@@ -82,10 +87,31 @@ def sweep_text(
         lines.append(f'"objective.target_speed" = {record.speed * math.sqrt(leg / record.leg)!r}')
         if record.slope:
             lines.append(f'"ground.normal" = [0, 1, {-record.slope!r}]')
+            lines += _raised(plain, scene.initial_state.root_position[1], record.slope)
         for body in _bodies(record, scene) if record.load else ():
             lines.append(f'"character.bodies.load_on_{body}.mass" = {record.load * mass!r}')
             lines.append(f'"character.bodies.load_on_{body}.inertia" = {_inertia(record.load * mass)}')
     return MADE + "\n".join(lines) + "\n"
+
+
+def _raised(plain: Scene, height: Number, slope: float) -> list[str]:
+    """The height of the root at which the lowest body starts as deep in a slope as on level ground.
+
+    The same pose stands with a foot in a slope, from which the ground would throw the body up.
+
+    Args:
+        plain: the scene on level ground, without free parameters. height: of its root, m.
+    """
+    level = start_depths(plain)
+    if not level or (isinstance(height, Free) and height.value is None):
+        return []
+    ground = replace(plain.ground, normal=(0.0, 1.0, -slope))
+    deeper = max(start_depths(replace(plain, ground=ground)).values()) - max(level.values())
+    more = deeper * math.hypot(1.0, slope)  # depths are along the normal
+    if isinstance(height, Free):
+        ends = {name: end + more for name in ("value", "min", "max") if (end := getattr(height, name)) is not None}
+        return [f'"initial_state.root_position.1" = {inline(replace(height, **ends))}']
+    return [f'"initial_state.root_position.1" = {first_number(height) + more!r}']
 
 
 def _bodies(record: Record, scene: Scene) -> tuple[str, ...]:

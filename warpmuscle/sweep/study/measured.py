@@ -31,6 +31,9 @@ from warpmuscle.studies.conditions import (
     trend_of,
     verdict_of,
 )
+from warpmuscle.studies.energy_balance import MEASURES as BALANCE
+from warpmuscle.studies.energy_balance import UNIT as BALANCE_UNIT
+from warpmuscle.studies.energy_balance import balance_measures
 from warpmuscle.sweep.plan import Plan, SweepRun
 from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult
@@ -134,7 +137,7 @@ def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
     try:
         scene = recorded_scene(result)
         found = gait_measures(result.replays[0], scene)
-        measures |= found | in_all(found, scene)
+        measures |= found | in_all(found, scene) | balance_measures(result.replays[0], scene)
     except Error as error:  # of what has no legs, or fell before a whole cycle
         why = str(error)
     return MeasuredRun(run, condition, series, walked, measures, why, units)
@@ -150,7 +153,11 @@ def _rows(study: Study, runs: Sequence[MeasuredRun]) -> tuple[Row, ...]:
     given = dict.fromkeys(name for run in runs for name, value in run.measures.items() if value is not None)
     any_walked = any(run.walked for run in runs)
     names = _named(study, [name for name in given if not name.endswith(UNSEEN)], any_walked)
-    units = {COST: "", POWER: "W"} | {name: unit for run in runs for name, unit in run.units.items()}
+    units = (
+        {COST: "", POWER: "W"}
+        | dict.fromkeys(BALANCE, BALANCE_UNIT)
+        | {name: unit for run in runs for name, unit in run.units.items()}
+    )
     rows = []
     for series in dict.fromkeys(run.series for run in runs):
         mine = [run for run in runs if run.series == series]

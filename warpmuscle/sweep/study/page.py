@@ -16,11 +16,13 @@ from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
 from warpmuscle.results.records import made_by
 from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
+from warpmuscle.studies.energy_balance import MEASURES as BALANCE
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
 from warpmuscle.sweep.study.table import COST
 
 SEARCH_COST = "cost of the search"
+PLACES = DECIMALS | {"W/kg": 2, "J/(kg m)": 2}  # of which changes are small
 NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
@@ -39,7 +41,7 @@ def number(unit: str, value: float) -> str:
     """A value with as many decimals as its unit is worth; empty if there is none."""
     if not np.isfinite(value):
         return ""
-    return rounded(value, DECIMALS[unit]) if unit in DECIMALS else f"{value:.4g}"
+    return rounded(value, PLACES[unit]) if unit in PLACES else f"{value:.4g}"
 
 
 def lines(found: StudyResult) -> list[tuple[str, ...]]:
@@ -140,6 +142,8 @@ def _table(found: StudyResult, series: str, several: bool) -> dict[str, Any]:
     return {
         "title": series if several else _heading(found.study.condition),
         "heads": heads,
+        "trends": any(row.trend is not None for row in rows),
+        "powers": any(row.measure in BALANCE for row in rows),
         "rows": [
             {
                 "measure": row.measure,

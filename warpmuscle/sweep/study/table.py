@@ -28,6 +28,7 @@ from warpmuscle.core.files import shown
 from warpmuscle.gait.measure_names import can_be_measured, measure_names
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.studies.conditions import Condition, Expected
+from warpmuscle.studies.energy_balance import MEASURES
 
 COST = "cost"  # a measure of any search
 POWER = "metabolic power in all"  # W, of the body with its loads
@@ -152,8 +153,8 @@ def _expected(one: _Expected, values: Sequence[Condition], reference: Condition,
 
 def _check_measure(pattern: str, key: str) -> None:
     """Refuse, before anything is searched for, what fits no measure; free parameters, which have a dot, do later."""
-    if "." not in pattern and not can_be_measured(pattern, (COST, POWER)):
-        known = (COST, *measure_names(), POWER)
+    if "." not in pattern and not can_be_measured(pattern, (COST, POWER, *MEASURES)):
+        known = (COST, *measure_names(), POWER, *MEASURES)
         words = near(pattern, known) or "; `warpmuscle gait` prints those of a walk"
         raise SceneError(f"no walk has a measure {pattern!r}{words}", key=key)
 
