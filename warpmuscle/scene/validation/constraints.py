@@ -40,7 +40,7 @@ def _check(checks: Checks, key: str, constraint: Constraint) -> None:
     for field in ("orientation", "other_orientation"):
         checks.not_zero(f"{key}.{field}", getattr(constraint, field), "quaternion")
     if constraint.type == "distance":
-        checks.positive(key, constraint, "distance")
+        checks.positive(f"{key}.distance", constraint.distance)
 
 
 def check_closed(scene: Scene) -> None:

@@ -126,7 +126,6 @@ def _names(place: str, character: Character) -> list[str]:
 def check_control_rate(check: Checks) -> None:
     """Targets are renewed at most once a step, and are those of a SIMBICON controller."""
     scene = check.checked
-    check.not_negative("", scene, "control_rate")
     most = 1.0 / scene.time_step
     if scene.control_rate > most * (1.0 + 1e-6):
         raise SceneError(f"the controller cannot decide more often than every step, {most:g} Hz", key="control_rate")

@@ -14,7 +14,6 @@ from warpmuscle.scene import (
     Condition,
     CylinderSurface,
     Drive,
-    EllipsoidSurface,
     Muscle,
     PolynomialPath,
     Pulley,
@@ -40,15 +39,7 @@ def check_surfaces(checks: Checks, character: Character) -> None:
     for name, surface in character.surfaces.items():
         key = f"character.surfaces.{name}"
         known(surface.body, character.bodies, "body", f"{key}.body")
-        if isinstance(surface, CylinderSurface):
-            checks.positive(key, surface, "radius")
-            checks.not_negative(key, surface, "length")
-        elif isinstance(surface, SphereSurface):
-            checks.positive(key, surface, "radius")
-        elif isinstance(surface, EllipsoidSurface):
-            for index, radius in enumerate(surface.radii):
-                checks.positive_number(f"{key}.radii.{index}", radius)
-        else:
+        if isinstance(surface, TorusSurface):
             _torus(checks, key, surface)
         _mujoco_surface(key, surface, character.wrapping == "mujoco")
 
@@ -65,7 +56,6 @@ def _mujoco_surface(key: str, surface: Surface, mujoco: bool) -> None:
 
 def _torus(checks: Checks, key: str, torus: TorusSurface) -> None:
     """The ring has a thickness."""
-    checks.positive(key, torus, "inner_radius", "outer_radius")
     inner, outer = checks.interval(torus.inner_radius)[1], checks.interval(torus.outer_radius)[0]
     if inner >= outer:
         raise SceneError(f"must be less than the outer radius {outer:g}, is {inner:g}", key=f"{key}.inner_radius")
@@ -99,7 +89,6 @@ def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
         raise SceneError("only a `path` has branches; leave out `branches` or `pulleys`", key=f"{key}.branches")
     if muscle.rest_length is None:
         raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
-    checks.positive(key, muscle, "rest_length")
     check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
 
 
@@ -111,7 +100,6 @@ def _branches(checks: Checks, key: str, muscle: Muscle) -> None:
     ends = [*(first - 1 for first in starts[1:]), count]
     for index, (branch, end) in enumerate(zip(muscle.branches, ends, strict=True)):
         place = f"{key}.{index}"
-        checks.positive(place, branch, "divisor")
         if not 1 <= branch.first <= count:
             raise SceneError(f"the path has points 1 to {count}, not {branch.first}", key=f"{place}.first")
         if end <= branch.first or starts[0] == 2:
