@@ -12,6 +12,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.core.plain_text import few_of
+from warpmuscle.core.sequences import reaches_over
 from warpmuscle.inverse.laboratory.raw_emg import envelopes_of_c3d
 from warpmuscle.inverse.plausibility.motions import time_notes
 from warpmuscle.inverse.trial import TrialWarning, checked_names, checked_numbers, checked_times, of_file, put_fields
@@ -44,8 +45,7 @@ class Emg:
         Raises:
             ArgumentError: times that the EMG does not reach over.
         """
-        late = 1.5 * float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.0
-        if times[0] < self.times[0] - late or times[-1] > self.times[-1] + late:
+        if not reaches_over(self.times, times[0], times[-1]):
             raise ArgumentError(
                 f"the EMG reaches from {self.times[0]:g} to {self.times[-1]:g} s, the motion from {times[0]:g} to "
                 f"{times[-1]:g} s; cut the motion, or give EMG of its time"

@@ -40,6 +40,14 @@ class Failure(Part):
     max_com_speed: Annotated[float, "m/s", Status.DIVERGED, ABOVE_0] = 20.0  # of the centre of mass
 
 
+def never_failing(failure: Failure) -> Failure:
+    """The same limits, of which only those of speeds hold."""
+    return msgspec.structs.replace(
+        failure, com_height=0.0, heading=0.0, body_contact=False, leg_crossing=0.0, self_collision=0.0, no_progress=0.0,
+        custom=[],
+    )  # fmt: skip
+
+
 if TYPE_CHECKING:
 
     class _Weights(Part):

@@ -12,7 +12,7 @@ from warpmuscle.scene import Body, Box, Character, Joint, Scene, Shape
 from warpmuscle.scene.joints import TYPES, joint_type
 from warpmuscle.scene.masses import is_zero, massless
 from warpmuscle.scene.parameters import at_start
-from warpmuscle.scene.topology import carried, followers, topology
+from warpmuscle.scene.topology import carried, followers, joints_by_parent, topology
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.motion import kinematic_axes
 
@@ -161,9 +161,7 @@ def _moves_mass(character: Character, held: set[str]) -> None:
 
 def _independent(character: Character, held: set[str]) -> None:
     """Joints of several bodies without mass in a row move the next one in different ways."""
-    children: dict[str, list[str]] = {}
-    for name, joint in character.joints.items():
-        children.setdefault(joint.parent, []).append(name)
+    children = joints_by_parent(character)
     for first, joint in character.joints.items():
         if massless(character.bodies[joint.parent]) and joint.parent != character.root:
             continue
