@@ -79,7 +79,7 @@ HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
     [
         ([HERE], "", "at least two points, got 1"),
         ([HERE, ViaPoint("tail", ZERO)], ".1.body", "no body 'tail'"),
-        ([ViaPoint("pelvis", ZERO, KNEE_BENT), THERE], ".0.condition", "take no condition"),
+        ([ViaPoint("pelvis", ZERO, KNEE_BENT), THERE], ".0.condition", "cannot have conditions"),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("knee", 0.0, 1.0)), THERE], ".1.condition.joint", "no joint 'knee'"),
         (
             [HERE, ViaPoint("pelvis", ZERO, Condition("lHip", 0.0, 1.0)), THERE],
@@ -87,7 +87,7 @@ HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
             "give a blend of 0",
         ),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, axis=1)), THERE], ".1.condition.axis", "angle 1"),
-        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "not less"),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "must be less"),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, -0.1)), THERE], ".1.condition.blend", "negative"),
     ],
 )

@@ -24,7 +24,9 @@ def check_ground(checks: Checks) -> None:
     checks.not_zero("ground.normal", ground.normal, "normal")
     upwards = checks.start(ground.normal[1])
     if not upwards > 0.0 and checks.start(checks.checked.gravity) > 0.0:
-        raise SceneError(f"points upwards, out of the ground: y is greater than 0, not {upwards:g}", "ground.normal")
+        raise SceneError(
+            f"must point upwards, out of the ground: y must be greater than 0, is {upwards:g}", "ground.normal"
+        )
     points = ground.law in POINTS
     check_terrain(checks)
     check_treadmill(checks)
@@ -46,7 +48,7 @@ def _soft_constraint(ground: Ground, checks: Checks) -> None:
         usual = Ground()
         for name in names:
             if getattr(ground, name) != getattr(usual, name):
-                raise SceneError('only the law "soft_constraint" asks for it; leave it out', f"ground.{name}")
+                raise SceneError('only the law "soft_constraint" uses this; leave it out', f"ground.{name}")
 
 
 def _material(key: str, material: ContactMaterial | None, points: bool, checks: Checks) -> None:
@@ -54,7 +56,7 @@ def _material(key: str, material: ContactMaterial | None, points: bool, checks: 
     if material is None:
         return
     if points:
-        raise SceneError("only Hunt-Crossley contact knows materials; give `ground.law`, or leave it out", key)
+        raise SceneError("only Hunt-Crossley contact has materials; set `ground.law`, or leave this out", key)
 
 
 def check_body_contact(checks: Checks) -> None:

@@ -32,7 +32,7 @@ def check_task(check: Checks) -> None:
             key="learning.decision_time",
         )
     if task.episode_time is not None and task.episode_time < task.decision_time:
-        raise SceneError("an episode takes one decision at least", key="learning.episode_time")
+        raise SceneError("an episode must last for one decision at least", key="learning.episode_time")
     _interval("learning.speed", task.speed)
     _interval("learning.turning_rate", task.turning_rate)
     for name, interval in task.pose.items():
@@ -79,14 +79,14 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
     """There is a gait, and norms and joints of these names."""
     key, scene = "learning.imitation", check.checked
     if scene.simbicon is None and not (imitation.file or imitation.norm):
-        raise SceneError("there is no controller, whose gait it would be, nor a file, nor a norm", key=key)
+        raise SceneError("there is no gait to imitate: give a `file` or a `norm`, or the scene a controller", key=key)
     if scene.feet is None:
-        raise SceneError("there are no feet that would walk so; name them in character.feet", key=key)
+        raise SceneError("a gait is imitated with two feet; name them in character.feet", key=key)
     if imitation.replay and not imitation.file:
-        raise SceneError("counts with learning.imitation.file only", key=f"{key}.replay")
+        raise SceneError("is used only with learning.imitation.file", key=f"{key}.replay")
     starts = check.checked.learning is not None and check.checked.learning.variation.start_states
     if starts and scene.simbicon is None and not any(body.shapes for body in scene.character.bodies.values()):
-        advice = "nothing of the body touches the ground, on which it would start; give feet `shapes`"
+        advice = "no body has a shape to stand on at the start; give the feet `shapes`"
         raise SceneError(advice, key="learning.variation.start_states")
     if imitation.uneven and scene.ground.terrain is None:
         raise SceneError("the ground is even everywhere: it has no terrain", key=f"{key}.uneven")
@@ -145,11 +145,11 @@ def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
     if tightening.decisions < 1:
         raise SceneError(f"must be 1 at least, is {tightening.decisions}", key=f"{key}.decisions")
     if not tightening.first:
-        raise SceneError("names no limit of [failure] that is wider at first", key=key)
+        raise SceneError("name at least one limit of [failure] that is wider at first", key=key)
     for name, first in tightening.first.items():
         last, place = getattr(limits, name), f"{key}.{name}"
         if name == "heading" and any(task.turning_rate):
-            raise SceneError("nobody fails by turning where learning.turning_rate asks for turns", key=place)
+            raise SceneError("turning is no failure where learning.turning_rate asks for turns", key=place)
         if isinstance(last, Free):
             raise SceneError(f"tightens to failure.{name}, which must be one number, not free or by command", key=place)
         if last <= 0.0:

@@ -41,7 +41,8 @@ def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
     _smoothing(key, model, model)
     shape = model.curve_shape
     if shape is not None and family(shape) not in (model.curves, "spline"):
-        raise SceneError(f"the curves are {model.curves!r}, this is the shape of others", key=f"{key}.curve_shape.type")
+        message = f"this is the shape of other curves; muscle_model.curves is {model.curves!r}"
+        raise SceneError(message, key=f"{key}.curve_shape.type")
     _damping(checks, key, model, model.tendon == "compliant", _shaped(model, model))
     _shape(checks, key, model, model)
 
@@ -59,7 +60,9 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
     if muscle.activation_smoothing is not None:
         _smoothing(key, muscle, model)
     if muscle.tendon is not None and model.tendon == "switch":
-        raise SceneError("muscles whose tendons switch take no tendon of their own", key=f"{key}.tendon")
+        raise SceneError(
+            "where the tendons of all muscles switch, a muscle cannot have another tendon", key=f"{key}.tendon"
+        )
     compliant = (muscle.tendon or model.tendon) == "compliant"
     if compliant:
         checks.positive(f"{key}.l_slack", muscle.l_slack)
@@ -127,10 +130,10 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
         raise SceneError(f"a {what} has no `{field}`; leave it out", key=f"{key}.{field}")
     place = f"{key}.curve_shape.type"
     if model.legacy or model.ideal or model.sharing != "each" or any(getattr(model, field) for field in CURVE_FIELDS):
-        message = "stands beside muscles that are neither legacy nor ideal, share no torques and have curves of OpenSim"
+        message = "needs muscles that are neither legacy nor ideal, share no torques and have OpenSim's curves"
         raise SceneError(f"a {what} {message}", key=place)
     if model.curves not in STRAINS:
-        raise SceneError(f"a {what} stands beside muscles with curves of {', '.join(STRAINS)}", key=place)
+        raise SceneError(f"a {what} needs muscles with curves of {', '.join(STRAINS)}", key=place)
     checks.positive(f"{key}.l_slack", muscle.l_slack)
     if isinstance(muscle.curve_shape, Ligament):
         check_knots(checks, f"{key}.curve_shape", muscle.curve_shape, "a ligament", "tension", "length")

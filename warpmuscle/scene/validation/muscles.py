@@ -98,11 +98,11 @@ def _model(checks: Checks) -> None:
     _tension(checks, key, model.specific_tension)
     check_common_values(checks, key, model)
     if model.sharing != "each" and model.legacy:
-        raise SceneError("legacy muscles do not share torques; leave it out, or `legacy`", key=f"{key}.sharing")
+        raise SceneError("legacy muscles cannot share torques; leave out `sharing` or `legacy`", key=f"{key}.sharing")
     if model.sharing != "each" and model.negative != "keep":
-        raise SceneError("only muscles that do not share torques ask for it; leave it out", key=f"{key}.negative")
+        raise SceneError("has no effect on muscles that share torques; leave it out", key=f"{key}.negative")
     if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
-        raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
+        raise SceneError("implicit damping is for muscles with rigid tendons only", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:
         if getattr(model, field) and (model.legacy or model.ideal):
             raise SceneError("legacy and ideal muscles take no curve of one's own; leave it out", key=f"{key}.{field}")

@@ -24,7 +24,7 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
     for joint in objective.torque_by_joint:
         known(joint, scene.character.joints, "joint", f"{key}.torque_by_joint.{joint}")
     if objective.metabolic_model == "margaria" and objective.metabolic_work == "net":
-        message = "the formula of Margaria says itself what lengthening fibres cost: leave it out"
+        message = "Margaria's formula itself says what lengthening fibres cost; leave this out"
         raise SceneError(message, key=f"{key}.metabolic_work")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
@@ -44,7 +44,7 @@ def check_needs(scene: Scene, term: str, key: str) -> None:
     if term in NORM_TERMS:
         _check_legs(scene, key)
     if term == "norm_moments" and scene.objective.gait == "run" and scene.norms is None:
-        raise SceneError("people's moments are known of walking only, and the scene means a run", key=key)
+        raise SceneError("there are norms of joint moments for walking only, but objective.gait is a run", key=key)
     if term in ("step_width", "stride_speed") and scene.feet is None:
         what = "steps have a width" if term == "step_width" else "strides have a speed"
         raise SceneError(f"there are no feet whose {what}", key=key)
@@ -111,7 +111,7 @@ def _check_patterns(checks: Checks, key: str, stage: SearchStage) -> None:
                 f"no free parameter matches {pattern!r}{near(pattern, _patterns(names))}", key=f"{key}.free.{index}"
             )
     if names and not freed(checks.checked, stage):
-        raise SceneError("this stage frees only what it sets to numbers of its own", key=f"{key}.free")
+        raise SceneError("everything that this stage frees is also set by it; free something else", key=f"{key}.free")
 
 
 def _patterns(names: list[str]) -> list[str]:

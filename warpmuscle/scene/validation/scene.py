@@ -203,7 +203,7 @@ class _Check(Checks):
             raise SceneError("is read with the scene's own file, or by `--set`", key="initial_state.file")
         for field in ("time", "replay"):
             if getattr(initial, field):
-                raise SceneError("counts with initial_state.file only", key=f"initial_state.{field}")
+                raise SceneError("is used only with initial_state.file", key=f"initial_state.{field}")
         self.not_zero("initial_state.root_orientation", initial.root_orientation, "quaternion")
         for name, joint in initial.joints.items():
             key = f"initial_state.joints.{name}"
