@@ -70,7 +70,8 @@ def declared(entry: str, key: str, *kinds: type) -> Any:
     module_name, _, name = entry.partition(":")
     module = _module(module_name, key)
     if not hasattr(module, name):
-        hint = near(name, [known for known in vars(module) if not known.startswith("_")])
+        own = [known for known, one in vars(module).items() if known[0] != "_" and not inspect.ismodule(one)]
+        hint = near(name, own)
         raise SceneError(f"module {module_name!r} has no function {name!r}{hint}", key=key)
     function = getattr(module, name)
     if isinstance(function, kinds):
