@@ -217,7 +217,7 @@ def test_a_scene_is_not_written_over_what_it_is_read_from(arguments, tmp_path):
         (tmp_path / name).write_text("earlier")
     done = run(*arguments, folder=tmp_path)
     assert done.returncode == 2
-    assert "is what is read, and would be lost; name another file to write" in done.stderr
+    assert "is the input, which would be lost; name another output file" in done.stderr
     assert {path.read_text() for path in tmp_path.glob("*.*")} == {"earlier"}
 
 

@@ -37,6 +37,9 @@ def test_shipped_scenes_keep_to_it(path: Path):
         "duration = 'long'",
         "[controller]\nstart_stance = 'middle'",
         "[ground]\nstiffness = { value = 1, mini = 0 }",
+        "[ground]\nstiffness = -1",
+        "duration = 0",
+        "[ground]\nrestitution = 1.1",
         "character = 3",
     ],
 )

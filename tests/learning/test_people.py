@@ -105,14 +105,14 @@ def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Ro
 
 
 def test_a_norm_needs_feet_and_nothing_without_shapes_can_stand_on_them():
-    with pytest.raises(SceneError, match="there are no feet that would walk so") as caught:
+    with pytest.raises(SceneError, match="a gait is imitated with two feet") as caught:
         EpisodeBatch("gait2392", 1, "cpu", Task(imitation=IMITATION))
     assert caught.value.key == "learning.imitation"
     scene = imported()
     bodies = {name: msgspec.structs.replace(body, shapes=[]) for name, body in scene.character.bodies.items()}
     bare = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, bodies=bodies))
     flying = Task(imitation=IMITATION, variation=Variation(start_states=4))
-    with pytest.raises(SceneError, match="nothing of the body touches the ground") as caught:
+    with pytest.raises(SceneError, match="no body has a shape to stand on") as caught:
         EpisodeBatch(bare, 1, "cpu", flying)
     assert caught.value.key == "learning.variation.start_states"
 

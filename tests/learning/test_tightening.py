@@ -93,7 +93,7 @@ def test_a_scene_says_it_in_its_table():
 @pytest.mark.parametrize(
     ("failure", "tightening", "key", "said"),
     [
-        ({}, Tightening(), "", "names no limit"),
+        ({}, Tightening(), "", "name at least one limit"),
         ({}, Tightening(decisions=0, com_height=0.1), ".decisions", "must be 1 at least"),
         ({}, Tightening(self_collision=0.05), ".self_collision", "failure.self_collision is 0, which switches it off"),
         ({"self_collision": 0.05}, Tightening(self_collision=0.01), ".self_collision", "must be greater than .* 0.05"),
@@ -118,5 +118,5 @@ def test_limits_that_cannot_tighten_are_refused_with_their_key(failure: dict, ti
 def test_a_heading_does_not_tighten_where_turns_are_asked_for():
     scene = load("walk56")
     scene.learning = Task(turning_rate=(-0.3, 0.3), tightening=Tightening(heading=1.5))
-    with pytest.raises(SceneError, match=r"nobody fails by turning where learning\.turning_rate asks"):
+    with pytest.raises(SceneError, match=r"turning is no failure where learning\.turning_rate asks"):
         check_scene(scene)

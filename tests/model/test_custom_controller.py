@@ -210,7 +210,10 @@ def test_a_scene_with_it_is_written_and_read_again(tmp_path: Path):
             "parameters.targt: no parameter is called 'targt'; did you",
         ),
         ({"custom_controller_parameters": {"kp": 1.0}}, "there is no value of 'target', 'kd', 'ki'"),
-        ({"custom_controller": ""}, "custom_controller_parameters: there is no custom_controller that takes them"),
+        (
+            {"custom_controller": ""},
+            "custom_controller_parameters: there is no custom_controller to take these parameters",
+        ),
         ({"custom_controller": f"{NAME}:nothing"}, "has no function: give it one of effort, excitation, update"),
         ({"custom_controller": f"{NAME}:greedy"}, "is not a number of floats, but -1"),
         ({"custom_controller": f"{NAME}:packed"}, "are no @wp.struct of floats"),

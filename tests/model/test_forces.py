@@ -232,6 +232,12 @@ def test_an_exoskeleton_adds_to_what_muscles_do_at_its_joint():
     np.testing.assert_allclose(torque[1] - torque[0], [40.0, 0.0, 0.0], atol=1e-4)  # on the parent
 
 
+def test_every_shipped_force_has_one_function_and_numbers_for_it():
+    for name, kind in devices.FORCES.items():
+        assert sum(one is not None for one in (kind.effort, kind.wrench, kind.pair)) == 1, name
+        assert set(kind.positive) <= set(kind.parameters.vars), name
+
+
 @pytest.mark.parametrize(
     ("force", "message"),
     [

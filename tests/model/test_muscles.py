@@ -1,11 +1,14 @@
 """Numbers of muscles and of what drives joints as the device has them, against typed ones."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import warp as wp
 
 from muscle_arm import constant, leg
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.muscle import muscle_laws
 from warpmuscle.kernels.muscle.contraction import RIGID
 from warpmuscle.kernels.muscle.muscle_laws import HILL, IDEAL, LAWS, LEGACY
 from warpmuscle.model import muscles as model
@@ -165,12 +168,17 @@ def test_a_joint_whose_spring_is_free_may_have_one(field: str):
     assert not plain.mixed
 
 
+def test_every_law_of_muscles_has_an_entry_and_a_field_that_chooses_it():
+    files = {path.stem for path in Path(muscle_laws.__file__).parent.glob("*_law.py")}
+    assert {f"{name}_law" for name in LAWS} == files
+    assert set(LAWS) - {model.HILL} <= set(MuscleModel.__struct_fields__)
+
+
 def test_a_step_has_compiled_in_what_its_muscles_need():
     for given, law in (({}, HILL), ({"ideal": True}, IDEAL), ({"legacy": True}, LEGACY)):
         kind = model.muscle_kind(MuscleModel(**given), scene_of().character.muscles.values())
         assert (kind.law, kind.tendon) == (law, RIGID)
         assert not kind.neural
-    assert set(LAWS) - {model.HILL} <= set(MuscleModel.__struct_fields__)
     for field, value in (("neural", {"activation": "neural"}), ("implicit", {"implicit_damping": True})):
         assert getattr(model.muscle_kind(MuscleModel(**value)), field)
         assert not getattr(model.muscle_kind(MuscleModel(**value, ideal=True)), field)

@@ -48,7 +48,7 @@ def test_weights_of_torques_may_be_searched_for_and_are_never_unused():
     ("factors", "message"),
     [
         ({"lHop": 2.0}, "objective.torque_by_joint.lHop: no joint is called 'lHop'; did you mean 'lHip'"),
-        ({"lHip": -1.0}, "objective.torque_by_joint.lHip: how often a torque counts is not negative"),
+        ({"lHip": -1.0}, "objective.torque_by_joint.lHip: must not be negative, is -1"),
         ({"lHip": float("nan")}, "objective.torque_by_joint.lHip: "),
     ],
 )

@@ -202,6 +202,7 @@ def test_feet_are_followed_where_a_part_asks_for_it():
     ("name", "given", "message"),
     [
         ("joint", CustomPart(), f"custom.{NAME}:joint.parameters: there is no value of 'gain'"),
+        ("joint", CustomPart({"gian": 1.0}), "parameters.gian: no parameter is called 'gian'; did you mean 'gain'"),
         ("joint", CustomPart({"gain": 10.0}), r"joint.parameters.gain: must be within 0 and 9, is 10"),
         ("joint", CustomPart({"gain": Free(1.0, -1.0, 2.0)}), "parameters.gain: must be within 0 and 9, is -1"),
         ("joint", CustomPart({"gain": 1.0, "powr": 1.0}), "no parameter is called 'powr'; did you mean 'power'"),

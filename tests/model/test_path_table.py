@@ -86,7 +86,7 @@ HERE, THERE = ViaPoint("pelvis", ZERO), ViaPoint("lFoot", ZERO)
             "give a blend of 0",
         ),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, axis=1)), THERE], ".1.condition.axis", "angle 1"),
-        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "not less"),
+        ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 1.0, 1.0)), THERE], ".1.condition.low", "must be less"),
         ([HERE, ViaPoint("pelvis", ZERO, Condition("lKnee", 0.0, 1.0, -0.1)), THERE], ".1.condition.blend", "negative"),
     ],
 )

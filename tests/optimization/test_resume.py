@@ -346,9 +346,9 @@ def test_interrupt_before_anything_has_ended_leaves_a_file_to_begin_from(scene, 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--resume", "a.h5", "fwalk"], "--resume takes no scene"),
-        (["--resume", "a.h5", "--seed", "2"], "--resume takes no --seed"),
-        (["--resume", "a.h5", "--time-step", "0.001"], "--resume takes no --time-step"),
+        (["--resume", "a.h5", "fwalk"], "scene cannot be given with --resume"),
+        (["--resume", "a.h5", "--seed", "2"], "--seed cannot be given with --resume"),
+        (["--resume", "a.h5", "--time-step", "0.001"], "--time-step cannot be given with --resume"),
         (["--resume", "a.h5", "--candidates", "20"], "a.h5: no such file"),
         ([], "a scene, or --resume and a file"),
         (["fwalk", "--until", "soon"], "'soon' is not a time such as 90s"),

@@ -6,12 +6,16 @@ from typing import Any
 import pytest
 
 from small_scene import muscle_scene
-from warpmuscle.scene import Actuation, Balance, Curve, Robustness, Scene
+from warpmuscle.core.errors import SceneError
+from warpmuscle.scene import Actuation, Balance, Curve, Excitation, Objective, Robustness, Scene
 from warpmuscle.scene.controller import Command
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.part import Part
+from warpmuscle.scene.terrain.tiles import Rough, Terrain, Waves
 from warpmuscle.scene.units import units_of
+from warpmuscle.scene.validation.checks import Checks
+from warpmuscle.scene.water.part import Water
 
 
 def parts_of(annotation: Any) -> set[Any]:
@@ -78,3 +82,21 @@ def test_a_free_number_has_the_unit_of_its_own_structure(key: str, unit: str):
     else:
         setattr(owner, last, free(getattr(owner, last)))
     assert {p.name: p.unit for p in free_parameters(scene)}[key] == unit
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "message"),
+    [
+        (Water(density=0.0), "density", "must be greater than 0, is 0"),
+        (Water(drag=Free(1.0, -1.0, 2.0)), "drag", "must not be negative, is -1"),
+        (Terrain([Waves(), Rough(seed=-1)]), "tiles.1.seed", "must not be negative, is -1"),
+        ({"a": Waves(across=None), "b": Waves(across=-2.0)}, "b.across", "must be greater than 0, is -2"),
+        (Excitation([0.0, 1.0], [0.5, Free(0.5, 0.0, 1.5)]), "value.1", "must be within 0 and 1, is 1.5"),
+        (Objective(torque_by_joint={"lHip": -1.0}), "torque_by_joint.lHip", "must not be negative, is -1"),
+        (Objective(head=-0.1), "head", "must not be negative, is -0.1"),
+    ],
+)  # fmt: skip
+def test_numbers_must_be_in_the_ranges_that_their_fields_declare_wherever_they_stand(part, key, message):
+    with pytest.raises(SceneError) as caught:
+        Checks(muscle_scene()).ranges("part", part)
+    assert (caught.value.key, caught.value.message) == (f"part.{key}", message)

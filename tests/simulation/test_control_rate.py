@@ -82,7 +82,7 @@ def test_a_file_keeps_the_rate():
     [
         ({"control_rate": -1.0}, "must not be negative"),
         ({"control_rate": float("nan")}, "control_rate"),
-        ({"control_rate": 2500.0}, "cannot decide more often than every step, 2000 Hz"),
+        ({"control_rate": 2500.0}, "cannot decide more than once a step, at 2000 Hz"),
         ({"controller": None}, "there is no controller; leave control_rate out"),
         ({"custom_controller": "mine:spring"}, "a custom_controller decides in every step"),
     ],

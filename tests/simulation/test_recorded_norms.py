@@ -108,7 +108,7 @@ def test_files_without_a_body_or_its_forces_are_refused_in_a_line(tmp_path):
     [
         ('file = ""', "norms.file: name a result file with motions"),
         ('file = "a.h5"\nstart = -1', "norms.start"),
-        ('file = "a.h5"\nreplays = [0, -2]', "norms.replays.1: must be 0 at least, is -2"),
+        ('file = "a.h5"\nreplays = [0, -2]', "norms.replays.1: must not be negative, is -2"),
         ("start = 1", "norms: .*file"),
     ],
 )

@@ -105,7 +105,10 @@ def test_names_are_unique_readable_and_fit_for_files(tmp_path):
         ('scene = "fwalk"\ngrid = []\n', "a.toml:2: grid: there is no axis in it"),
         ('scene = "fwalk"\nseed = -1\n[grid]\nseed = [1]\n', "a.toml:2: seed: a seed is a whole number from 0 to"),
         ('scene = "fwalk"\n[grid]\nseed = [-1]\n', "a.toml:3: seed: a seed is a whole number from 0"),
-        ('scene = "fwalk"\n[set]\n"ground.normal" = [0, -1, 0]\n', "a.toml:3: ground.normal: points upwards, out of"),
+        (
+            'scene = "fwalk"\n[set]\n"ground.normal" = [0, -1, 0]\n',
+            "a.toml:3: ground.normal: must point upwards, out of",
+        ),
         ('scene = "fwalk"\n[search]\ncandidates = 0\n', "a.toml:3: search.candidates: candidates must be a positive"),
         ('scene = "fwalk"\n[search]\npopulation = 8\nsigma = 9\n', "a.toml:4: search.sigma: the initial step size"),
         ('scene = "fwalk"\n[grid]\nseed = {}\n', "a.toml:3: grid.seed: missing key 'keys'"),

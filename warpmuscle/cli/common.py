@@ -282,7 +282,7 @@ def writable_beside(sources: list[str], *paths: Path) -> None:
     """The same of files that a scene is written to, none of which may be one that it is read from."""
     for path in paths:
         if any(Path(source).exists() and path.exists() and path.samefile(source) for source in sources):
-            raise Error(f"{path} is what is read, and would be lost; name another file to write")
+            raise Error(f"{path} is the input, which would be lost; name another output file")
     writable(*paths)
 
 
@@ -310,8 +310,8 @@ def refuse_besides(context: typer.Context, allowed: set[str]) -> None:
     given = {name for name in context.params if _is_given(context, name)}
     words = {parameter.name: max(parameter.opts, key=len) for parameter in context.command.params}
     for name in sorted(given - allowed):
-        word = "scene" if name == "sources" else words[name]
-        raise Error(f"--resume takes no {word}: the file says what to go on with")
+        word = "a scene" if name == "sources" else words[name]
+        raise Error(f"{word} cannot be given with --resume: the file already has it")
 
 
 def _is_given(context: typer.Context, name: str) -> bool:

@@ -28,7 +28,7 @@ def rows_of(values: Any, width: int, instances: int, device: Any, what: str, num
         raise RolloutError(f"{what} have shape {tuple(array.shape)}; this rollout takes (1 or {instances}, {width})")
     if numbers and array.device.is_cpu and (unknown := np.isnan(array.numpy())).any():
         row, column = np.argwhere(unknown)[0]
-        raise RolloutError(f"{what} hold what is no number (NaN), in row {row}, column {column}")
+        raise RolloutError(f"{what} hold NaN in row {row}, column {column}")
     return array
 
 

@@ -11,7 +11,7 @@ import stat
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.errors import Error, ResultError, SceneError
 from warpmuscle.core.limits import check_size
 
 NOT_REGULAR = "this is a pipe or a device, not a file"
@@ -120,6 +120,14 @@ def replace_file(path: Path, content: str | bytes, synchronised: bool = True) ->
         SceneError: the file cannot be written; nothing is left behind then.
     """
     replace_files({path: content}, synchronised)
+
+
+def replace_result(path: str | Path, content: str | bytes) -> None:
+    """`replace_file` of what is no scene: ResultError where the file cannot be written."""
+    try:
+        replace_file(Path(path), content)
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
 
 
 def replace_files(contents: Mapping[Path, str | bytes], synchronised: bool = True) -> None:

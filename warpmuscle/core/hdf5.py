@@ -90,12 +90,16 @@ def member(group: Any, name: str) -> Any:
     Raises:
         KeyError: nothing. ValueError: it is a link.
     """
-    key = name.encode()
+    found = _opened_within(group, name.encode())
+    return h5py.Group(found) if isinstance(found, h5py.h5g.GroupID) else group[name]
+
+
+def _opened_within(group: Any, key: bytes) -> Any:
+    """See `member`; as an object of the library below h5py."""
     if key not in group.id:
         raise KeyError(f"{_path(group.id, key)} is missing")
     _check_link(group.id, key)
-    found = h5py.h5o.open(group.id, key)
-    return h5py.Group(found) if isinstance(found, h5py.h5g.GroupID) else group[name]
+    return h5py.h5o.open(group.id, key)
 
 
 def check_contents(group: Any) -> None:
@@ -141,10 +145,7 @@ def checked_array(group: Any, name: str) -> Any:
         KeyError or ValueError: there is none of this name, it is stored or linked elsewhere, or it is too large.
     """
     key = name.encode()
-    if key not in group.id:
-        raise KeyError(f"{_path(group.id, key)} is missing")
-    _check_link(group.id, key)
-    found = h5py.h5o.open(group.id, key)
+    found = _opened_within(group, key)
     if not isinstance(found, h5py.h5d.DatasetID):
         raise ValueError(f"{_path(group.id, key)} is no dataset")
     _check_dataset(found, _path(group.id, key))

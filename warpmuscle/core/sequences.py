@@ -24,6 +24,12 @@ def at_moments(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
     return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
 
 
+def reaches_over(clock: Floats, first: float, last: float) -> bool:
+    """Whether samples at these times (n,) in order reach over an interval, up to one and a half of their intervals."""
+    late = 1.5 * float(np.median(np.diff(clock))) if len(clock) > 1 else 0.0
+    return bool(clock[0] - late <= first and last <= clock[-1] + late)
+
+
 def nearest_rows(time: Floats, moments: Floats) -> Integers:
     """Numbers (n,) of the times (F,) that are nearest to moments (n,), of equally near ones the earlier."""
     order = np.argsort(time, kind="stable")

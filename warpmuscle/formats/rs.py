@@ -8,7 +8,9 @@ from pathlib import Path
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Line, Lines, Notes
+from warpmuscle.formats.rbs_blocks import triple_of
 from warpmuscle.scene import Character, InitialState, JointState
+from warpmuscle.scene.topology import joints_by_parent
 
 Quaternion = tuple[float, float, float, float]
 
@@ -34,19 +36,19 @@ def read(path: str | Path, character: Character, notes: Notes) -> InitialState:
     first = records.peek()
     if first is not None and len(first.text.partition("#")[0].split()) == 1:
         (initial.heading,) = records.take(1, "the heading", "initial_state.heading")
-    initial.root_position = _triple(records.take(3, "the root's position", "initial_state.root_position"))
+    initial.root_position = triple_of(records.take(3, "the root's position", "initial_state.root_position"))
     initial.root_orientation = _quaternion(
         records.take(4, "the root's orientation, w x y z", "initial_state.root_orientation")
     )
-    initial.root_velocity = _triple(records.take(3, "the root's velocity", "initial_state.root_velocity"))
-    initial.root_angular_velocity = _triple(
+    initial.root_velocity = triple_of(records.take(3, "the root's velocity", "initial_state.root_velocity"))
+    initial.root_angular_velocity = triple_of(
         records.take(3, "the root's angular velocity", "initial_state.root_angular_velocity")
     )
     for number, name in enumerate(joints, start=1):
         key, which = f"initial_state.joints.{name}", f"of joint {name!r} ({number} of {len(joints)})"
         orientation = records.take(4, f"the orientation {which}, w x y z", f"{key}.orientation")
         velocity = records.take(3, f"the angular velocity {which}", f"{key}.angular_velocity")
-        initial.joints[name] = JointState(_quaternion(orientation), _triple(velocity))
+        initial.joints[name] = JointState(_quaternion(orientation), triple_of(velocity))
     records.finish(len(joints))
     return initial
 
@@ -56,9 +58,7 @@ def breadth_first(character: Character) -> list[str]:
 
     Joints that do not hang on the root are left out, as is a second joint to the same body.
     """
-    by_parent: dict[str, list[str]] = {}
-    for name, joint in character.joints.items():
-        by_parent.setdefault(joint.parent, []).append(name)
+    by_parent = joints_by_parent(character)
     order, bodies, seen = list[str](), [character.root], {character.root}
     for body in bodies:
         for name in by_parent.get(body, ()):
@@ -108,11 +108,6 @@ class _Records:
             self._notes,
             f"muscles start at the activation of the scene's muscle_model ({number_of(count, 'line')} of their state)",
         )
-
-
-def _triple(values: tuple[float, ...]) -> tuple[float, float, float]:
-    x, y, z = values
-    return x, y, z
 
 
 def _quaternion(values: tuple[float, ...]) -> Quaternion:

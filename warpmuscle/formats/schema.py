@@ -17,10 +17,15 @@ from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
 from warpmuscle.scene import Objective, Scene
 from warpmuscle.scene.learning import Rewards
 from warpmuscle.scene.number import OF_OWNER, Free
-from warpmuscle.scene.part import Part
-from warpmuscle.scene.units import units_of
+from warpmuscle.scene.part import Part, Range
+from warpmuscle.scene.units import declared, units_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+BOUNDS = {
+    Range.ABOVE_0: {"exclusiveMinimum": 0},
+    Range.FROM_0: {"minimum": 0},
+    Range.FRACTION: {"minimum": 0, "maximum": 1},
+}
 BASE = "another scene, a file or a shipped one, from which this one takes all that it does not say itself"
 FILES = "or a file that holds the character's tables, or several, of which later ones add to earlier ones"
 
@@ -77,7 +82,7 @@ def unit_of(part: type, field: str) -> str:
 
 
 def scene_schema() -> dict[str, Any]:
-    """The JSON schema of a scene's TOML file: every field with its type, unit, default and meaning.
+    """The JSON schema of a scene's TOML file: every field with its type, unit, range, default and meaning.
 
     No field is required, since a file may take it from its `base`, and a list may be a table of the items that change.
     """
@@ -85,11 +90,14 @@ def scene_schema() -> dict[str, Any]:
     kinds = parts()
     definitions = {name: _plain(definition) for name, definition in schema["$defs"].items()}
     for name, definition in definitions.items():
+        ranges = declared(kinds[name], Range) if issubclass(kinds[name], Part) else {}
         definition["description"] = inspect.cleandoc(definition.get("description", ""))
         for field, said in definition["properties"].items():
             texts = (notes(kinds[name]).get(field, ""), unit_of(kinds[name], field))
             if description := "; in ".join(text for text in texts if text):
                 said["description"] = description
+            for kind in said.get("anyOf", [said]) if field in ranges else ():
+                kind.update(BOUNDS[ranges[field]] if kind.get("type") in ("number", "integer") else {})
     scene = definitions["Scene"]["properties"]
     scene["base"] = {"type": "string", "description": BASE}
     paths = [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]

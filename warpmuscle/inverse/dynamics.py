@@ -18,6 +18,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.sequences import reaches_over
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.as_opensim.turned_axes import seeming_loads
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
@@ -26,7 +27,7 @@ from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, p
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
 from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
-from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, each_of
+from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, column_of, each_of
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.simulation.kernel_cache import said
@@ -58,9 +59,7 @@ class Moments:
         Raises:
             ArgumentError: none has that name.
         """
-        if name not in self.names:
-            raise ArgumentError(f"no coordinate {name!r}; there are {', '.join(self.names)}")
-        return self.values[:, self.names.index(name)]
+        return column_of(self.names, self.values, name)
 
 
 class Prepared(NamedTuple):
@@ -307,8 +306,7 @@ def loads_at(body: BodyModel, loads: Loads | None, at: Floats, states: States, p
     nothing = BodyLoads([], *(np.zeros((len(at), 0, 3)) for _ in range(3)))
     if loads is None or not loads.plates:
         return nothing
-    late = 1.5 * float(np.median(np.diff(loads.times))) if len(loads.times) > 1 else 0.0
-    if at[0] < loads.times[0] - late or at[-1] > loads.times[-1] + late:
+    if not reaches_over(loads.times, at[0], at[-1]):
         raise ArgumentError(
             f"the loads reach from {loads.times[0]:g} to {loads.times[-1]:g} s, the motion from {at[0]:g} to "
             f"{at[-1]:g} s; cut the motion, or give loads of its time"

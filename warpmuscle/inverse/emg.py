@@ -12,10 +12,11 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.core.plain_text import few_of
+from warpmuscle.core.sequences import reaches_over
 from warpmuscle.inverse.laboratory.raw_emg import envelopes_of_c3d
 from warpmuscle.inverse.plausibility.motions import time_notes
 from warpmuscle.inverse.trial import TrialWarning, checked_names, checked_numbers, checked_times, of_file, put_fields
-from warpmuscle.synergy.tables import read_table
+from warpmuscle.synergy.tables import check_rising, finite_columns, read_table
 
 LISTED = 4
 
@@ -44,8 +45,7 @@ class Emg:
         Raises:
             ArgumentError: times that the EMG does not reach over.
         """
-        late = 1.5 * float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.0
-        if times[0] < self.times[0] - late or times[-1] > self.times[-1] + late:
+        if not reaches_over(self.times, times[0], times[-1]):
             raise ArgumentError(
                 f"the EMG reaches from {self.times[0]:g} to {self.times[-1]:g} s, the motion from {times[0]:g} to "
                 f"{times[-1]:g} s; cut the motion, or give EMG of its time"
@@ -85,16 +85,8 @@ def read_emg(path: str | Path, muscles: Sequence[str], channels: Mapping[str, st
     twice = next((name for name in ("time", *known) if names.count(name) > 1), None)
     if twice is not None:
         raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=path)
-    values = table.columns([names.index("time"), *map(names.index, known)])
-    if not len(values):
-        raise SignalError("has no rows", file=path)
-    if not np.isfinite(values).all():
-        row, column = np.argwhere(~np.isfinite(values))[0]
-        what = ["time", *known][int(column)]
-        raise SignalError(f"column {what!r} is not a finite number", file=path, line=int(table.lines[int(row)]))
-    if np.any(np.diff(values[:, 0]) <= 0.0):
-        row = int(np.argmax(np.diff(values[:, 0]) <= 0.0)) + 1
-        raise SignalError("times must increase from row to row", file=path, line=int(table.lines[row]))
+    values = finite_columns(table, [names.index("time"), *map(names.index, known)], ["time", *known])
+    check_rising(table, values[:, 0])
     left = [name for name in names if name not in (*known, "time")]
     for note in _notes(left, known, values):
         warnings.warn(f"{path}: {note}", TrialWarning, stacklevel=2)

@@ -21,7 +21,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.opensim_root import usual_root
 from warpmuscle.synergy.columns import TIMES, plain_name
-from warpmuscle.synergy.tables import STORAGE, read_table
+from warpmuscle.synergy.tables import STORAGE, check_rising, finite_columns, read_table
 
 WRITTEN = (".mot", ".sto", ".csv")
 C3D = ".c3d"
@@ -100,17 +100,9 @@ def read_coordinates(path: str | Path, scene: Scene, degrees: bool | None = None
     if not columns:
         raise SignalError(f"no column has the name of a coordinate; the model's are {', '.join(known[:8])}, ...",
                           file=path)  # fmt: skip
-    values = table.columns([time, *columns.values()])
-    if not len(values):
-        raise SignalError("has no rows", file=path)
-    for name, column in zip(("time", *columns), values.T, strict=True):
-        if not np.isfinite(column).all():
-            frame = int(np.argmin(np.isfinite(column)))
-            raise SignalError(f"column {name!r} is not a finite number", file=path, line=int(table.lines[frame]))
+    values = finite_columns(table, [time, *columns.values()], ["time", *columns])
     times = TIMES[plain[time]] * values[:, 0]
-    if np.any(np.diff(times) <= 0.0):
-        frame = int(np.argmax(np.diff(times) <= 0.0)) + 1
-        raise SignalError("times must increase from row to row", file=path, line=int(table.lines[frame]))
+    check_rising(table, times)
     unit_given = degrees is not None
     degrees = table.degrees if degrees is None else degrees
     if degrees is None and Path(path).suffix.lower() in STORAGE:

@@ -20,6 +20,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.sequences import reaches_over
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.formats.opensim_setups import Tasks, read_tasks
@@ -290,8 +291,7 @@ def _recorded(scene: Scene, tasks: Tasks, times: Floats) -> Coordinates:
     if not path.is_file():
         raise SignalError(f"<coordinate_file>: there is no such file as {tasks.coordinate_file!r}", file=tasks.file)
     found = read_coordinates(path, scene)
-    late = 1.5 * float(np.median(np.diff(found.times))) if len(found.times) > 1 else 0.0
-    if times[0] < found.times[0] - late or times[-1] > found.times[-1] + late:
+    if not reaches_over(found.times, times[0], times[-1]):
         raise SignalError(
             f"reaches from {found.times[0]:g} to {found.times[-1]:g} s, the markers from {times[0]:g} to "
             f"{times[-1]:g} s; a task takes its values from it", file=path,

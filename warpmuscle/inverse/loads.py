@@ -25,7 +25,7 @@ from warpmuscle.inverse.plausibility.ground_forces import Applied
 from warpmuscle.inverse.reactions.joint_frames import body_frames
 from warpmuscle.inverse.trial import Loads, Plate, of_file
 from warpmuscle.scene.anatomy import foot_bodies
-from warpmuscle.synergy.tables import Table, read_table
+from warpmuscle.synergy.tables import Table, check_rising, finite_columns, read_table
 
 AXES = "xyz"
 TOUCHING = 20.0  # N, from which on a foot is said to stand on a plate
@@ -149,39 +149,32 @@ def _moments(start: str) -> list[str]:
     return own + [f"{moment}{end}" for end in ("m", "_m", "_", "")] + [f"{torque}{end}" for end in ("m", "t")]
 
 
+def _columns(path: Path, names: list[str], force: str, start: str) -> list[int]:
+    """Numbers of the three columns of a force whose names begin so."""
+    wanted = [f"{start}{axis}" for axis in AXES]
+    lacking = next((name for name in wanted if name not in names), None)
+    if lacking is not None:
+        raise SignalError(f"no column {lacking!r}, which the force {force!r} asks for", file=path)
+    twice = next((name for name in wanted if names.count(name) > 1), None)
+    if twice is not None:
+        raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=path)
+    return [names.index(name) for name in wanted]
+
+
 def _loads(table: Table, described: Sequence[_Described]) -> Loads:
     names = [name.strip() for name in table.names]
     if "time" not in [name.lower() for name in names]:
         raise SignalError("no column of time; name one `time`", file=table.path)
     time = [name.lower() for name in names].index("time")
 
-    def columns(one: _Described, start: str) -> list[int]:
-        wanted = [f"{start}{axis}" for axis in AXES]
-        lacking = next((name for name in wanted if name not in names), None)
-        if lacking is not None:
-            raise SignalError(f"no column {lacking!r}, which the force {one.name!r} asks for", file=table.path)
-        twice = next((name for name in wanted if names.count(name) > 1), None)
-        if twice is not None:
-            raise SignalError(f"two columns are called {twice!r}; rename or remove one", file=table.path)
-        return [names.index(name) for name in wanted]
-
     wanted = [
-        [columns(one, start) if start else [] for start in (one.force, one.point, one.moment)] for one in described
+        [_columns(table.path, names, one.name, start) if start else [] for start in (one.force, one.point, one.moment)]
+        for one in described
     ]
     every = sorted({time, *(k for one in wanted for part in one for k in part)})
-    values = table.columns(every)
-    if not len(values):
-        raise SignalError("has no rows", file=table.path)
-    for k, column in zip(every, values.T, strict=True):
-        if not np.isfinite(column).all():
-            row = int(np.argmin(np.isfinite(column)))
-            raise SignalError(
-                f"column {names[k]!r} is not a finite number", file=table.path, line=int(table.lines[row])
-            )
+    values = finite_columns(table, every, [names[k] for k in every])
     times = values[:, every.index(time)]
-    if np.any(np.diff(times) <= 0.0):
-        row = int(np.argmax(np.diff(times) <= 0.0)) + 1
-        raise SignalError("times must increase from row to row", file=table.path, line=int(table.lines[row]))
+    check_rising(table, times)
 
     def vectors(part: list[int]) -> Floats:
         return values[:, [every.index(k) for k in part]] if part else np.zeros((len(times), 3))

@@ -17,8 +17,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from warpmuscle.core.errors import ArgumentError, ResultError, SceneError
-from warpmuscle.core.files import replace_file, replace_files
+from warpmuscle.core.errors import ArgumentError, ResultError
+from warpmuscle.core.files import replace_files, replace_result
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import Activations
@@ -85,10 +85,7 @@ def write_result(
         group = file.create_group("trials", track_order=True)
         for trial in trials:
             _put(group.create_group(trial.name.replace("/", "_"), track_order=True), trial)
-    try:
-        replace_file(Path(path), content.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+    replace_result(path, content.getvalue())
 
 
 def _put(group: Any, trial: Trial) -> None:

@@ -5,7 +5,7 @@ Ground axes are those of OpenSim's models: x forward, y up, z to the right. Unit
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
@@ -73,9 +73,14 @@ class Coordinates:
         Raises:
             ArgumentError: none has that name.
         """
-        if name not in self.names:
-            raise ArgumentError(f"no coordinate {name!r}; there are {', '.join(self.names)}")
-        return self.values[:, self.names.index(name)]
+        return column_of(self.names, self.values, name)
+
+
+def column_of(names: Sequence[str], values: Floats, name: str) -> Floats:
+    """The values (F,) of one coordinate, of (F, K) in the order of the names; see `Coordinates.of`."""
+    if name not in names:
+        raise ArgumentError(f"no coordinate {name!r}; there are {', '.join(names)}")
+    return values[:, names.index(name)]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from warpmuscle.kernels.body.constraints import DISTANCE, POINT, POINT_ON_LINE, 
 from warpmuscle.kernels.body.two_coordinates import RATE_ONLY, ROD
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import acting_unknowns
-from warpmuscle.scene import Constraint, Displacement, Joint, Scene
+from warpmuscle.scene import Character, Constraint, Displacement, Joint, Scene
 from warpmuscle.scene.constraints.pose import ROWS, perpendicular_axes, row_count
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.coupled import span_of
@@ -29,12 +29,38 @@ NUMBERS = {"weld": WELD, "point": POINT, "point_on_line": POINT_ON_LINE, "distan
 def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Couplings:
     """The device structure of the functions of coupled joints (see `kernels.structs.Couplings`)."""
     character = scene.character
+    c = structs.Couplings()
+    ends = starts(6 * joint_type(character.joints[name]).displaced for name in names.joints)
+    _put_functions(c, character, names, device)
+    rows_of = {driver: k for k, driver in enumerate(followed_drivers(character, names))}
+    row = [rows_of.get(driver, -1) for driver in names.driver]
+    kinds = [0, *(_kind(character.joints[name]) for name in names.joints)]
+    c.joint = records_to_device(
+        structs.Coupling, device, driver=names.driver, first=[0, *ends[:-1]], row=row, beside=names.beside, kind=kinds
+    )
+    c.followed = len(rows_of) + row_count(character)
+    following = [[k for k, of in enumerate(names.driver) if of == body != k] for body in range(len(names.bodies))]
+    c.follower_start = to_device(starts(map(len, following)), int, device)
+    c.follower = to_device([k for of_body in following for k in of_body] or [0], int, device)
+    unknowns = [*rows_of, *[0] * row_count(character)] or [0]
+    c.unknown_driver = to_device(unknowns, int, device)
+    _put_entries(c, acting_unknowns(character, names), device)
+    turned = [normalized(rows(character.bodies[name].inertia_axes)) for name in names.bodies]
+    axes = rotate(stacked(turned)[:, :, None], np.eye(3))  # (rows, bodies, axis, 3)
+    c.inertia_axes = to_device(np.swapaxes(axes, 2, 3), wp.mat33, device)
+    own = [character.joints[name] for name in names.joints]
+    armature, damping = (rows([0.0, *(getattr(one, field) for one in own)]) for field in ("armature", "damping"))
+    c.resistance = to_device(np.stack(np.broadcast_arrays(armature, damping), axis=-1), wp.vec2, device)
+    return c
+
+
+def _put_functions(c: structs.Couplings, character: Character, names: Topology, device: Any) -> None:
+    """Put the six functions of each displaced joint, three turns and three shifts, and their pieces."""
     nothing = Displacement((1.0, 0.0, 0.0))
-    first, displacements, spans = [0], list[Displacement](), list[Span]()
+    displacements, spans = list[Displacement](), list[Span]()
     bodies, of_two = list[int](), list[bool]()
     for name in names.joints:
         joint = character.joints[name]
-        first.append(len(displacements))
         if joint_type(joint).displaced:
             bodies += [names.bodies.index(joint.child)] * 6
             for given in (joint.rotations, joint.translations):
@@ -47,20 +73,6 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     ]
     starts_of, coefficients = zip(*made, strict=True)
     piece_start = starts(map(len, starts_of))
-    c = structs.Couplings()
-    rows_of = {driver: k for k, driver in enumerate(followed_drivers(character, names))}
-    row = [rows_of.get(driver, -1) for driver in names.driver]
-    kinds = [0, *(_kind(character.joints[name]) for name in names.joints)]
-    c.joint = records_to_device(
-        structs.Coupling, device, driver=names.driver, first=first, row=row, beside=names.beside, kind=kinds
-    )
-    c.followed = len(rows_of) + row_count(character)
-    following = [[k for k, of in enumerate(names.driver) if of == body != k] for body in range(len(names.bodies))]
-    c.follower_start = to_device(starts(map(len, following)), int, device)
-    c.follower = to_device([k for of_body in following for k in of_body] or [0], int, device)
-    unknowns = [*rows_of, *[0] * row_count(character)] or [0]
-    c.unknown_driver = to_device(unknowns, int, device)
-    _put_entries(c, acting_unknowns(character, names), device)
     columns = {
         "axis": stacked([normalized(rows(one.axis)) for one in displacements]),
         "first_piece": np.array([piece_start[:-1]]),
@@ -72,13 +84,6 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     cubics = [np.broadcast_to(part, (count, *part.shape[1:])) for part in coefficients]
     columns = {"start": np.concatenate(starts_of)[None], "c": np.concatenate(cubics, axis=1)}
     c.piece = structs_to_device(structs.CubicPiece, columns, device)
-    turned = [normalized(rows(character.bodies[name].inertia_axes)) for name in names.bodies]
-    axes = rotate(stacked(turned)[:, :, None], np.eye(3))  # (rows, bodies, axis, 3)
-    c.inertia_axes = to_device(np.swapaxes(axes, 2, 3), wp.mat33, device)
-    own = [character.joints[name] for name in names.joints]
-    armature, damping = (rows([0.0, *(getattr(one, field) for one in own)]) for field in ("armature", "damping"))
-    c.resistance = to_device(np.stack(np.broadcast_arrays(armature, damping), axis=-1), wp.vec2, device)
-    return c
 
 
 def _kind(joint: Joint) -> int:

@@ -132,9 +132,6 @@ def check_parameters(scene: Scene, entry: str, part: Declaration, kind: Kind) ->
     names = [] if part.parameters is None else list(part.parameters.vars)
     of_bodies, of_muscles = list(scene.character.joints), list(scene.character.muscles)
     owners = {"body": of_bodies, "muscle": of_muscles}.get(kind, [])
-    missing = [name for name in names if name not in given.parameters and name not in part.defaults]
-    if missing:
-        raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=f"{key}.parameters")
     for owner in given.each:
         if not owners:
             raise SceneError(f"{entry!r} is one of the whole body: it has no numbers for each", key=f"{key}.each")
@@ -149,6 +146,9 @@ def check_parameters(scene: Scene, entry: str, part: Declaration, kind: Kind) ->
         if not least <= low <= high <= most:
             wrong = low if low < least else high
             raise SceneError(f"must be within {least:g} and {most:g}, is {wrong:g}", key=f"{key}.{place}")
+    missing = [name for name in names if name not in given.parameters and name not in part.defaults]
+    if missing:
+        raise SceneError(f"there is no value of {', '.join(map(repr, missing))}", key=f"{key}.parameters")
 
 
 def _numbers(given: CustomPart) -> Iterator[tuple[str, str, Any]]:

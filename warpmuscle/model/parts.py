@@ -180,7 +180,7 @@ def custom_terms(scene: Scene) -> dict[str, Found]:
         if kind == "desired":
             _check_desired(part, scene.character, entry, key)
         if kind == "muscle" and part.stage != "forces":
-            raise SceneError(f"{entry!r} is of each muscle: its stage is 'forces'", key=key)
+            raise SceneError(f"{entry!r} is a part of each muscle, so its stage must be 'forces'", key=key)
         check_result(part.function, (wp.float32,), key, entry)
         check_parameters(scene, entry, part, kind)
         found[entry] = Found(entry, kind, part)

@@ -112,7 +112,9 @@ def without(scene: Scene, names: list[str]) -> Scene:
         return scene
     used = [parameter.name for parameter in free_parameters(scene) if parameter.name not in names]
     if not used:
-        raise Error(f"nothing uses what is free, so that there is nothing to search for: {in_short(names)}")
+        raise Error(
+            f"no free parameter changes anything in this scene, so there is nothing to search for: {in_short(names)}"
+        )
     return pinned(scene, start_values(scene), used)
 
 

@@ -42,11 +42,11 @@ Struct = type(Model)
 
 
 def custom_curves(model: MuscleModel) -> CustomCurves | None:
-    """The curves that a muscle model names; None if it names none. Raises SceneError as `function_named`."""
+    """The curves that a muscle model names; None if it names none. Raises SceneError as `declared`."""
     functions = []
     for field in CURVE_FIELDS:
         entry, key = getattr(model, field), f"muscle_model.{field}"
-        functions.append(function_named(entry, key) if entry else None)
+        functions.append(declared(entry, key) if entry else None)
         if entry:
             check_arguments(functions[-1], (wp.float32,), key, entry)
             results = (wp.float32, wp.vec2) if field == "force_velocity" else (wp.float32,)
@@ -56,21 +56,17 @@ def custom_curves(model: MuscleModel) -> CustomCurves | None:
     return CustomCurves(*functions, sloped=functions[2] is not None and _result(functions[2]) == wp.vec2)
 
 
-def function_named(entry: str, key: str) -> Any:
-    """The Warp function of a name such as `module:function`, whose module is imported.
+def declared(entry: str, key: str, *kinds: type) -> Any:
+    """The Warp function of a name such as `module:function`, or what is of one of these classes; imports the module.
 
     Raises:
         SceneError: no such module or function, it is no Warp function, or its module fails.
     """
-    return declared(entry, key)
-
-
-def declared(entry: str, key: str, *kinds: type) -> Any:
-    """The same, or what is of one of these classes."""
     module_name, _, name = entry.partition(":")
     module = _module(module_name, key)
     if not hasattr(module, name):
-        hint = near(name, [known for known in vars(module) if not known.startswith("_")])
+        own = [known for known, one in vars(module).items() if known[0] != "_" and not inspect.ismodule(one)]
+        hint = near(name, own)
         raise SceneError(f"module {module_name!r} has no function {name!r}{hint}", key=key)
     function = getattr(module, name)
     if isinstance(function, kinds):

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from warpmuscle.gait.curves import FORWARDS, PRESSURE, Curves, gait_curves
 from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.gait.joint_moments import JOINTS
 from warpmuscle.plots.angles import legend_below
-from warpmuscle.plots.style import BAND_COLOR, GRAY, cycle_axis, grid, heading, mean_and_spread
+from warpmuscle.plots.style import BAND_COLOR, cycle_curves, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.scene.people.pinzone import SOURCE
 
@@ -43,11 +41,7 @@ def _drawn(subject: Subject, curves: dict[str, Curves], names: Sequence[str], ti
             mean, deviation = curve.people
             label = f"norm ({SOURCE}, mean and SD)"
             axes.fill_between(PERCENT, mean - deviation, mean + deviation, color=BAND_COLOR, lw=0.0, label=label)
-        for side, rows in curve.sides.items():
-            often = np.isfinite(rows).mean(axis=0) == 1.0  # all of the cycles have it
-            mean_and_spread(axes, PERCENT, np.where(often, rows, np.nan), side)
-        axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
-        cycle_axis(axes)
+        cycle_curves(axes, curve.sides)
         axes.set(title=name, xlabel="gait cycle (%)", ylabel=f"{name.split()[-1]} ({curve.unit})")
     legend_below(figure, panels[0])
     heading(figure, f"{subject.scene.name}: {title} over the gait cycle", subject.about_strides())

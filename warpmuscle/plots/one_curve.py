@@ -14,7 +14,14 @@ from warpmuscle.core.extras import imported
 from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import PERCENT, leg_angles
 from warpmuscle.plots.angles import angle_bands, legend_below
-from warpmuscle.plots.style import BAND_COLOR, GRAY, PALETTE, SIDE_COLORS, cycle_axis, heading, mean_and_spread, page
+from warpmuscle.plots.style import (
+    BAND_COLOR,
+    PALETTE,
+    SIDE_COLORS,
+    cycle_curves,
+    heading,
+    page,
+)
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.scene.norms import LEG_ANGLES
@@ -88,11 +95,7 @@ def _over_cycle(subject: Subject, title: str, curve: Any, axes: Any) -> None:
             axes.fill_between(
                 PERCENT, mean - deviation, mean + deviation, color=BAND_COLOR, lw=0.0, label="norm (people)"
             )
-    for side, rows in curve.sides.items():
-        often = np.isfinite(rows).mean(axis=0) == 1.0
-        mean_and_spread(axes, PERCENT, np.where(often, rows, np.nan), side)
-    axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
-    cycle_axis(axes)
+    cycle_curves(axes, curve.sides)
     axes.set(xlabel="gait cycle (%)", ylabel=f"{title.split()[-1]} ({curve.unit})")
 
 

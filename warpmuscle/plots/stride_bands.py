@@ -10,7 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.cycles import PERCENT
-from warpmuscle.plots.style import BAND_COLOR, GRAY, PALETTE, cycle_axis, grid, legible, top_legend
+from warpmuscle.plots.style import BAND_COLOR, GRAY, PALETTE, all_handles, cycle_axis, grid, legible, top_legend
 
 LEGEND = 0.3  # in, above all panels
 INK = "#202020"
@@ -65,10 +65,7 @@ def draw_strides(panels: Sequence[Panel], columns: int, person: str, band: str) 
         cycle_axis(axes)
     for axes in places[-columns:]:
         axes.set_xlabel("% of the gait cycle", size=8.0)
-    shown: dict[str, Any] = {}
-    for axes in places:
-        for line, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            shown.setdefault(label, line)
+    shown = all_handles(places)
     figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - LEGEND / figure.get_figheight()))
     top_legend(figure, list(shown.values()), [legible(text) for text in shown])
     return figure

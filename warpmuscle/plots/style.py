@@ -6,7 +6,7 @@ import contextlib
 import io
 import sys
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.extras import imported
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.sequences import rising
+from warpmuscle.gait.cycles import PERCENT
 
 # Okabe and Ito's palette: told apart with any kind of colour vision.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#404040")
@@ -124,6 +125,24 @@ def mean_and_spread(axes: Any, x: Floats, curves: Floats, side: str) -> None:
 def cycle_axis(axes: Any) -> None:
     """Ticks of an axis over the gait cycle."""
     axes.set(xlim=(0.0, 100.0), xticks=(0, 25, 50, 75, 100))
+
+
+def all_handles(axes: Sequence[Any]) -> dict[str, Any]:
+    """What the legends of several panels show, by label, each once."""
+    shown: dict[str, Any] = {}
+    for one in axes:
+        for line, label in zip(*one.get_legend_handles_labels(), strict=True):
+            shown.setdefault(label, line)
+    return shown
+
+
+def cycle_curves(axes: Any, sides: Mapping[str, Floats]) -> None:
+    """Means and spreads of both sides over the gait cycle, where all cycles have a value, on an axis from 0."""
+    for side, rows in sides.items():
+        often = np.isfinite(rows).mean(axis=0) == 1.0
+        mean_and_spread(axes, PERCENT, np.where(often, rows, np.nan), side)
+    axes.axhline(0.0, color=GRAY, lw=0.6, zorder=0)
+    cycle_axis(axes)
 
 
 def top_legend(figure: Any, handles: Any, labels: Sequence[str]) -> None:

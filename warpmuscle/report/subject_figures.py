@@ -10,7 +10,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.gait.muscle_timing import side_and_muscle
-from warpmuscle.plots.style import PALETTE, SIDE_COLORS, cycle_axis, grid, heading, style, top_legend
+from warpmuscle.plots.style import PALETTE, SIDE_COLORS, all_handles, cycle_axis, grid, heading, style, top_legend
 from warpmuscle.report.gait_cycles import Cycle, RecordedTrial, cycles_of, over_cycle, side_of
 from warpmuscle.scene.norms import FORCE, NORMS
 from warpmuscle.scene.norms import SOURCE as NORM_SOURCE
@@ -78,10 +78,7 @@ def _drawn(
 
 
 def _legend(figure: Any, axes: Sequence[Any]) -> None:
-    shown: dict[str, Any] = {}
-    for one in axes:
-        for line, label in zip(*one.get_legend_handles_labels(), strict=True):
-            shown.setdefault(label, line)
+    shown = all_handles(axes)
     if shown:
         top_legend(figure, list(shown.values()), list(shown))
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import h5py
 
 from warpmuscle.core.arguments import as_kind, as_path, as_text, as_texts, in_words
-from warpmuscle.core.errors import ArgumentError, ResultError, SceneError
-from warpmuscle.core.files import replace_file
+from warpmuscle.core.errors import ArgumentError, ResultError
+from warpmuscle.core.files import replace_result
 from warpmuscle.results.checks import check_recording
 from warpmuscle.results.layout import FORMAT_VERSION
 from warpmuscle.results.motion_layout import append, has_arrays, load_motions, load_names, load_recording, put_motions
@@ -105,10 +105,7 @@ def append_motions(path: str | Path, recordings: Sequence[Recording], names: Seq
             Motions.of(every)  # they have to be of one body and clock
             del content["replay"]
             put_motions(content, every, (*had, *added.names))
-    try:
-        replace_file(file, memory.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{file}: {error.message}") from None
+    replace_result(file, memory.getvalue())
 
 
 def _check_there(file: Path, wanted: Sequence[str] | None, there: Sequence[str]) -> None:

@@ -50,8 +50,8 @@ import numpy as np
 from warpmuscle.core import hdf5
 from warpmuscle.core.arguments import as_integer, as_kind, as_path, as_text, as_truth
 from warpmuscle.core.array_types import Floats, Integers
-from warpmuscle.core.errors import ResultError, SceneError
-from warpmuscle.core.files import replace_file
+from warpmuscle.core.errors import ResultError
+from warpmuscle.core.files import replace_result
 from warpmuscle.core.machine import MACHINE
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.checks import check_column, check_result
@@ -97,10 +97,7 @@ def write(path: str | Path, result: Result, *, quantities: Sequence[str] | None 
     single = as_truth(single, "single")
     if quantities is not None or single:
         result = with_less(result, quantities, single)
-    try:
-        replace_file(path, image(result))
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+    replace_result(path, image(result))
 
 
 def write_extended(
@@ -125,10 +122,7 @@ def write_extended(
     with h5py.File(memory, "w", track_order=True) as file:
         put(file, with_less(result, quantities, single), kind)
         add(file)
-    try:
-        replace_file(Path(path), memory.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+    replace_result(path, memory.getvalue())
 
 
 def read(path: str | Path, run: str | None = None, *, replay: int | None = None) -> Result:

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core import hdf5
-from warpmuscle.core.errors import ResultError, SceneError
-from warpmuscle.core.files import replace_file
+from warpmuscle.core.errors import ResultError
+from warpmuscle.core.files import replace_result
 from warpmuscle.results.checks import check_result
 from warpmuscle.results.layout import put
 from warpmuscle.results.records import Result
@@ -48,10 +48,7 @@ def write_training(path: Path, result: Result, state: Arrays) -> None:
         for name, array in state.items():
             group.create_dataset(name, data=array)
         file.attrs["digest"] = _digest(file)
-    try:
-        replace_file(path, memory.getvalue())
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+    replace_result(path, memory.getvalue())
 
 
 def read_training(path: Path) -> tuple[Result, Arrays]:

@@ -5,7 +5,8 @@ is computed from a description without simulating it lives here, too: its tree o
 parameters, masses, units, published norms. `validation` says what a scene must fulfil.
 
 May import: core, kernels.
-To add: a field to the part that it belongs to, with its unit, `Annotated[Number, "m"]`; its check into `validation`.
+To add: a field to the part that it belongs to, with its unit and range, `Annotated[Number, "m", ABOVE_0]`; what else is
+to be checked into `validation`.
 """
 
 from typing import TYPE_CHECKING

@@ -9,7 +9,7 @@ import msgspec
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.kernels.status import Status
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FROM_0, Part
 
 
 class Failure(Part):
@@ -25,19 +25,27 @@ class Failure(Part):
     every 0.002 s.
     """
 
-    com_height: Annotated[Number, "1", Status.FELL] = (
+    com_height: Annotated[Number, "1", Status.FELL, FROM_0] = (
         0.9  # of the centre of mass above the ground, over the initial one
     )
-    heading: Annotated[Number, "rad", Status.TURNED] = 0.7853981633974483  # largest turn from its heading
+    heading: Annotated[Number, "rad", Status.TURNED, FROM_0] = 0.7853981633974483  # largest turn from its heading
     body_contact: Annotated[bool, Status.TOUCHED] = False  # any body but the feet and their children touches the ground
-    leg_crossing: Annotated[Number, "m", Status.CROSSED] = 0.0  # how far a foot may go beyond the other one to its side
-    self_collision: Annotated[Number, "m", Status.COLLIDED] = 0.0  # how deep two bodies may penetrate each other
+    leg_crossing: Annotated[Number, "m", Status.CROSSED, FROM_0] = 0.0  # how far a foot may cross beyond the other
+    self_collision: Annotated[Number, "m", Status.COLLIDED, FROM_0] = 0.0  # how deep two bodies may overlap
     self_collision_pairs: list[tuple[str, str]] = []  # bodies that are tested; if empty, all that may not touch
-    no_progress: Annotated[Number, "m/s", Status.STOPPED] = 0.0  # slowest mean speed over the ground
-    no_progress_window: Annotated[float, "s", Status.STOPPED] = 2.0  # that it is the mean of, one window after another
+    no_progress: Annotated[Number, "m/s", Status.STOPPED, FROM_0] = 0.0  # slowest mean speed over the ground
+    no_progress_window: Annotated[float, "s", Status.STOPPED, ABOVE_0] = 2.0  # of the mean, one after another
     custom: Annotated[list[str], Status.FAILED] = []  # `module:function` each, conditions of the scene's own
-    max_speed: Annotated[Number, "m/s or rad/s", Status.DIVERGED] = 1000.0  # of joints and root
-    max_com_speed: Annotated[float, "m/s", Status.DIVERGED] = 20.0  # of the centre of mass
+    max_speed: Annotated[Number, "m/s or rad/s", Status.DIVERGED, ABOVE_0] = 1000.0  # of joints and root
+    max_com_speed: Annotated[float, "m/s", Status.DIVERGED, ABOVE_0] = 20.0  # of the centre of mass
+
+
+def never_failing(failure: Failure) -> Failure:
+    """The same limits, of which only those of speeds hold."""
+    return msgspec.structs.replace(
+        failure, com_height=0.0, heading=0.0, body_contact=False, leg_crossing=0.0, self_collision=0.0, no_progress=0.0,
+        custom=[],
+    )  # fmt: skip
 
 
 if TYPE_CHECKING:
@@ -50,7 +58,7 @@ if TYPE_CHECKING:
 
 else:
     _Weights = msgspec.defstruct(
-        "_Weights", [(t.name, Annotated[Number, "1"], 0.0) for t in TERMS.values()], bases=(Part,)
+        "_Weights", [(t.name, Annotated[Number, "1", FROM_0], 0.0) for t in TERMS.values()], bases=(Part,)
     )
 
 
@@ -64,13 +72,13 @@ class Objective(_Weights):
 
     gait: Literal["", "walk", "run"] = ""  # whose norms judge it; if empty, a gait with flight is a run
     target_speed: Annotated[Number, "m/s"] = 1.0  # forward
-    ground_force_bound: Annotated[Number, "1"] = 1.5  # body weights, vertical, on each foot
+    ground_force_bound: Annotated[Number, "1", FROM_0] = 1.5  # body weights, vertical, on each foot
     head_body: str = "head"
     metabolic_model: Literal["wang", "umberger", "bhargava", "margaria"] = "wang"  # sources stand in `accounting.py`
     metabolic_work: Literal["net", "positive"] | None = None  # of fibres; by default as the model has it
-    basal_rate: Annotated[Number | None, "W/kg"] = None  # at rest; by default that of the model
-    torque_by_joint: Annotated[dict[str, Number], "1"] = {}  # how often a joint's feedback torque counts; others once
-    failure_cost: Annotated[float, "1"] = 1.0e6
+    basal_rate: Annotated[Number | None, "W/kg", FROM_0] = None  # at rest; by default that of the model
+    torque_by_joint: Annotated[dict[str, Number], "1", FROM_0] = {}  # weights of joints' feedback torques; by default 1
+    failure_cost: Annotated[float, "1", ABOVE_0] = 1.0e6
     reported: list[str] = []  # terms that are summed up though they weigh nothing, by name or `module:name`
     custom: Annotated[dict[str, Number], "1"] = {}  # weights of `module:function`, see `CustomPart`
 
@@ -86,10 +94,10 @@ class Tracking(Part):
 
     scene: str = ""  # a scene that is run for it: a shipped one, or a TOML file
     file: str = ""  # or an HDF5, .npz, .mot, .sto or .csv file with a recorded motion
-    replay: int = 0  # which one of an HDF5 file
-    start: Annotated[float, "s"] = 2.0  # from where on the motion counts, if it has times
+    replay: Annotated[int, FROM_0] = 0  # which one of an HDF5 file
+    start: Annotated[float, "s", FROM_0] = 2.0  # from where on the motion counts, if it has times
     joints: list[str] = []  # those that count; all if empty
-    weights: Annotated[dict[str, float], "1"] = {}  # of squared angles, by joint; 1 where none is given
+    weights: Annotated[dict[str, float], "1", FROM_0] = {}  # of squared angles, by joint; 1 where none is given
 
 
 class RecordedNorms(Part):
@@ -101,8 +109,8 @@ class RecordedNorms(Part):
     """
 
     file: str  # a result file with motions, such as one of `warpmuscle inverse`
-    replays: list[int] = []  # which motions of the file; all if empty
-    start: Annotated[float, "s"] = 0.0  # from where on they count
+    replays: Annotated[list[int], FROM_0] = []  # which motions of the file; all if empty
+    start: Annotated[float, "s", FROM_0] = 0.0  # from where on they count
 
 
 class Robustness(Part):
@@ -110,11 +118,11 @@ class Robustness(Part):
 
     runs: int = 1  # of which the first is not disturbed if there are several
     cost: Literal["mean", "worst"] = "mean"
-    velocity_noise: Annotated[float, "m/s"] = 0.0  # standard deviation of each component of the root's initial velocity
-    push: Annotated[float, "N s"] = 0.0  # horizontal impulse on the root, at a random time in a random direction
-    push_duration: Annotated[float, "s"] = 0.1
-    slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
-    mass: Annotated[float, "1"] = 0.0  # largest part by which the mass of each body is more or less
+    velocity_noise: Annotated[float, "m/s", FROM_0] = 0.0  # standard deviation of the root's initial velocity by axis
+    push: Annotated[float, "N s", FROM_0] = 0.0  # horizontal impulse on the root at a random time, any direction
+    push_duration: Annotated[float, "s", ABOVE_0] = 0.1
+    slope: Annotated[float, "rad", FROM_0] = 0.0  # steepest slope of the ground, up or down
+    mass: Annotated[float, "1", FROM_0] = 0.0  # largest part by which the mass of each body is more or less
     commands: dict[str, list[float]] = {}  # by command, of the runs in order; the list begins again where it ends
     seed: int = 1
 
@@ -129,14 +137,14 @@ class SearchStage(Part):
     name: str
     objective: Annotated[dict[str, float | str], "1"] = {}  # in place of these fields of the scene's objective
     failure: Annotated[dict[str, float | bool], "1"] = {}  # in place of these of its failure limits
-    duration: Annotated[float | None, "s"] = None  # of a simulation
+    duration: Annotated[float | None, "s", ABOVE_0] = None  # of a simulation
     robustness: Annotated[dict[str, int | float | str], "1"] = {}  # in place of these of its robustness
     free: list[str] = []  # names of the parameters that may change, or patterns such as `controller.*`; all if empty
-    candidates: Annotated[float | None, "1"] = None  # at most; below 1: a part of those of the whole search
+    candidates: Annotated[float | None, "1", ABOVE_0] = None  # at most; below 1: a part of those of the whole search
     strategy: str | None = None  # see `search.strategies`, like the next four
-    population: int | None = None
-    sigma: Annotated[float | None, "1"] = None
+    population: Annotated[int | None, ABOVE_0] = None
+    sigma: Annotated[float | None, "1", ABOVE_0] = None
     restarts: str | None = None
-    searches: int | None = None
-    until: Annotated[float | None, "s"] = None  # of wall time that it may take
+    searches: Annotated[int | None, ABOVE_0] = None
+    until: Annotated[float | None, "s", ABOVE_0] = None  # of wall time that it may take
     target: Annotated[float | None, "1"] = None  # cost at which the next stage begins

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import FRACTION, FROM_0, Part
 
 Signal = Literal[
     "constant", "force", "length", "velocity", "lean", "lean_at_lift", "angle", "load", "other_load"
@@ -51,6 +51,6 @@ class Reflexes(Part):
 
     muscles: dict[str, dict[str, Reflex]]
     trunk: str = "torso"  # the body whose lean is felt
-    stance_load: Annotated[Number, "1"] = 0.05  # body weights; a leg that carries more stands
-    least: Annotated[Number, "1"] = 0.01  # excitation that a muscle with reflexes always has, unless `besides`
+    stance_load: Annotated[Number, "1", FROM_0] = 0.05  # body weights; a leg that carries more stands
+    least: Annotated[Number, "1", FRACTION] = 0.01  # excitation that muscles with reflexes have, unless `besides`
     besides: bool = False

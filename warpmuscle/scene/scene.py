@@ -56,7 +56,7 @@ from warpmuscle.scene.muscles.curves import (
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, RecordedNorms, Robustness, SearchStage, Tracking
 from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held, Hinge
-from warpmuscle.scene.part import Part, Side
+from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
 from warpmuscle.scene.simbicon.controller import PD, Balance, Component, Curve, Feedback, MachineState, Trajectory
 from warpmuscle.scene.surfaces import (
@@ -182,7 +182,7 @@ class InitialState(Part):
     root_angular_velocity: Annotated[Vector, "rad/s"] = (0.0, 0.0, 0.0)
     heading: Annotated[Number | None, "rad"] = None
     joints: dict[str, JointState] = {}
-    activations: Annotated[dict[str, Number], "1"] = {}  # of muscles; others have `muscle_model.initial_activation`
+    activations: Annotated[dict[str, Number], "1", FRACTION] = {}  # of muscles; others as `muscle_model` has it
     file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
     time: Annotated[float, "s"] = 0.0  # in that motion
     replay: int = 0  # which motion of the file
@@ -200,14 +200,14 @@ class Ground(Part):
 
     normal: Annotated[Vector, "1"] = (0.0, 1.0, 0.0)
     height: Annotated[Number, "m"] = 0.0  # distance of the plane from the origin along its normal
-    stiffness: Annotated[Number, "N/m"] = 2.0e5  # 0 switches contact off
-    damping: Annotated[Number, "N s/m"] = 1.0e3
-    tangential_damping: Annotated[Number, "N s/m"] = 1.0e5  # up to the friction limit
-    friction: Annotated[Number, "1"] = 1.0e3  # the body's own coefficient decides unless this one is smaller
+    stiffness: Annotated[Number, "N/m", FROM_0] = 2.0e5  # 0 switches contact off
+    damping: Annotated[Number, "N s/m", FROM_0] = 1.0e3
+    tangential_damping: Annotated[Number, "N s/m", FROM_0] = 1.0e5  # up to the friction limit
+    friction: Annotated[Number, "1", FROM_0] = 1.0e3  # the body's own coefficient decides unless this one is smaller
     law: Literal["spring", "soft_constraint", "hunt_crossley", "smooth_hunt_crossley"] = "spring"
-    restitution: Annotated[Number, "1"] = 0.35  # this and the next two of `soft_constraint`: speed after over before
-    softness: Annotated[Number, "m/(N s)"] = 2.0e-4  # its CFM
-    penalty: Annotated[Number, "1"] = 0.2  # its ERP: part of the depth that is pushed out in a step
+    restitution: Annotated[Number, "1", FRACTION] = 0.35  # after an impact; like the next two, of `soft_constraint`
+    softness: Annotated[Number, "m/(N s)", ABOVE_0] = 2.0e-4  # its CFM
+    penalty: Annotated[Number, "1", FRACTION] = 0.2  # its ERP: part of the depth that is pushed out in a step
     material: ContactMaterial | None = None  # of Hunt-Crossley contact; None: the defaults
     terrain: Terrain | None = None  # heights over the plane; none: it is flat
     treadmill: Treadmill | None = None  # by which it moves along itself; none: it stands still
@@ -279,10 +279,10 @@ class Scene(Part):
     impairments: dict[str, Impairment] = {}  # of muscles, by names of one's own
     opensim: OpenSim | None = None
     motion: dict[str, Motion] = {}  # by joint with kinematic degrees of freedom, or `root`
-    duration: Annotated[float, "s"] = 10.0
-    time_step: Annotated[float, "s"] = 0.0005
+    duration: Annotated[float, "s", ABOVE_0] = 10.0
+    time_step: Annotated[float, "s", ABOVE_0] = 0.0005
     gravity: Annotated[Number, "m/s^2"] = 9.8  # downwards
-    control_rate: Annotated[float, "Hz"] = 0.0  # of the controller's targets, which PD follows meanwhile; 0: every step
+    control_rate: Annotated[float, "Hz", FROM_0] = 0.0  # of the controller's targets, which PD follows; 0: every step
     implicit_pd: bool = False  # PD linearised over the step, stable up to 1/500 s; False: explicit, as in the original
 
     @property

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from warpmuscle.scene.number import Number, Vector
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FROM_0, Part
 
 HalfSpace = Literal["", "+x", "-x", "+y", "-y", "+z", "-z"]
 
@@ -21,8 +21,8 @@ class CylinderSurface(Part, tag_field="type", tag="cylinder"):
 
     body: str
     position: Annotated[Vector, "m"]
-    radius: Annotated[Number, "m"]
-    length: Annotated[Number, "m"]
+    radius: Annotated[Number, "m", ABOVE_0]
+    length: Annotated[Number, "m", FROM_0]
     orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
     side: HalfSpace = ""
     side_point: Annotated[Vector | None, "m"] = None  # of MuJoCo's wrapping, from the centre, in the surface's axes
@@ -33,7 +33,7 @@ class SphereSurface(Part, tag_field="type", tag="sphere"):
 
     body: str
     position: Annotated[Vector, "m"]
-    radius: Annotated[Number, "m"]
+    radius: Annotated[Number, "m", ABOVE_0]
     orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
     side: HalfSpace = ""
     side_point: Annotated[Vector | None, "m"] = None  # of MuJoCo's wrapping, from the centre, in the surface's axes
@@ -44,7 +44,7 @@ class EllipsoidSurface(Part, tag_field="type", tag="ellipsoid"):
 
     body: str
     position: Annotated[Vector, "m"]
-    radii: Annotated[Vector, "m"]
+    radii: Annotated[Vector, "m", ABOVE_0]
     orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
     side: HalfSpace = ""
 
@@ -58,8 +58,8 @@ class TorusSurface(Part, tag_field="type", tag="torus"):
 
     body: str
     position: Annotated[Vector, "m"]
-    inner_radius: Annotated[Number, "m"]
-    outer_radius: Annotated[Number, "m"]
+    inner_radius: Annotated[Number, "m", ABOVE_0]
+    outer_radius: Annotated[Number, "m", ABOVE_0]
     orientation: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)
     side: HalfSpace = ""
 

@@ -87,9 +87,9 @@ def topology(character: Character) -> Topology:
     """
     bodies, joints, parents, depth = [character.root], [], [-1], [0]
     first_child, child_count = [], []
+    by_parent = joints_by_parent(character)
     for number, name in enumerate(bodies):  # grows while it is walked through
-        children = [key for key, joint in character.joints.items() if joint.parent == name]
-        children.sort(key=lambda key: bool(character.joints[key].follows))
+        children = sorted(by_parent.get(name, ()), key=lambda key: bool(character.joints[key].follows))
         first_child.append(len(bodies))
         child_count.append(len(children))
         for key in children:
@@ -111,6 +111,14 @@ def topology(character: Character) -> Topology:
         driver=(0, *(joints.index(character.joints[key].follows or key) + 1 for key in joints)),
         beside=(-1, *(joints.index(one) + 1 if (one := character.joints[key].beside) else -1 for key in joints)),
     )
+
+
+def joints_by_parent(character: Character) -> dict[str, list[str]]:
+    """Names of the joints that lead on from each body that has any, in the order of the character's joints."""
+    found: dict[str, list[str]] = {}
+    for name, joint in character.joints.items():
+        found.setdefault(joint.parent, []).append(name)
+    return found
 
 
 def followers(character: Character, joint: str) -> list[str]:

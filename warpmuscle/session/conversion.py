@@ -30,7 +30,7 @@ def convert(source: SceneLike, target: str | PathLike[str]) -> Scene:
     """
     scene, path = scene_of(source, "source"), as_path(target, "target")
     if not isinstance(source, Scene) and path.exists() and Path(source).exists() and path.samefile(source):
-        raise ArgumentError(f"{path} is what is read, and would be lost; name another file to write")
+        raise ArgumentError(f"{path} is the input, which would be lost; name another output file")
     if path.suffix == ".xml":
         mjcf.write(scene, path)
         return scene

@@ -197,24 +197,8 @@ def _made(
     path: Path, source: Source, file: _File, base: _Base, chosen: Floats | None, again: Callable[[Floats], Plan]
 ) -> Plan:
     """The plan of a file whose adaptive points are these beside the first ones; `again` makes one of others."""
-    if source.data.get("grid") in ([], {}):
-        raise SceneError("there is no axis in it; name one, or leave it out", key="grid")
-    tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
-    grids = [axes_of(source, place, table) for place, table in tables.items()] or [[]]
     sample = None if file.sample is None else sampled(source, file.sample, chosen)
-    grids = [[*([] if sample is None else [sample.choices]), *axes] for axes in grids]
-    count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
-    check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
-    entries: list[tuple[Choice, ...]] = [(entry,) for entry in entries_of(source, file.run)]
-    runs: list[SweepRun] = []
-    taken: dict[str, int] = {}  # names, and the last number that was put behind each
-    for entry in entries or [()]:
-        for axes in grids:
-            for choices in itertools.product(*axes):
-                runs.append(base.run([*entry, *choices], taken))
-    normal = {axis[0].axis: 1.0 for axes in grids for axis in axes if axis[0].factor}
-    if normal:
-        runs = [replace(run, axes=normal | dict(run.axes)) for run in runs]
+    runs = _runs(source, file, base, [] if sample is None else [sample.choices])
     name = file.name or path.stem
     if file.study is not None and file.training is not None:
         raise SceneError("a study measures the best motions of searches; trainings have none", key="study")
@@ -224,6 +208,22 @@ def _made(
     refused = {name: getattr(file, name) is not None for name in WITHOUT_POINTS}
     refinement = None if file.sample is None or sample is None else refinement_of(file.sample, sample, again, refused)
     return Plan(path, name, source.text, tuple(runs), study, rule, refinement)
+
+
+def _runs(source: Source, file: _File, base: _Base, points: list[list[Choice]]) -> list[SweepRun]:
+    """The runs of a file: each of its entries, at each point of a sample, with each combination of each grid."""
+    if source.data.get("grid") in ([], {}):
+        raise SceneError("there is no axis in it; name one, or leave it out", key="grid")
+    tables = {"grid": file.grid} if isinstance(file.grid, dict) else _numbered("grid", file.grid)
+    grids = [[*points, *axes] for axes in [axes_of(source, place, table) for place, table in tables.items()] or [[]]]
+    count = max(len(file.run), 1) * sum(math.prod(map(len, axes)) for axes in grids)
+    check_size("sweep", count, lambda text: SceneError(text, key="grid" if file.grid else "run"))
+    entries: list[tuple[Choice, ...]] = [(entry,) for entry in entries_of(source, file.run)]
+    combinations = [choices for axes in grids for choices in itertools.product(*axes)]
+    taken: dict[str, int] = {}  # names, and the last number that was put behind each
+    runs = [base.run([*entry, *choices], taken) for entry in entries or [()] for choices in combinations]
+    normal = {axis[0].axis: 1.0 for axes in grids for axis in axes if axis[0].factor}
+    return [replace(run, axes=normal | dict(run.axes)) for run in runs] if normal else runs
 
 
 def _numbered(key: str, tables: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
@@ -245,40 +245,18 @@ class _Base:
 
     def run(self, chosen: Sequence[Choice], taken: dict[str, int]) -> SweepRun:
         """The run with these choices; its name differs from those that are taken."""
-        changes: dict[str, Override] = {}
-        for override in itertools.chain.from_iterable(choice.overrides for choice in chosen):
-            if override.key in changes:
-                raise self._error("is set twice, in a run and an axis, or in two axes", override)
-            changes[override.key] = override
+        changes = self._changes(chosen)
         search = asdict(SearchOptions(**msgspec.structs.asdict(self._file.search)))
         training = None if self._file.training is None else dict(self._file.training)
-        seed: Any = self._file.seed
-        scene_name: Any = self._file.scene
         for key, override in changes.items():
-            if key == "seed":
-                seed = override.value
-            elif key == "scene":
-                scene_name = override.value
-            elif key.startswith("search."):
+            if key.startswith("search."):
                 self._set_option(search, override)
             elif key.startswith("training."):
                 if training is None:
                     raise self._error("there is no [training] in this file", override)
                 training[key.removeprefix("training.")] = override.value
-        in_scene = [
-            o for key, o in changes.items() if not key.startswith(("search.", "training.")) and key not in OF_RUN
-        ]
-        for one in (self._file.seed, seed):
-            if not isinstance(one, int) or isinstance(one, bool) or not 0 <= one <= GREATEST_SEED:
-                message = f"a seed is a whole number from 0 to 2^63 - 1, not {one!r}"
-                raise self._error(message, None if one is self._file.seed else changes.get("seed"), key="seed")
-        what = repr((scene_name, [(o.key, o.value) for o in in_scene]))
-        if what not in self._changed:
-            given = self._with_common(scene_name, changes.get("scene"))
-            own = sound(changed(given, in_scene, self._path), self._path)
-            own = without_only_stage(own)  # what has stages shares no batches
-            self._changed[what] = own, what if own.stages else repr([p.name for p in free_parameters(own)])
-        scene, kind = self._changed[what]
+        seed = self._seed(changes.get("seed"))
+        scene, kind = self._scene_with(changes)
         axes: dict[str, float | str] = {}
         for choice in chosen:
             axes |= {choice.axis or "run": choice.value, **choice.beside}
@@ -294,6 +272,37 @@ class _Base:
         return SweepRun(
             _name(chosen, taken), scene, seed, options, candidates, axes, self._units_of(scene, chosen)
         )  # fmt: skip
+
+    def _changes(self, chosen: Sequence[Choice]) -> dict[str, Override]:
+        """What choices set, by key."""
+        changes: dict[str, Override] = {}
+        for override in itertools.chain.from_iterable(choice.overrides for choice in chosen):
+            if override.key in changes:
+                raise self._error("is set twice, in a run and an axis, or in two axes", override)
+            changes[override.key] = override
+        return changes
+
+    def _seed(self, override: Override | None) -> int:
+        """The seed of the file, or the one in its place, both of which have to be seeds."""
+        given: list[tuple[Any, Override | None]] = [(self._file.seed, None)]
+        given += [] if override is None else [(override.value, override)]
+        for one, place in given:
+            if not isinstance(one, int) or isinstance(one, bool) or not 0 <= one <= GREATEST_SEED:
+                raise self._error(f"a seed is a whole number from 0 to 2^63 - 1, not {one!r}", place, key="seed")
+        return int(given[-1][0])
+
+    def _scene_with(self, changes: Mapping[str, Override]) -> tuple[Scene, str]:
+        """The scene of a run, and what those have in common that can be searched alike."""
+        name = changes["scene"].value if "scene" in changes else self._file.scene
+        others = (one for one in changes.values() if not one.key.startswith(("search.", "training.")))
+        in_scene = [one for one in others if one.key not in OF_RUN]
+        what = repr((name, [(one.key, one.value) for one in in_scene]))
+        if what not in self._changed:
+            given = self._with_common(name, changes.get("scene"))
+            own = sound(changed(given, in_scene, self._path), self._path)
+            own = without_only_stage(own)  # what has stages shares no batches
+            self._changed[what] = own, what if own.stages else repr([p.name for p in free_parameters(own)])
+        return self._changed[what]
 
     def _with_common(self, name: Any, override: Override | None) -> Changed:
         """The scene of a name with what all runs change."""

@@ -56,16 +56,7 @@ def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activation
     Raises:
         SignalError: a recording cannot be used, or does not fit what is asked for.
     """
-    if not paths:
-        raise SignalError("there are no recordings")
-    if preparation.cycles and len(preparation.cycles) != len(paths):
-        raise SignalError(
-            f"{number_of(len(preparation.cycles), 'cycle file')} for {number_of(len(paths), 'recording')}"
-        )
-    if preparation.cycles and preparation.window is not None:
-        raise SignalError("a time window and cycles both cut a recording; give one of them")
-    if preparation.cycle_range is not None and not preparation.cycles:
-        raise SignalError("a range of cycles needs files of cycles")
+    _check(paths, preparation)
     notes: list[str] = []
     parts: list[Signals] = []
     trials: list[Integers] = []
@@ -84,14 +75,12 @@ def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activation
     if preparation.maxima is not None:
         strongest, silent = _filtered(preparation.maxima, preparation, notes)
         left_out |= silent
-    parts = [_without(part, left_out) for part in parts]
-    values = np.concatenate([part.values for part in parts])
+    parts, values = _joined(parts, left_out)
     if len(quiet := silent_channels(values)):
         quieter = {parts[0].names[k] for k in quiet}
         notes.append(f"{', '.join(sorted(quieter))}: silent in what is used, and left out")
         left_out |= quieter
-        parts = [_without(part, left_out) for part in parts]
-        values = np.concatenate([part.values for part in parts])
+        parts, values = _joined(parts, left_out)
     maxima = values.max(axis=0)
     if strongest is not None:
         strongest = _without(strongest, left_out)
@@ -106,6 +95,26 @@ def prepare(paths: Sequence[str | Path], preparation: Preparation) -> Activation
     unit = "cycle" if preparation.cycles else "s"
     sources = tuple(str(path) for path in paths)
     return Activations(parts[0].names, scaled, time, unit, np.concatenate(trials), maxima, sources, tuple(notes))
+
+
+def _check(paths: Sequence[str | Path], preparation: Preparation) -> None:
+    """There are recordings, and what cuts them fits."""
+    if not paths:
+        raise SignalError("there are no recordings")
+    if preparation.cycles and len(preparation.cycles) != len(paths):
+        raise SignalError(
+            f"{number_of(len(preparation.cycles), 'cycle file')} for {number_of(len(paths), 'recording')}"
+        )
+    if preparation.cycles and preparation.window is not None:
+        raise SignalError("a time window and cycles both cut a recording; give one of them")
+    if preparation.cycle_range is not None and not preparation.cycles:
+        raise SignalError("a range of cycles needs files of cycles")
+
+
+def _joined(parts: list[Signals], left_out: set[str]) -> tuple[list[Signals], Floats]:
+    """Recordings without some channels, and their values one behind the other."""
+    kept = [_without(part, left_out) for part in parts]
+    return kept, np.concatenate([part.values for part in kept])
 
 
 def _without(signals: Signals, left_out: set[str]) -> Signals:

@@ -119,18 +119,49 @@ def read_table(path: str | Path) -> Table:
     rows, numbers = [line for _, line in numbered[1:]], [number for number, _ in numbered[1:]]
     if delimiter != "," and not any("." in row for row in rows) and any(map(_DECIMAL_COMMA.search, rows)):
         rows = [row.replace(",", ".") for row in rows]
-    for number, row in zip(numbers, rows, strict=True):
-        plain = delimiter is not None and '"' not in row
-        count = row.count(str(delimiter)) + 1 if plain else len(_cells(row, delimiter))
-        if count != len(names):
-            what = f"has {number_of(count, 'cell')} where the header names {number_of(len(names), 'column')}"
-            what += "; write # before lines above the row of names" if number == numbers[0] else ""
-            raise SignalError(what, file=path, line=number)
+    _check_lengths(path, rows, numbers, delimiter, len(names))
     for key, count in promised.items():
         found = len(rows) if "row" in key.lower() else len(names)
         if found != count:
             raise SignalError(f"the header promises {key}={count}, but there are {found}", file=path)
     return Table(path, names, rows, np.array(numbers, np.int64), delimiter, degrees)
+
+
+def finite_columns(table: Table, columns: Sequence[int], names: Sequence[str]) -> Floats:
+    """Columns (F, n) of a table by their numbers, which have rows of finite numbers.
+
+    Args:
+        names: of these columns, for messages.
+
+    Raises:
+        SignalError: with the file, the name and the line.
+    """
+    values = table.columns(columns)
+    if not len(values):
+        raise SignalError("has no rows", file=table.path)
+    for name, column in zip(names, values.T, strict=True):
+        if not np.isfinite(column).all():
+            line = int(table.lines[int(np.argmin(np.isfinite(column)))])
+            raise SignalError(f"column {name!r} is not a finite number", file=table.path, line=line)
+    return values
+
+
+def check_rising(table: Table, times: Floats) -> None:
+    """SignalError with file and line unless the times of a table's rows increase."""
+    if np.any(np.diff(times) <= 0.0):
+        line = int(table.lines[int(np.argmax(np.diff(times) <= 0.0)) + 1])
+        raise SignalError("times must increase from row to row", file=table.path, line=line)
+
+
+def _check_lengths(path: Path, rows: list[str], numbers: list[int], delimiter: str | None, columns: int) -> None:
+    """SignalError with the number of the first row that has not a cell for each column."""
+    for number, row in zip(numbers, rows, strict=True):
+        plain = delimiter is not None and '"' not in row
+        count = row.count(str(delimiter)) + 1 if plain else len(_cells(row, delimiter))
+        if count != columns:
+            what = f"has {number_of(count, 'cell')} where the header names {number_of(columns, 'column')}"
+            what += "; write # before lines above the row of names" if number == numbers[0] else ""
+            raise SignalError(what, file=path, line=number)
 
 
 def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int], bool | None]:

@@ -121,7 +121,7 @@ def test_bushing_needs_another_body(tmp_path: Path):
     scene, _ = scene_of(tmp_path, bushing("BushingForce", BUSHING))
     for other, message in (
         ("", "name the other one"),
-        ("one", "not from one to itself"),
+        ("one", "between two different bodies"),
         ("tow", "did you mean 'two'"),
     ):
         force = msgspec.structs.replace(scene.forces["bush"], other_body=other)

@@ -149,7 +149,7 @@ def test_a_constraint_that_cannot_be_met_is_told_with_its_line(tmp_path: Path):
     ("constraint", "said"),
     [
         (DISTANCE.replace("0.25", "0"), "greater than 0"), (LINE.replace("0.1 0.9 0.2", "0 0 0"), "no direction"),
-        (POINT.replace("rod_c", "rod_b"), "from one to itself"), (POINT.replace("rod_c", "nobody"), "no frame"),
+        (POINT.replace("rod_c", "rod_b"), "two different bodies"), (POINT.replace("rod_c", "nobody"), "no frame"),
         (POINT.replace("Point", "RollingOnSurface"), "cannot be represented"),
     ],
 )  # fmt: skip

@@ -106,8 +106,8 @@ def test_a_heading_of_the_scene_turns_the_recorded_start(recorded):
         ('file = "walk.h5"\ntime = 0.2', r"initial_state.time: .*walk.h5: the motion lasts from 0 to 0.11 s"),
         ('file = "walk.h5"\ntime = nan', r"initial_state.time"),
         ('file = "a\\u0000b"', r"initial_state.file: no file can be called"),
-        ("time = 0.2", r"initial_state.time: counts with initial_state.file only"),
-        ("replay = 1", r"initial_state.replay: counts with initial_state.file only"),
+        ("time = 0.2", r"initial_state.time: is used only with initial_state.file"),
+        ("replay = 1", r"initial_state.replay: is used only with initial_state.file"),
         ('file = "lean.h5"', r"initial_state.file: .*lean.h5: the motion has no joint_angular_velocity"),
     ],
 )

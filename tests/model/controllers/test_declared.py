@@ -244,7 +244,10 @@ PD_GAINS = {"others": {"kp": 40.0, "kd": 4.0, "angle": 0.2}}
             Controller([MachineState(0.5)], type="joint_pd", by_joint=PD_GAINS),
             "controller.states: a controller of type 'joint_pd' takes no states, which is of simbicon",
         ),
-        (Controller([MachineState(0.5)], by_joint=PD_GAINS), "controller.by_joint: a simbicon controller takes none"),
+        (
+            Controller([MachineState(0.5)], by_joint=PD_GAINS),
+            "controller.by_joint: a simbicon controller does not take this",
+        ),
         (Controller(hips=("hip", "hip2")), "controller.hips.1: no joint is called 'hip2'"),
     ],
     ids=str,

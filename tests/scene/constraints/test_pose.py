@@ -112,7 +112,7 @@ def test_a_constraint_that_is_not_met_at_the_start_is_told_with_how_far_it_is_of
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"body": "nobody"}, "nobody"), ({"other_body": "b"}, "between two bodies"),
+        ({"body": "nobody"}, "nobody"), ({"other_body": "b"}, "two different bodies"),
         ({"axis": (0.0, 0.0, 0.0)}, "axis"),
         ({"distance": 0.0}, "distance"), ({"orientation": (0.0, 0.0, 0.0, 0.0)}, "quaternion"),
         ({"type": "rope"}, "rope"),

@@ -40,7 +40,7 @@ def slide(scene: Scene) -> None:
         (foot_at_the_root, "character.feet: a controller of type 'walking' needs a knee between the root and 'lUpper"),
         (no_hinge, "character.joints.lKnee: a controller of type 'walking' needs a hinge as knee"),
         (hip_of_the_trunk, "character.joints.lHip.parent: .* needs hips of the root, and 'lHip' has 'torso' above it"),
-        (slide, "character.joints.lElbow.type: a controller of type 'walking' moves no joint but ball"),
+        (slide, "character.joints.lElbow.type: a controller of type 'walking' can move only joints of type ball"),
     ],
 )  # fmt: skip
 def test_a_character_without_two_legs_is_refused(change: Callable[[Scene], None], message: str):

@@ -71,7 +71,7 @@ def test_all_own_values_are_taken_and_come_back_from_toml() -> None:
         ({"curve_shape": MillardCurves(tendon_curviness=2.0)}, {}, "tendon_curviness", "between 0 and 1"),
         ({}, {"curve_shape": ThelenCurves()}, "muscle_model.curve_shape.type", "'millard'"),
         ({"curve_shape": PathActuator(), "v_max": 9.0}, {}, "flexor.v_max", "path actuator has no"),
-        ({"curve_shape": PathActuator()}, {"curves": "lee"}, "curve_shape.type", "beside muscles with curves of"),
+        ({"curve_shape": PathActuator()}, {"curves": "lee"}, "curve_shape.type", "needs muscles with curves of"),
         ({"curve_shape": PathActuator()}, {"sharing": "least_effort"}, "curve_shape.type", "share no torques"),
         ({"curve_shape": Ligament([1.0], [0.0])}, {}, "curve_shape.x", "two knots"),
         ({"curve_shape": Ligament([1.0, 2.0], [0.0])}, {}, "curve_shape.y", "1 tension for 2"),

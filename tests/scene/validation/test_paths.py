@@ -80,7 +80,7 @@ def changed(scene: Scene, key: str, value: Any) -> None:
         (f"{FLEXOR}.wraps.1.first", 3, f"{FLEXOR}.wraps.1.first", "must not come after `last`, 2"),
         (f"{FLEXOR}.wraps", [Wrap("elbow")] * 9, f"{FLEXOR}.wraps", "7 surfaces at most, got 9"),
         (f"{FLEXOR}.path.1.condition.blend", -0.1, f"{FLEXOR}.path.1.condition.blend", "must not be negative"),
-        (f"{FLEXOR}.path.1.condition.blend", Free(0.1, 0.0, 0.2), f"{FLEXOR}.path.1.condition.blend", "stay above"),
+        (f"{FLEXOR}.path.1.condition.blend", Free(0.1, 0.0, 0.2), f"{FLEXOR}.path.1.condition.blend", "always above 0"),
         (f"{FLEXOR}.path.2.motion.0.joint", "knee", f"{FLEXOR}.path.2.motion.0.joint", "no joint 'knee'"),
         (f"{FLEXOR}.path.2.motion.0.y", [0.1], f"{FLEXOR}.path.2.motion.0.y", "1 value for 3 knots"),
         (f"{FLEXOR}.path.2.motion.0.axis", (0.0, 0.0, 0.0), f"{FLEXOR}.path.2.motion.0.axis", "no length"),

@@ -50,7 +50,7 @@ def changed(key: str, value: object) -> Scene:
 def test_a_stage_that_frees_only_what_it_sets_itself_is_refused():
     scene = changed("objective.speed", Free(1.0, 0.0, 2.0))
     scene.stages = [SearchStage("a", {"speed": 1.0}, free=["objective.*"])]
-    with pytest.raises(SceneError, match=r"stages\.0\.free: this stage frees only what it sets"):
+    with pytest.raises(SceneError, match=r"stages\.0\.free: everything that this stage frees is also set by it"):
         check_scene(scene)
 
 
@@ -147,7 +147,7 @@ HERE = ViaPoint("pelvis", ZERO)
         ("initial_state.joints.knee", JointState(), "initial_state.joints.knee", "no joint is called 'knee'"),
         ("ground.normal", ZERO, "ground.normal", "normal has no length"),
         ("ground.normal", (0.0, -1.0, 0.1), "ground.normal", "upwards, out of the ground"),
-        ("ground.normal", (1.0, 0.0, 0.0), "ground.normal", "y is greater than 0, not 0"),
+        ("ground.normal", (1.0, 0.0, 0.0), "ground.normal", "y must be greater than 0, is 0"),
         ("ground.stiffness", -1.0, "ground.stiffness", "must not be negative"),
         ("failure.self_collision", -0.01, "failure.self_collision", "must not be negative"),
         (COLLIDING, [("pelvis", "lFot")], f"{COLLIDING}.0.1", "no body is called 'lFot'; did you mean 'lFoot'?"),
@@ -187,8 +187,13 @@ HERE = ViaPoint("pelvis", ZERO)
         (f"{CONDITION}.joint", "lHip", f"{CONDITION}.blend", "give a blend of 0"),
         (f"{CONDITION}.axis", 1, f"{CONDITION}.axis", "a hinge joint has no angle 1"),
         (f"{CONDITION}.axis", -1, f"{CONDITION}.axis", "no angle -1"),
-        (f"{CONDITION}.low", 0.5, f"{CONDITION}.low", "low is not less than high: 0.5, 0.5"),
-        (f"{CONDITION}.low", Free(-1.0, -2.0, 0.6), f"{CONDITION}.low", "low is not less than high: 0.6, 0.5"),
+        (f"{CONDITION}.low", 0.5, f"{CONDITION}.low", "low must be less than high, but they are 0.5 and 0.5"),
+        (
+            f"{CONDITION}.low",
+            Free(-1.0, -2.0, 0.6),
+            f"{CONDITION}.low",
+            "low must be less than high, but they are 0.6 and 0.5",
+        ),
         (f"{CONDITION}.blend", Free(0.1, -0.1, 0.2), f"{CONDITION}.blend", "must not be negative, is -0.1"),
         (f"{HFL}.f_max", 0.0, f"{HFL}.f_max", "must be greater than 0"),
         (f"{HFL}.f_max", Free(1.0, 0.0, 2.0), f"{HFL}.f_max", "must be greater than 0"),
@@ -217,7 +222,7 @@ HERE = ViaPoint("pelvis", ZERO)
             "muscle_model",
             MuscleModel(legacy=True, sharing="least_effort"),
             "muscle_model.sharing",
-            "legacy muscles do not",
+            "legacy muscles cannot share torques",
         ),
         ("muscle_model", MuscleModel(negative="drop", sharing="least_effort"), "muscle_model.negative", "leave it out"),
         ("muscle_model", MuscleModel(legacy=True, tendon="switch"), "muscle_model.tendon", "leave out `tendon`"),

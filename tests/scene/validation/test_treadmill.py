@@ -44,5 +44,5 @@ def test_what_is_wrong_is_said_with_its_key(values, key: str, says: str):
 def test_belts_are_flat_and_lie():
     with pytest.raises(SceneError, match="belts are flat"):
         checked(Treadmill(), terrain=Terrain([Flat()]))
-    with pytest.raises(SceneError, match="points upwards"):
+    with pytest.raises(SceneError, match="point upwards"):
         checked(Treadmill(), normal=(0.0, -1.0, 0.0))

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from warpmuscle.cli.common import writable
 from warpmuscle.cli.console import out
-from warpmuscle.core.errors import Error, ResultError, SceneError
+from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _print(found: Clusters, people: int) -> None:
 
 def _write(path: Path, found: Clusters, files: Sequence[Path]) -> None:
     """A line a module: its file, number, cluster, likeness and weights."""
-    from warpmuscle.core.files import replace_file
+    from warpmuscle.core.files import replace_result
 
     memory = io.StringIO()
     table = csv.writer(memory, lineterminator="\n")
@@ -93,7 +93,4 @@ def _write(path: Path, found: Clusters, files: Sequence[Path]) -> None:
     for k in range(len(found.label)):
         start = [str(files[found.person[k]]), found.number[k] + 1, found.label[k] + 1, f"{found.cosine[k]:.6f}"]
         table.writerow([*start, *(f"{weight:.6f}" for weight in found.modules[:, k])])
-    try:
-        replace_file(path, memory.getvalue().encode())
-    except SceneError as error:
-        raise ResultError(f"{path}: {error.message}") from None
+    replace_result(path, memory.getvalue().encode())

@@ -9,6 +9,7 @@ import numpy as np
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.formats.osim.placement import direction, vector
 from warpmuscle.scene import BallCoordinates, Character, Condition, Joint, JointState, Scene
+from warpmuscle.scene.topology import joints_by_parent
 
 RIGHT_ANGLE = 1.0e-9  # what the cosine between two axes may be
 
@@ -33,9 +34,7 @@ def merge_balls(scene: Scene, joint_of: Mapping[str, str]) -> None:
 
 def _rows(character: Character) -> list[tuple[str, str, str]]:
     """Names of three joints in a row that are a ball joint together."""
-    leading: dict[str, list[str]] = {}
-    for name, joint in character.joints.items():
-        leading.setdefault(joint.parent, []).append(name)
+    leading = joints_by_parent(character)
     found: list[tuple[str, str, str]] = []
     taken: set[str] = set()
     for name in character.joints:

@@ -23,6 +23,7 @@ from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.inverse.without_plates.contact_points import heel_and_toes
 from warpmuscle.scene import Ground, Scene, Sphere
 from warpmuscle.scene.character.shapes import ContactMaterial
+from warpmuscle.scene.objective import never_failing
 
 RADIUS, STIFFNESS = 0.032, 1.0e6  # m and N/m^2
 MATERIAL = ContactMaterial(transition_velocity=0.05)
@@ -97,15 +98,11 @@ def scene_on_ground(body: BodyModel, feet: tuple[Foot, Foot], sole: Floats | Non
             bodies[name] = msgspec.structs.replace(bodies[name], shapes=shapes)
     own = tuple(names.bodies[foot.body] for foot in feet)
     character = msgspec.structs.replace(scene.character, bodies=bodies, feet=(own[0], own[1]))
-    failure = msgspec.structs.replace(
-        scene.failure, com_height=0.0, heading=0.0, body_contact=False, leg_crossing=0.0, self_collision=0.0,
-        no_progress=0.0, custom=[],
-    )  # fmt: skip
     return msgspec.structs.replace(
         scene,
         character=character,
         ground=ground,
-        failure=failure,
+        failure=never_failing(scene.failure),
         controller=None,
         motion={},
         forces=without_timed(scene.forces),

@@ -17,6 +17,7 @@ from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.kernels.force.loads import JointLoad, Load, PointLoad
 from warpmuscle.scene import Force
 from warpmuscle.scene.joints import joint_type, root_type
+from warpmuscle.scene.objective import never_failing
 from warpmuscle.simulation.rollout import Rollout
 
 ROOT, PLATE, JOINT = "told root", "told load", "told effort"  # names of forces; the model's own have others
@@ -49,13 +50,10 @@ class DrivenBody:
         self._joints = [name for name in self._names.joints if joint_type(scene.character.joints[name]).moves]
         self._first = [self._names.speeds_of(self._names.body_of_joint(name)) for name in self._joints]
         self._rows = instances
-        failure = msgspec.structs.replace(
-            scene.failure, com_height=0.0, heading=0.0, body_contact=False, leg_crossing=0.0, self_collision=0.0,
-            no_progress=0.0, custom=[],
-        )  # fmt: skip
         forces = without_timed(scene.forces) | self._forces()
         self._scene = msgspec.structs.replace(
-            scene, forces=forces, failure=failure, duration=duration + self.window, controller=None, motion={},
+            scene, forces=forces, failure=never_failing(scene.failure), duration=duration + self.window,
+            controller=None, motion={},
         )  # fmt: skip
         record = range(instances) if recorded else ()
         self.rollout = Rollout(self._scene, instances, str(body.device), record=record)

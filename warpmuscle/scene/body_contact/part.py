@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import FROM_0, Part
 
 Pair = tuple[str, str]
 
@@ -19,8 +19,8 @@ class BodyContact(Part):
     neighbours apart. The force is implicit over the step, so that no stiffness is unstable.
     """
 
-    stiffness: Annotated[Number, "N/m"] = 5.0e4  # 0 switches contact off
-    damping: Annotated[Number, "N s/m"] = 300.0
-    tangential_damping: Annotated[Number, "N s/m"] = 1.0e3  # up to the friction limit
-    friction: Annotated[Number, "1"] = 0.5
+    stiffness: Annotated[Number, "N/m", FROM_0] = 5.0e4  # 0 switches contact off
+    damping: Annotated[Number, "N s/m", FROM_0] = 300.0
+    tangential_damping: Annotated[Number, "N s/m", FROM_0] = 1.0e3  # up to the friction limit
+    friction: Annotated[Number, "1", FROM_0] = 0.5
     pairs: list[Pair] = []  # bodies that push each other; if empty, those of a biped

@@ -9,7 +9,7 @@ from warpmuscle.scene.constraints.part import Constraint
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles import Muscle
 from warpmuscle.scene.number import Number, Vector
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import FROM_0, Part
 from warpmuscle.scene.surfaces import Surface
 
 
@@ -19,7 +19,7 @@ class Body(Part):
     mass: Annotated[Number, "kg"]
     inertia: Annotated[Vector, "kg m^2"]  # principal moments about the centre of mass
     shapes: list[Shape] = []
-    friction: Annotated[Number, "1"] = 0.8  # Coulomb coefficient; a contact takes the smaller one of body and ground
+    friction: Annotated[Number, "1", FROM_0] = 0.8  # Coulomb's; a contact takes the smaller one of body and ground
     inertia_axes: Annotated[tuple[Number, Number, Number, Number], "1"] = (0.0, 0.0, 0.0, 1.0)  # of its moments
 
 
@@ -47,15 +47,15 @@ class Joint(Part):
     position_in_child: Annotated[Vector, "m"]  # in the child's frame
     axes: Annotated[list[Vector], "1"] = []
     limits: Annotated[list[tuple[Number, Number]], "rad"] = []
-    limit_stiffness: Annotated[Number, "N m/rad"] = 4000.0
-    limit_damping: Annotated[Number, "N m s/rad"] = 20.0
+    limit_stiffness: Annotated[Number, "N m/rad", FROM_0] = 4000.0
+    limit_damping: Annotated[Number, "N m s/rad", FROM_0] = 20.0
     rotations: list[Displacement] = []
     translations: list[Displacement] = []
     follows: str = ""  # joint with a single coordinate of its own, anywhere in the tree
     beside: str = ""  # another such joint, on whose coordinate the functions of a follower depend besides
     rate_only: bool = False  # of the two joints in a row that do, whether it is the second one
-    armature: Annotated[Number, "kg m^2"] = 0.0  # inertia along its coordinates, as of a motor's rotor
-    damping: Annotated[Number, "N m s/rad"] = 0.0  # of its coordinates, whatever drives it
+    armature: Annotated[Number, "kg m^2", FROM_0] = 0.0  # inertia along its coordinates, as of a motor's rotor
+    damping: Annotated[Number, "N m s/rad", FROM_0] = 0.0  # of its coordinates, whatever drives it
 
 
 class Character(Part):

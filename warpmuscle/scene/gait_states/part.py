@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part
 
 State = Literal["early_stance", "late_stance", "liftoff", "swing", "landing"]
 STATES: tuple[State, ...] = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
@@ -69,7 +69,7 @@ class GaitReflex(Part):
     during: list[State]
     side: Side = "both"  # whose muscle it acts on: for legs that are not alike
     opposite: bool = False  # what is sensed is of the other leg
-    delay: Annotated[Number, "s"] = 0.0
+    delay: Annotated[Number, "s", FROM_0] = 0.0
     constant: Annotated[Number, "1"] = 0.0
     of: str = ""  # muscle that is sensed; the muscle itself if empty
     length_gain: Annotated[Number, "1"] = 0.0  # per l_opt
@@ -110,15 +110,15 @@ class GaitPattern(Part):
     during: list[State] = msgspec.field(default_factory=lambda: list[State](STATES))
     side: Side = "both"
     shape: Shape = "linear"
-    intervals: Annotated[list[Number], "s"] = []  # from knot to knot
+    intervals: Annotated[list[Number], "s", ABOVE_0] = []  # from knot to knot
     flat: bool = False  # of linear ones: beyond the last knot its value counts, not the line through the last two
 
 
 class LegThresholds(Part):
     """What differs for one leg; by default nothing."""
 
-    stance_load: Annotated[Number | None, "1"] = None
-    swing_load: Annotated[Number | None, "1"] = None
+    stance_load: Annotated[Number | None, "1", FROM_0] = None
+    swing_load: Annotated[Number | None, "1", FROM_0] = None
     late_stance: Annotated[Number | None, "1"] = None
     liftoff: Annotated[Number | None, "1"] = None
     landing: Annotated[Number | None, "1"] = None
@@ -127,8 +127,8 @@ class LegThresholds(Part):
 class GaitNoise(Part):
     """Noise of excitations: normal, drawn anew each control step, the same for all candidates of a search."""
 
-    base: Annotated[Number, "1"] = 0.0  # standard deviation
-    proportional: Annotated[Number, "1"] = 0.0  # the same of each excitation
+    base: Annotated[Number, "1", FROM_0] = 0.0  # standard deviation
+    proportional: Annotated[Number, "1", FROM_0] = 0.0  # the same of each excitation
     seed: int = 123
 
 
@@ -141,14 +141,14 @@ class GaitStates(Part):
 
     reflexes: dict[str, GaitReflex]  # by names of one's own
     base: str  # body that feet are in front of, or behind
-    leg_length: Annotated[Number, "m"] = 1.0
-    stance_load: Annotated[Number, "1"] = 0.1  # body weights; a leg that carries more stands
-    swing_load: Annotated[Number | None, "1"] = None  # one that carries no more swings; by default the same
+    leg_length: Annotated[Number, "m", ABOVE_0] = 1.0
+    stance_load: Annotated[Number, "1", FROM_0] = 0.1  # body weights; a leg that carries more stands
+    swing_load: Annotated[Number | None, "1", FROM_0] = None  # one that carries no more swings; by default the same
     late_stance: Annotated[Number, "1"] = 0.0  # leg lengths in front of the base, like the next two
     liftoff: Annotated[Number, "1"] = -1.0
     landing: Annotated[Number, "1"] = 0.0
-    control_step: Annotated[float, "s"] = 0.005
-    least: Annotated[Number, "1"] = 0.01  # excitation that muscles always have
+    control_step: Annotated[float, "s", ABOVE_0] = 0.005
+    least: Annotated[Number, "1", FRACTION] = 0.01  # excitation that muscles always have
     patterns: dict[str, GaitPattern] = {}  # by names of one's own
     right: LegThresholds | None = None  # of the right leg
     noise: GaitNoise | None = None

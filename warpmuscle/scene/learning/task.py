@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import msgspec
 
 from warpmuscle.kernels.objective.objective_terms import REWARDS
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part
 
 Interval = tuple[float, float]
 MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted coordinates
@@ -16,8 +16,8 @@ MOVED = ("speed", "turning_rate")  # commands that every task has, before wanted
 class Sense(Part):
     """How a group of observations reaches the policy."""
 
-    delay: Annotated[float, "s"] = 0.0
-    noise: Annotated[float, "1"] = 0.0  # standard deviation of what is added, in the units of the group
+    delay: Annotated[float, "s", FROM_0] = 0.0
+    noise: Annotated[float, "1", FROM_0] = 0.0  # standard deviation of what is added, in the units of the group
     history: int = 0  # of so many decisions before, what was observed then comes besides
 
 
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 else:
     _Weights = msgspec.defstruct(
-        "_Weights", [(one.name, Annotated[float, one.unit], one.weight) for one in REWARDS.values()], bases=(Part,)
+        "_Weights",
+        [(one.name, Annotated[float, one.unit, FROM_0], one.weight) for one in REWARDS.values()],
+        bases=(Part,),
     )
 
 
@@ -48,12 +50,12 @@ class Rewards(_Weights):
     counts as the decision adds to it. Its sign is that which it declares, see `kernels/objective/declaration.py`.
     """
 
-    speed_width: Annotated[float, "m/s"] = 0.5
-    pose_width: Annotated[float, "rad"] = 0.3
-    imitation_width: Annotated[float, "rad"] = 0.2
-    force_width: Annotated[float, "1"] = 0.25  # body weights
-    force_smoothing: Annotated[float, "s"] = 0.02  # time constant of a low-pass of first order
-    force_limit: Annotated[float, "1"] = 1.15  # body weights
+    speed_width: Annotated[float, "m/s", ABOVE_0] = 0.5
+    pose_width: Annotated[float, "rad", ABOVE_0] = 0.3
+    imitation_width: Annotated[float, "rad", ABOVE_0] = 0.2
+    force_width: Annotated[float, "1", ABOVE_0] = 0.25  # body weights
+    force_smoothing: Annotated[float, "s", FROM_0] = 0.02  # time constant of a low-pass of first order
+    force_limit: Annotated[float, "1", FROM_0] = 1.15  # body weights
     custom: Annotated[dict[str, float], "1"] = {}  # weights of terms, and of parts of one's own
 
 
@@ -84,20 +86,20 @@ class Imitation(Part):
     """
 
     file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
-    replay: int = 0  # which motion of the file
+    replay: Annotated[int, FROM_0] = 0  # which motion of the file
     norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.WALKING`; by default those of the gait
-    cycle_time: Annotated[float | None, "s"] = None  # by default that of the gait
-    clock_speed: Annotated[float, "m/s"] = 1.25  # at which a cycle takes that time
-    cadence_power: Annotated[float, "1"] = 0.0
+    cycle_time: Annotated[float | None, "s", ABOVE_0] = None  # by default that of the gait
+    clock_speed: Annotated[float, "m/s", ABOVE_0] = 1.25  # at which a cycle takes that time
+    cadence_power: Annotated[float, "1", FROM_0] = 0.0
     moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`
-    step_width: Annotated[float | None, "m"] = None  # hips and ankles turn sideways so; by default as in the gait
+    step_width: Annotated[float | None, "m", FROM_0] = None  # hips and ankles turn sideways so; by default the gait's
     pelvis: bool = False  # it turns sideways as people's in one centre (Pinzone 2014), below a trunk and over legs that
     # lean as in the gait
-    settle: Annotated[float, "s"] = 2.0  # at the start, in which the gait does not count
-    uneven: Annotated[float, "m"] = 0.0  # where the way rises or falls by this within 10 cm, from 0.3 m behind the root
-    # to 0.6 m ahead, the gait and its force count as met, for stairs ask for other steps; by half of it, they count as
-    # on even ground, and in between in part; 0: they count everywhere
-    weights: Annotated[dict[str, float], "1"] = {}  # of joints, and of how upright the `root` is; by default 1
+    settle: Annotated[float, "s", FROM_0] = 2.0  # at the start, in which the gait does not count
+    uneven: Annotated[float, "m", FROM_0] = 0.0  # where the way rises or falls by this within 10 cm, from 0.3 m behind
+    # the root to 0.6 m ahead, the gait and its force count as met, for stairs ask for other steps; by half of it, they
+    # count as on even ground, and in between in part; 0: they count everywhere
+    weights: Annotated[dict[str, float], "1", FROM_0] = {}  # of joints, and of how upright the `root` is; by default 1
 
 
 class Variation(Part):
@@ -107,31 +109,31 @@ class Variation(Part):
     so many `poses`, which are drawn once; an episode draws one of them.
     """
 
-    velocity_noise: Annotated[float, "m/s"] = 0.05  # standard deviation of each component of the root's velocity
-    mass: Annotated[float, "1"] = 0.0  # 0.1: of every body up to 10 % more or less, and its inertia with it
-    strength: Annotated[float, "1"] = 0.0  # 0.1: f_max of every muscle up to 10 % more or less
-    side_strength: Annotated[float, "1"] = 0.0  # the same for all muscles of the left, of the right, and of neither
-    delay: Annotated[float, "s"] = 0.0  # up to which all that is observed of the body comes later still in an episode,
-    # in whole decisions; wanted commands, goals, the clock and the last action are known at once
-    noise: Annotated[float, "1"] = (
+    velocity_noise: Annotated[float, "m/s", FROM_0] = 0.05  # standard deviation of the root's along each axis
+    mass: Annotated[float, "1", FROM_0] = 0.0  # 0.1: of every body up to 10 % more or less, and its inertia with it
+    strength: Annotated[float, "1", FROM_0] = 0.0  # 0.1: f_max of every muscle up to 10 % more or less
+    side_strength: Annotated[float, "1", FROM_0] = 0.0  # the same for all muscles of the left, the right, and neither
+    delay: Annotated[float, "s", FROM_0] = 0.0  # up to which all that is observed of the body comes later still in an
+    # episode, in whole decisions; wanted commands, goals, the clock and the last action are known at once
+    noise: Annotated[float, "1", FROM_0] = (
         0.0  # up to which standard deviation, drawn for each episode, all that is observed of
     )
     # the body has noise besides that of its group, in the units of each group
-    slope: Annotated[float, "rad"] = 0.0  # steepest slope of the ground, up or down
+    slope: Annotated[float, "rad", FROM_0] = 0.0  # steepest slope of the ground, up or down
     commands: list[str] = []  # of the scene, such as a load, each drawn evenly over its range in half of the variants,
     # and as the scene has it in the others
     graded: str = ""  # one of these commands: an episode of difficulty d, 0 to 1, of the task's curriculum has one of
     # the share d of all variants that are nearest to the command's reference, and so at first that one alone
     graded_share: Annotated[float, "1"] = 1.0  # of all variants; an episode has one of the hardest so many of that
     # share d
-    push: Annotated[float, "N s"] = 0.0  # greatest horizontal impulse on the root
-    push_interval: Annotated[float, "s"] = 4.0  # between two pushes, in the mean
-    push_duration: Annotated[float, "s"] = 0.1
+    push: Annotated[float, "N s", FROM_0] = 0.0  # greatest horizontal impulse on the root
+    push_interval: Annotated[float, "s", ABOVE_0] = 4.0  # between two pushes, in the mean
+    push_duration: Annotated[float, "s", ABOVE_0] = 0.1
     start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
     # the initial state; 0: all do
-    start_after: Annotated[float, "s"] = 2.0  # of that gait, when the first of these states is taken
-    joint_noise: Annotated[float, "rad or m"] = 0.0  # standard deviation of what every coordinate of a joint is off at
-    # the start; ball joints turn about any axis
+    start_after: Annotated[float, "s", FROM_0] = 2.0  # of that gait, when the first of these states is taken
+    joint_noise: Annotated[float, "rad or m", FROM_0] = 0.0  # standard deviation of what every coordinate of a joint is
+    # off at the start; ball joints turn about any axis
     pose: Annotated[dict[str, Interval], "rad or m"] = {}  # where coordinates of joints start, drawn from intervals
     poses: int = 256  # starts that are drawn so
     start: str = ""  # `module:name` of one's own that changes each start, after all others
@@ -148,11 +150,11 @@ class Tightening(Part):
     """
 
     decisions: int = 50_000_000
-    com_height: Annotated[float | None, "1"] = None
-    heading: Annotated[float | None, "rad"] = None
-    leg_crossing: Annotated[float | None, "m"] = None
-    self_collision: Annotated[float | None, "m"] = None
-    no_progress: Annotated[float | None, "m/s"] = None
+    com_height: Annotated[float | None, "1", FROM_0] = None
+    heading: Annotated[float | None, "rad", FROM_0] = None
+    leg_crossing: Annotated[float | None, "m", FROM_0] = None
+    self_collision: Annotated[float | None, "m", FROM_0] = None
+    no_progress: Annotated[float | None, "m/s", FROM_0] = None
 
     @property
     def first(self) -> dict[str, float]:
@@ -175,14 +177,14 @@ class Task(Part):
     torques: scale * action for every speed of a joint, N m, which muscles take as a wish.
     """
 
-    decision_time: Annotated[float, "s"] = 0.01
+    decision_time: Annotated[float, "s", ABOVE_0] = 0.01
     episode_time: Annotated[float | None, "s"] = None  # by default the scene's duration
     actions: Literal["excitation", "synergies", "joint_targets", "torques"] = "excitation"
     action_offset: Annotated[float | None, "1"] = None  # by default 0.1 of excitations, else 0
     action_scale: Annotated[float | None, "1"] = None  # by default 0.4 of excitations, 0.5 rad, 100 N m
     synergies: Annotated[dict[str, dict[str, float]], "1"] = {}  # weights of muscles, by synergy
-    stiffness: Annotated[float, "N m/rad"] = 100.0
-    damping: Annotated[float, "N m s/rad"] = 10.0
+    stiffness: Annotated[float, "N m/rad", FROM_0] = 100.0
+    damping: Annotated[float, "N m s/rad", FROM_0] = 10.0
     observations: dict[str, Sense] = {}  # by group, see `learning.senses.GROUPS`, or `module:name` of one's own; by
     # default the usual ones, at once
     goals: dict[str, Goal] = {}  # by names of one's own
@@ -190,9 +192,9 @@ class Task(Part):
     curriculum: str = ""  # `module:name` of what makes the difficulty of the next episode, 0 to 1
     speed: Annotated[Interval, "m/s"] = (1.2, 1.2)  # that is wanted, drawn from this interval
     turning_rate: Annotated[Interval, "rad/s"] = (0.0, 0.0)  # of the wanted heading, positive to the left
-    turning_share: Annotated[float, "1"] = 1.0  # of what is drawn that turns at all; the others go straight on
+    turning_share: Annotated[float, "1", FRACTION] = 1.0  # of what is drawn that turns at all; others go straight on
     pose: Annotated[dict[str, Interval], "rad or m"] = {}  # wanted coordinates, by name
-    command_time: Annotated[float, "s"] = 0.0  # after which other commands are drawn; 0: they last for the episode
+    command_time: Annotated[float, "s", FROM_0] = 0.0  # after which others are drawn; 0: they last for the episode
     imitation: Imitation | None = None  # the gait that is rewarded
     symmetric: bool = False  # body and task are their own mirror images, so that one side learns from the other
     rewards: Rewards = msgspec.field(default_factory=Rewards)

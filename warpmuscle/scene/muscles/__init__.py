@@ -2,8 +2,8 @@
 `cables`, what else pulls along a path.
 
 May import: kernels, scene.
-To add: a number of a muscle to `Muscle`, and to `MuscleModel` if all muscles may share it; its check into
-`scene.validation.muscle_values`.
+To add: a number of a muscle to `Muscle`, and to `MuscleModel` if all muscles may share it; checks beside those
+of its range into `scene.validation.muscle_values`.
 """
 
 from warpmuscle.scene.muscles.muscle import Actuation as Actuation

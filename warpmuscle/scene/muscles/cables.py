@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FROM_0, Part
 
 
 class PathActuator(Part, tag_field="type", tag="path_actuator"):
@@ -25,7 +25,7 @@ class Ligament(Part, tag_field="type", tag="ligament"):
     x: Annotated[list[float], "1"]
     y: Annotated[list[float], "1"]
     ends: Literal["simm", "natural", "linear"] = "simm"
-    dissipation: Annotated[float, "s/m"] = 0.0
+    dissipation: Annotated[float, "s/m", FROM_0] = 0.0
 
 
 class BlankevoortLigament(Part, tag_field="type", tag="blankevoort"):
@@ -35,8 +35,8 @@ class BlankevoortLigament(Part, tag_field="type", tag="blankevoort"):
     (Blankevoort and Huiskes 1991, eq. 1). While it lengthens, f_max `damping` times the rate of strain comes to it.
     """
 
-    transition_strain: Annotated[float, "1"] = 0.06
-    damping: Annotated[float, "s"] = 0.0
+    transition_strain: Annotated[float, "1", ABOVE_0] = 0.06
+    damping: Annotated[float, "s", FROM_0] = 0.0
 
 
 LIGAMENTS = Ligament | BlankevoortLigament

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles.cables import BlankevoortLigament, Ligament, PathActuator
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FROM_0, Part
 
 STRAINS = {  # of tendon and passive fibre
     "millard": (0.049, 0.7), "thelen": (0.04, 0.6), "de_groote": (0.049, 0.6), "mujoco": (0.04, 0.6),
@@ -60,9 +60,9 @@ class MillardCurves(Part, tag_field="type", tag="millard"):
 class ThelenCurves(Part, tag_field="type", tag="thelen"):
     """The curves of OpenSim's Thelen2003Muscle; defaults are those of OpenSim 4.6. A fibre may be as short as 0.01."""
 
-    active_width: Annotated[Number, "1"] = 0.45  # KshapeActive
-    passive_shape: Annotated[Number, "1"] = 5.0  # KshapePassive
-    velocity_shape: Annotated[Number, "1"] = 0.25  # Af
+    active_width: Annotated[Number, "1", ABOVE_0] = 0.45  # KshapeActive
+    passive_shape: Annotated[Number, "1", ABOVE_0] = 5.0  # KshapePassive
+    velocity_shape: Annotated[Number, "1", ABOVE_0] = 0.25  # Af
     lengthening_force: Annotated[Number, "1"] = 1.4  # Flen
     straight_from: Annotated[Number, "1"] = 0.95  # fv_linear_extrap_threshold, of lengthening_force
 
@@ -70,16 +70,16 @@ class ThelenCurves(Part, tag_field="type", tag="thelen"):
 class DeGrooteCurves(Part, tag_field="type", tag="de_groote"):
     """The curves of OpenSim's DeGrooteFregly2016Muscle; defaults are those of OpenSim 4.6."""
 
-    active_width: Annotated[Number, "1"] = 1.0  # active_force_width_scale
+    active_width: Annotated[Number, "1", ABOVE_0] = 1.0  # active_force_width_scale
     passive: bool = True  # not ignore_passive_fiber_force
 
 
 class MujocoCurves(Part, tag_field="type", tag="mujoco"):
     """The curves of MuJoCo's muscle actuators, by their defaults; the tendon is rigid, and strains have no effect."""
 
-    active_from: Annotated[Number, "1"] = 0.5  # lmin
+    active_from: Annotated[Number, "1", FROM_0] = 0.5  # lmin
     active_until: Annotated[Number, "1"] = 1.6  # lmax
-    passive_force: Annotated[Number, "1"] = 1.3  # fpmax, at active_until
+    passive_force: Annotated[Number, "1", FROM_0] = 1.3  # fpmax, at active_until
     lengthening_force: Annotated[Number, "1"] = 1.2  # fvmax
 
 

@@ -12,7 +12,7 @@ from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles.cables import CABLES
 from warpmuscle.scene.muscles.curves import CurveShape
 from warpmuscle.scene.number import Number, Vector
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part
 
 
 class Condition(Part):
@@ -69,8 +69,8 @@ class Excitation(Part):
     """Excitation over time, straight between knots and constant beyond them, in place of the controller's."""
 
     time: Annotated[list[Number], "s"]
-    value: Annotated[list[Number], "1"]  # 0..1
-    period: Annotated[Number, "s"] = 0.0  # after which it starts again; 0: never
+    value: Annotated[list[Number], "1", FRACTION]  # 0..1
+    period: Annotated[Number, "s", FROM_0] = 0.0  # after which it starts again; 0: never
 
 
 class Pulley(Part):
@@ -105,7 +105,7 @@ class Branch(Part):
     """
 
     first: int  # point of the path, counted from 1, with which it begins; it ends before the next branch
-    divisor: Annotated[Number, "1"] = 1.0
+    divisor: Annotated[Number, "1", ABOVE_0] = 1.0
 
 
 class PolynomialPath(Part):
@@ -135,24 +135,24 @@ class Muscle(Part, kw_only=True):
     branches: list[Branch] = []
     polynomial: PolynomialPath | None = None
     pulleys: list[Pulley] = []
-    rest_length: Annotated[Number | None, "m"] = None  # of the unit with its tendon; with pulleys only
-    f_max: Annotated[Number, "N"]  # maximum isometric force
-    l_opt: Annotated[Number, "m"]  # optimal fibre length
+    rest_length: Annotated[Number | None, "m", ABOVE_0] = None  # of the unit with its tendon; with pulleys only
+    f_max: Annotated[Number, "N", ABOVE_0]  # maximum isometric force
+    l_opt: Annotated[Number, "m", ABOVE_0]  # optimal fibre length
     l_slack: Annotated[Number, "m"]  # slack length of the tendon
-    delay: Annotated[Number, "s"] = 0.0  # from controller to muscle
-    pennation: Annotated[Number, "rad"] = 0.0  # at the optimal fibre length
+    delay: Annotated[Number, "s", FROM_0] = 0.0  # from controller to muscle
+    pennation: Annotated[Number, "rad", FROM_0] = 0.0  # at the optimal fibre length
     slow_fibres: Annotated[Number, "1"] = 0.5  # fraction of slow-twitch fibres, for the metabolic power
     specific_tension: Annotated[Number | None, "Pa"] = None  # in place of that of `MuscleModel`
     excitation: Excitation | None = None
     tendon: Literal["rigid", "compliant"] | None = None
-    v_max: Annotated[Number | None, "l_opt/s"] = None
-    damping: Annotated[Number | None, "1"] = None
-    rise_time: Annotated[Number | None, "s"] = None
-    fall_time: Annotated[Number | None, "s"] = None
-    activation_smoothing: Annotated[Number | None, "1"] = None
-    minimum_activation: Annotated[Number | None, "1"] = None
-    tendon_strain: Annotated[Number | None, "1"] = None
-    passive_strain: Annotated[Number | None, "1"] = None
+    v_max: Annotated[Number | None, "l_opt/s", ABOVE_0] = None
+    damping: Annotated[Number | None, "1", FROM_0] = None
+    rise_time: Annotated[Number | None, "s", ABOVE_0] = None
+    fall_time: Annotated[Number | None, "s", ABOVE_0] = None
+    activation_smoothing: Annotated[Number | None, "1", FROM_0] = None
+    minimum_activation: Annotated[Number | None, "1", FRACTION] = None
+    tendon_strain: Annotated[Number | None, "1", ABOVE_0] = None
+    passive_strain: Annotated[Number | None, "1", ABOVE_0] = None
     curve_shape: CurveShape | None = None
 
 
@@ -194,18 +194,18 @@ class MuscleModel(Part):
     negative: Literal["keep", "drop", "clip"] = "keep"
     sharing: Literal["each", "least_effort"] = "each"
     activation: Literal["linear", "scaled", "neural", "excited", "blended"] = "linear"
-    rise_time: Annotated[Number, "s"] = 0.01  # time constant of activation
-    fall_time: Annotated[Number, "s"] = 0.01  # of deactivation
-    activation_smoothing: Annotated[Number, "1"] = 0.0  # of scaled rates, see above
-    neural_time: Annotated[Number, "s"] = 0.001  # of the neural signal that the activation follows
-    initial_activation: Annotated[Number, "1"] = 1.0e-4
-    minimum_activation: Annotated[Number, "1"] = 0.0  # the activation is never less
-    v_max: Annotated[Number, "l_opt/s"] = 10.0  # fastest shortening
-    damping: Annotated[Number, "1"] = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
+    rise_time: Annotated[Number, "s", ABOVE_0] = 0.01  # time constant of activation
+    fall_time: Annotated[Number, "s", ABOVE_0] = 0.01  # of deactivation
+    activation_smoothing: Annotated[Number, "1", FROM_0] = 0.0  # of scaled rates, see above
+    neural_time: Annotated[Number, "s", ABOVE_0] = 0.001  # of the neural signal that the activation follows
+    initial_activation: Annotated[Number, "1", FRACTION] = 1.0e-4
+    minimum_activation: Annotated[Number, "1", FRACTION] = 0.0  # the activation is never less
+    v_max: Annotated[Number, "l_opt/s", ABOVE_0] = 10.0  # fastest shortening
+    damping: Annotated[Number, "1", FROM_0] = 0.1  # of the fibre: beta of Millard 2013, f_max at v_max
     implicit_damping: bool = False
     specific_tension: Annotated[Number, "Pa"] = 6.0e5
-    tendon_strain: Annotated[Number | None, "1"] = None  # of the tendon at f_max; None: that of the curves
-    passive_strain: Annotated[Number | None, "1"] = None  # of the fibre whose passive force is f_max
+    tendon_strain: Annotated[Number | None, "1", ABOVE_0] = None  # of the tendon at f_max; None: that of the curves
+    passive_strain: Annotated[Number | None, "1", ABOVE_0] = None  # of the fibre whose passive force is f_max
     curve_shape: CurveShape | None = None
 
 
@@ -236,6 +236,6 @@ class Actuation(Part):
     """
 
     drive: Drive | list[Drive]
-    stiffness: Annotated[Number, "N m/rad"] = 0.0
-    damping: Annotated[Number, "N m s/rad"] = 0.0
+    stiffness: Annotated[Number, "N m/rad", FROM_0] = 0.0
+    damping: Annotated[Number, "N m s/rad", FROM_0] = 0.0
     rest: Annotated[Vector, "rad"] = (0.0, 0.0, 0.0)  # rotation vector of the relaxed spring, from the reference pose

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from warpmuscle.scene.number import Number, Vector
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part
 
 Quaternion = tuple[Number, Number, Number, Number]
 
@@ -16,7 +16,7 @@ class Held(Part):
     body: str
     position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)  # of the object's middle, in the body's frame
     orientation: Annotated[Quaternion, "1"] = (0.0, 0.0, 0.0, 1.0)  # of the object, in the body's frame
-    until: Annotated[Number | None, "s"] = None  # when it is let go; by default never
+    until: Annotated[Number | None, "s", FROM_0] = None  # when it is let go; by default never
 
 
 class Hinge(Part):
@@ -24,7 +24,7 @@ class Hinge(Part):
 
     axis: Annotated[Vector, "1"] = (1.0, 0.0, 0.0)  # in the object's axes at the start; of any length
     position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)  # of a point of it, from the object's middle, in its axes
-    damping: Annotated[Number, "N m s/rad"] = 0.0
+    damping: Annotated[Number, "N m s/rad", FROM_0] = 0.0
 
 
 class Solid(Part, kw_only=True):
@@ -36,7 +36,7 @@ class Solid(Part, kw_only=True):
     stiffness, friction and restitution count; edges of boxes that cross do not feel each other.
     """
 
-    mass: Annotated[Number, "kg"] = 1.0
+    mass: Annotated[Number, "kg", ABOVE_0] = 1.0
     position: Annotated[Vector, "m"] = (0.0, 0.0, 0.0)  # of its middle, at the start; of a held one `held` says it
     orientation: Annotated[Quaternion, "1"] = (0.0, 0.0, 0.0, 1.0)
     velocity: Annotated[Vector, "m/s"] = (0.0, 0.0, 0.0)
@@ -46,29 +46,29 @@ class Solid(Part, kw_only=True):
     hinge: Hinge | None = None
     touches: list[str] = []  # other objects that it touches; one of both has to name the other
     bodies: list[str] = []  # that touch it; none named: all with shapes
-    friction: Annotated[Number, "1"] = 0.5
-    restitution: Annotated[Number, "1"] = 0.3  # speed after an impact over that before; 0.05 at least
-    stiffness: Annotated[Number, "N/m"] = 2.0e4  # of each contact; 0: it touches nothing
-    tangential_damping: Annotated[Number, "N s/m"] = 1.0e3  # up to the friction limit
+    friction: Annotated[Number, "1", FROM_0] = 0.5
+    restitution: Annotated[Number, "1", FRACTION] = 0.3  # speed after an impact over that before; 0.05 at least
+    stiffness: Annotated[Number, "N/m", FROM_0] = 2.0e4  # of each contact; 0: it touches nothing
+    tangential_damping: Annotated[Number, "N s/m", FROM_0] = 1.0e3  # up to the friction limit
 
 
 class BallObject(Solid, tag_field="type", tag="ball"):
     """A solid ball."""
 
-    radius: Annotated[Number, "m"] = 0.1
+    radius: Annotated[Number, "m", ABOVE_0] = 0.1
 
 
 class BoxObject(Solid, tag_field="type", tag="box"):
     """A box."""
 
-    size: Annotated[Vector, "m"] = (0.2, 0.2, 0.2)  # along its axes
+    size: Annotated[Vector, "m", ABOVE_0] = (0.2, 0.2, 0.2)  # along its axes
 
 
 class CapsuleObject(Solid, tag_field="type", tag="capsule"):
     """A cylinder along y with round ends."""
 
-    radius: Annotated[Number, "m"] = 0.05
-    length: Annotated[Number, "m"] = 0.2  # of the cylinder, without the ends
+    radius: Annotated[Number, "m", ABOVE_0] = 0.05
+    length: Annotated[Number, "m", ABOVE_0] = 0.2  # of the cylinder, without the ends
 
 
 AnyObject = BallObject | BoxObject | CapsuleObject

@@ -7,7 +7,7 @@ from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.scene import PD, Character, Component, Curve, Joint, MachineState
+from warpmuscle.scene import Character, Component, Curve, Joint, MachineState
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.simbicon.controller import Simbicon
 from warpmuscle.scene.validation.checks import Checks, known
@@ -26,10 +26,9 @@ def trajectory_joints(name: str, pairs: Mapping[str, tuple[str, str]]) -> tuple[
 def check_simbicon(check: Checks, controller: Simbicon, character: Character) -> None:
     """Names resolve, states lead to states, gains and curves are sound."""
     joints = character.joints
-    for name, gains in controller.pd.items():
+    for name in controller.pd:
         if name != "root":
             known(name, joints, "joint", f"controller.pd.{name}")
-        check_gains(check, f"controller.pd.{name}", gains)
     for index, hip in enumerate(controller.hips):
         known(hip, joints, "joint", f"controller.hips.{index}")
         if joints[hip].parent != character.root:
@@ -40,7 +39,6 @@ def check_simbicon(check: Checks, controller: Simbicon, character: Character) ->
             known(joint, joints, "joint", f"controller.pairs.{pair}.{index}")
     if controller.hips[0] == controller.hips[1]:
         raise SceneError(f"left and right are both {controller.hips[0]!r}", key="controller.hips")
-    check.not_negative("controller", controller, "stance_hip_max_velocity")
     if not controller.states:
         raise SceneError("a controller needs at least one state", key="controller.states")
     _check_index(controller.start_state, controller.states, "controller.start_state")
@@ -52,19 +50,10 @@ def check_simbicon(check: Checks, controller: Simbicon, character: Character) ->
         check_state(check, key, state, joints, controller.pairs)
 
 
-def check_gains(check: Checks, key: str, gains: PD) -> None:
-    """Gains and the torque limit are not negative."""
-    check.not_negative(key, gains, "kp", "kd", "torque_limit")
-    for index, scale in enumerate(gains.scale):
-        if check.interval(scale)[0] < 0.0:
-            raise SceneError(f"must not be negative, is {check.interval(scale)[0]:g}", key=f"{key}.scale.{index}")
-
-
 def check_state(
     check: Checks, key: str, state: MachineState, joints: dict[str, Joint], pairs: Mapping[str, tuple[str, str]]
 ) -> None:
-    """A state lasts a while, its trajectories have joints, its curves knots."""
-    check.positive(key, state, "time")
+    """A state lasts to its end, its trajectories have joints, its curves knots."""
     least, greatest = check.interval(state.longest)
     if least < 1.0:
         raise SceneError(f"must be at least 1, is {least:g}", key=f"{key}.longest")

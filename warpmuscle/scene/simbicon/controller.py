@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from warpmuscle.scene.number import OF_OWNER, Number, Vector
-from warpmuscle.scene.part import Part, Side
+from warpmuscle.scene.part import ABOVE_0, FROM_0, Part, Side
 from warpmuscle.scene.reflexes import Reflexes
 
 
 class PD(Part):
     """Proportional-derivative gains of a joint; `scale` and the torque limit act along the child's axes."""
 
-    kp: Annotated[Number, "N m/rad"]
-    kd: Annotated[Number, "N m s/rad"]
-    torque_limit: Annotated[Number, "N m"] = 10000.0  # times scale
-    scale: Annotated[Vector, "1"] = (1.0, 1.0, 1.0)
+    kp: Annotated[Number, "N m/rad", FROM_0]
+    kd: Annotated[Number, "N m s/rad", FROM_0]
+    torque_limit: Annotated[Number, "N m", FROM_0] = 10000.0  # times scale
+    scale: Annotated[Vector, "1", FROM_0] = (1.0, 1.0, 1.0)
 
 
 class Curve(Part):
@@ -71,7 +71,7 @@ class MachineState(Part):
     The latter two mean the joints `lX` and `rX`, or the pair X of the controller's `pairs`.
     """
 
-    time: Annotated[Number, "s"]  # nominal duration
+    time: Annotated[Number, "s", ABOVE_0]  # nominal duration
     trajectories: dict[str, Trajectory] = {}
     next: int = 0
     transition: Literal["foot_down", "time_up"] = "foot_down"
@@ -90,7 +90,7 @@ class Simbicon(Part):
     hips: tuple[str, str] = ("lHip", "rHip")  # joints, left and right
     pairs: dict[str, tuple[str, str]] = {}  # joints, left and right, that `SWING_X` and `STANCE_X` mean by X
     stance_hip_damping: Annotated[Number, "N m s^2/rad^2"] = -1.0  # off unless positive
-    stance_hip_max_velocity: Annotated[Number, "rad/s"] = 4.0
+    stance_hip_max_velocity: Annotated[Number, "rad/s", FROM_0] = 4.0
     root_predictive_torque_scale: Annotated[Number, "kg"] = 0.0
     heading_control: bool = True  # False: the root's target follows the character's own heading
     desired_heading: Annotated[Number, "rad"] = 0.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from warpmuscle.scene.number import Number
-from warpmuscle.scene.part import Part
+from warpmuscle.scene.part import ABOVE_0, FROM_0, Part
 
 Pair = tuple[float, float]
 Edge = Literal["level", "repeat"]
@@ -20,9 +20,9 @@ class Patch(Part):
 
     x: Annotated[Pair, "m"]  # from, to; tile axes
     z: Annotated[Pair, "m"]
-    friction: Annotated[float, "1"] = 1.0e3  # a contact takes the smallest one of body, ground and patch
-    stiffness: Annotated[float, "1"] = 1.0  # times that of the ground
-    damping: Annotated[float, "1"] = 1.0
+    friction: Annotated[float, "1", FROM_0] = 1.0e3  # a contact takes the smallest one of body, ground and patch
+    stiffness: Annotated[float, "1", ABOVE_0] = 1.0  # times that of the ground
+    damping: Annotated[float, "1", FROM_0] = 1.0
 
 
 class Tile(Part, kw_only=True):
@@ -40,79 +40,79 @@ class Slope(Tile, tag_field="type", tag="slope"):
 
     angle: Annotated[float, "rad"]  # negative: it falls
     start: Annotated[float | None, "m"] = None  # along z; by default it has none, and goes through the tile's origin
-    length: Annotated[float | None, "m"] = None  # along z; by default it has no end
+    length: Annotated[float | None, "m", ABOVE_0] = None  # along z; by default it has no end
 
 
 class Stairs(Tile, tag_field="type", tag="stairs"):
     """Stairs along z: up, a landing, and down again."""
 
     rise: Annotated[float, "m"] = 0.17  # of a step; negative: down first
-    tread: Annotated[float, "m"] = 0.29  # from edge to edge
+    tread: Annotated[float, "m", ABOVE_0] = 0.29  # from edge to edge
     count: int = 5  # of steps up
     start: Annotated[float, "m"] = 1.0  # the edge of the first step
-    landing: Annotated[float, "m"] = 1.0  # from the last edge up to the first one down
+    landing: Annotated[float, "m", ABOVE_0] = 1.0  # from the last edge up to the first one down
     returns: bool = True  # whether they go down again; else the landing has no end
-    riser: Annotated[float, "m"] = 0.02  # along z, over which the ground rises before an edge, at most
+    riser: Annotated[float, "m", ABOVE_0] = 0.02  # along z, over which the ground rises before an edge, at most
 
 
 class Steps(Tile, tag_field="type", tag="steps"):
     """Level pieces one after the other along z, each at a height drawn from -height to height."""
 
-    height: Annotated[float, "m"] = 0.05
-    length: Annotated[float, "m"] = 0.5
+    height: Annotated[float, "m", FROM_0] = 0.05
+    length: Annotated[float, "m", ABOVE_0] = 0.5
     count: int = 20
     start: Annotated[float, "m"] = 1.0
-    seed: int = 0
-    riser: Annotated[float, "m"] = 0.02
+    seed: Annotated[int, FROM_0] = 0
+    riser: Annotated[float, "m", ABOVE_0] = 0.02
 
 
 class Stones(Tile, tag_field="type", tag="stones"):
     """Stepping stones in rows across z, with trenches around them; level before the first row and behind the last."""
 
-    size: Annotated[Pair, "m"] = (0.3, 0.4)  # of a stone along x and z
-    gap: Annotated[float, "m"] = 0.1  # between stones, walls included
-    depth: Annotated[float, "m"] = 0.3  # of the trenches
-    height: Annotated[float, "m"] = 0.0  # by which stones are higher or lower at most, drawn
+    size: Annotated[Pair, "m", ABOVE_0] = (0.3, 0.4)  # of a stone along x and z
+    gap: Annotated[float, "m", ABOVE_0] = 0.1  # between stones, walls included
+    depth: Annotated[float, "m", FROM_0] = 0.3  # of the trenches
+    height: Annotated[float, "m", FROM_0] = 0.0  # by which stones are higher or lower at most, drawn
     count: tuple[int, int] = (5, 12)  # along x and z
     start: Annotated[float, "m"] = 1.0  # where the first trench begins
-    seed: int = 0
-    riser: Annotated[float, "m"] = 0.02
+    seed: Annotated[int, FROM_0] = 0
+    riser: Annotated[float, "m", ABOVE_0] = 0.02
 
 
 class Gaps(Tile, tag_field="type", tag="gaps"):
     """Trenches across z."""
 
-    width: Annotated[float, "m"] = 0.2  # along z, walls included
-    depth: Annotated[float, "m"] = 0.5
-    spacing: Annotated[float, "m"] = 1.5  # from trench to trench
+    width: Annotated[float, "m", ABOVE_0] = 0.2  # along z, walls included
+    depth: Annotated[float, "m", FROM_0] = 0.5
+    spacing: Annotated[float, "m", ABOVE_0] = 1.5  # from trench to trench
     count: int = 5
     start: Annotated[float, "m"] = 1.5
-    riser: Annotated[float, "m"] = 0.02
+    riser: Annotated[float, "m", ABOVE_0] = 0.02
 
 
 class Waves(Tile, tag_field="type", tag="waves"):
     """Waves without end: height sin(2 pi z/length), times cos(2 pi x/across) where that is given."""
 
-    height: Annotated[float, "m"] = 0.05
-    length: Annotated[float, "m"] = 1.0
-    across: Annotated[float | None, "m"] = None
+    height: Annotated[float, "m", FROM_0] = 0.05
+    length: Annotated[float, "m", ABOVE_0] = 1.0
+    across: Annotated[float | None, "m", ABOVE_0] = None
     points: int = 24  # of a wave, between which the ground is straight
 
 
 class Rough(Tile, tag_field="type", tag="rough"):
     """Bumps without end: heights drawn from -height to height at points of a grid, straight between them."""
 
-    height: Annotated[float, "m"] = 0.05
-    spacing: Annotated[float, "m"] = 0.25  # of points
+    height: Annotated[float, "m", FROM_0] = 0.05
+    spacing: Annotated[float, "m", ABOVE_0] = 0.25  # of points
     count: tuple[int, int] = (32, 64)  # of points along x and z, after which the bumps come again
-    seed: int = 0
+    seed: Annotated[int, FROM_0] = 0
 
 
 class Profile(Tile, tag_field="type", tag="profile"):
     """Ground along z by corners, straight between them, and level before the first and behind the last one."""
 
     corners: Annotated[list[Pair], "m"]  # z and height; z is taken to the next multiple of the spacing
-    spacing: Annotated[float, "m"] = 0.02
+    spacing: Annotated[float, "m", ABOVE_0] = 0.02
 
 
 class HeightField(Tile, tag_field="type", tag="height_field"):
@@ -144,8 +144,8 @@ class Terrain(Part):
 
     tiles: list[AnyTile]
     tile: Annotated[Number, "1"] = 0.0  # which one, counted from 0; the nearest whole number
-    scale: Annotated[Number, "1"] = 1.0  # of heights: 0 is flat
+    scale: Annotated[Number, "1", FROM_0] = 1.0  # of heights: 0 is flat
     x: Annotated[Number, "m"] = 0.0  # where the tile's origin lies
     z: Annotated[Number, "m"] = 0.0
     yaw: Annotated[Number, "rad"] = 0.0  # by which the tile is turned to the left about its origin
-    clearing: Annotated[float, "m"] = 0.25
+    clearing: Annotated[float, "m", FROM_0] = 0.25

@@ -6,14 +6,15 @@ import difflib
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-
-import msgspec
+from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import LEAST_NUMBER, check_size
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free, Number
-from warpmuscle.scene.parameters import distances_of_commands, leaves, ranges_of_commands
+from warpmuscle.scene.parameters import PLAIN, distances_of_commands, leaves, named_members, ranges_of_commands
+from warpmuscle.scene.part import Part, Range
+from warpmuscle.scene.units import declared
 
 
 class Checks:
@@ -50,12 +51,37 @@ class Checks:
         value = source.commanded(self._distances, lambda _, own: own.value if isinstance(own, Free) else own)
         return float(number.following(value))
 
-    def positive(self, key: str, part: msgspec.Struct, *fields: str) -> None:
-        """The named fields are greater than zero, for every value a search may give them."""
-        for field in fields:
-            self.positive_number(join(key, field), getattr(part, field))
+    def ranges(self, key: str, part: Any) -> None:
+        """All numbers below a key are in the ranges that their fields declare, whatever a search does."""
+        if isinstance(part, Part):
+            ranges = declared(type(part), Range)
+            for field in part.__struct_fields__:
+                value = getattr(part, field)
+                if field in ranges:
+                    self.in_range(join(key, field), value, ranges[field])
+                elif value is not None and type(value) not in PLAIN:
+                    self.ranges(join(key, field), value)
+        elif not isinstance(part, Free):
+            for name, member in named_members(part) or ():
+                if type(member) in PLAIN:
+                    break  # a list or a table of plain values
+                self.ranges(f"{key}.{name}", member)
 
-    def positive_number(self, key: str, number: Number) -> None:
+    def in_range(self, key: str, value: Any, declared: Range) -> None:
+        """A number, or each one of a list or table, is in a range; one that is not given is."""
+        members = named_members(value)
+        for name, member in () if members is None else members:
+            self.in_range(f"{key}.{name}", member, declared)
+        if members is not None or value is None:
+            return
+        if declared is Range.ABOVE_0:
+            self.positive(key, value)
+        elif declared is Range.FROM_0:
+            self.not_negative(key, value)
+        else:
+            self.fraction(key, value)
+
+    def positive(self, key: str, number: Number) -> None:
         """A number is greater than zero, for every value a search may give it, and can be divided by."""
         least = self.interval(number)[0]
         if least <= 0.0:
@@ -63,12 +89,11 @@ class Checks:
         if least < LEAST_NUMBER:
             raise SceneError(f"must be at least {LEAST_NUMBER:g}, is {least:g}", key=key)
 
-    def not_negative(self, key: str, part: msgspec.Struct, *fields: str) -> None:
-        """The named fields are not negative, whatever a search does."""
-        for field in fields:
-            least = self.interval(getattr(part, field))[0]
-            if least < 0.0:
-                raise SceneError(f"must not be negative, is {least:g}", key=join(key, field))
+    def not_negative(self, key: str, number: Number) -> None:
+        """A number is not negative, for every value a search may give it."""
+        least = self.interval(number)[0]
+        if least < 0.0:
+            raise SceneError(f"must not be negative, is {least:g}", key=key)
 
     def fraction(self, key: str, number: Number) -> None:
         """A number stays within 0..1."""

@@ -35,12 +35,12 @@ def _check(checks: Checks, key: str, constraint: Constraint) -> None:
     known(constraint.body, bodies, "body", f"{key}.body")
     known(constraint.other_body, bodies, "body", f"{key}.other_body")
     if constraint.body == constraint.other_body:
-        raise SceneError("is between two bodies, not from one to itself", key=f"{key}.other_body")
+        raise SceneError("must be between two different bodies", key=f"{key}.other_body")
     checks.not_zero(f"{key}.axis", constraint.axis, "axis")
     for field in ("orientation", "other_orientation"):
         checks.not_zero(f"{key}.{field}", getattr(constraint, field), "quaternion")
     if constraint.type == "distance":
-        checks.positive(key, constraint, "distance")
+        checks.positive(f"{key}.distance", constraint.distance)
 
 
 def check_closed(scene: Scene) -> None:

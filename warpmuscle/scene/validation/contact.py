@@ -24,8 +24,9 @@ def check_ground(checks: Checks) -> None:
     checks.not_zero("ground.normal", ground.normal, "normal")
     upwards = checks.start(ground.normal[1])
     if not upwards > 0.0 and checks.start(checks.checked.gravity) > 0.0:
-        raise SceneError(f"points upwards, out of the ground: y is greater than 0, not {upwards:g}", "ground.normal")
-    checks.not_negative("ground", ground, "stiffness", "damping", "tangential_damping", "friction")
+        raise SceneError(
+            f"must point upwards, out of the ground: y must be greater than 0, is {upwards:g}", "ground.normal"
+        )
     points = ground.law in POINTS
     check_terrain(checks)
     check_treadmill(checks)
@@ -47,10 +48,7 @@ def _soft_constraint(ground: Ground, checks: Checks) -> None:
         usual = Ground()
         for name in names:
             if getattr(ground, name) != getattr(usual, name):
-                raise SceneError('only the law "soft_constraint" asks for it; leave it out', f"ground.{name}")
-    checks.fraction("ground.restitution", ground.restitution)
-    checks.fraction("ground.penalty", ground.penalty)
-    checks.positive("ground", ground, "softness")
+                raise SceneError('only the law "soft_constraint" uses this; leave it out', f"ground.{name}")
 
 
 def _material(key: str, material: ContactMaterial | None, points: bool, checks: Checks) -> None:
@@ -58,11 +56,7 @@ def _material(key: str, material: ContactMaterial | None, points: bool, checks: 
     if material is None:
         return
     if points:
-        raise SceneError("only Hunt-Crossley contact knows materials; give `ground.law`, or leave it out", key)
-    checks.not_negative(key, material, "stiffness", "dissipation")
-    checks.not_negative(key, material, "static_friction", "dynamic_friction", "viscous_friction")
-    checks.positive(key, material, "transition_velocity", "hertz_smoothing", "hunt_crossley_smoothing")
-    checks.positive(key, material, "constant_force")
+        raise SceneError("only Hunt-Crossley contact has materials; set `ground.law`, or leave this out", key)
 
 
 def check_body_contact(checks: Checks) -> None:
@@ -75,7 +69,6 @@ def check_body_contact(checks: Checks) -> None:
     contact = scene.body_contact
     if contact is None:
         return
-    checks.not_negative("body_contact", contact, "stiffness", "damping", "tangential_damping", "friction")
     check_pairs(contact.pairs, scene.character, "body_contact.pairs")
     joined = {frozenset((joint.parent, joint.child)) for joint in scene.character.joints.values()}
     for index, pair in enumerate(contact.pairs):

@@ -23,13 +23,13 @@ def check_controller(check: Checks) -> None:
     """The controller of a scene has what its type takes; there is not one of one's own besides, unless on SIMBICON."""
     scene, controller = check.checked, check.checked.controller
     if scene.custom_controller_parameters and not scene.custom_controller:
-        raise SceneError("there is no custom_controller that takes them", key="custom_controller_parameters")
+        raise SceneError("there is no custom_controller to take these parameters", key="custom_controller_parameters")
     if controller is None:
         return
     if controller.type == SIMBICON:
         for field in ("parameters", *PLACES):
             if getattr(controller, field):
-                message = f"a {SIMBICON} controller takes none: give it the type of another one"
+                message = f"a {SIMBICON} controller does not take this; choose another type"
                 raise SceneError(message, key=f"controller.{field}")
         check_simbicon(check, controller, scene.character)
         return
@@ -82,7 +82,7 @@ def _check_legs(kind: str, character: Character) -> None:
             raise SceneError(message, key=f"character.joints.{name}.parent")
     for name, joint in character.joints.items():
         if joint_type(joint).name not in MOVED_BY_TORQUE:
-            message = f"a controller of type {kind!r} moves no joint but {', '.join(MOVED_BY_TORQUE)}"
+            message = f"a controller of type {kind!r} can move only joints of type {', '.join(MOVED_BY_TORQUE)}"
             raise SceneError(message, key=f"character.joints.{name}.type")
 
 
@@ -126,10 +126,9 @@ def _names(place: str, character: Character) -> list[str]:
 def check_control_rate(check: Checks) -> None:
     """Targets are renewed at most once a step, and are those of a SIMBICON controller."""
     scene = check.checked
-    check.not_negative("", scene, "control_rate")
     most = 1.0 / scene.time_step
     if scene.control_rate > most * (1.0 + 1e-6):
-        raise SceneError(f"the controller cannot decide more often than every step, {most:g} Hz", key="control_rate")
+        raise SceneError(f"the controller cannot decide more than once a step, at {most:g} Hz", key="control_rate")
     if scene.control_rate > 0.0 and (scene.simbicon is None or scene.custom_controller):
         if scene.custom_controller or scene.controller is not None:
             one = "custom_controller" if scene.custom_controller else "controller of this type"

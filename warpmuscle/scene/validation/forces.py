@@ -95,7 +95,7 @@ def check_place(force: Force, place: str, key: str, pair: bool = False) -> None:
         message = f"{force.type!r} acts " + ("between two bodies: name the other one" if pair else "on one thing only")
         raise SceneError(message, key=f"{key}.other_body")
     if pair and force.body == force.other_body:
-        raise SceneError(f"{force.type!r} acts between two bodies, not from one to itself", key=f"{key}.other_body")
+        raise SceneError(f"{force.type!r} acts between two different bodies", key=f"{key}.other_body")
 
 
 def check_leg(scene: Scene, joint: str, key: str) -> None:

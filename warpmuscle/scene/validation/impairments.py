@@ -35,7 +35,6 @@ def _impairment(checks: Checks, key: str, impairment: Impairment) -> None:
     for index, pattern in enumerate(impairment.muscles):
         if not impaired_muscles(replace(impairment, muscles=[pattern]), muscles):
             raise SceneError(f"no muscle is called {pattern!r}{near(pattern, muscles)}", key=f"{key}.muscles.{index}")
-    checks.positive(key, impairment, *FACTORS)
     for field in FACTORS:
         if getattr(impairment, field) != 1.0:
             _has_number(checks.checked, key, impairment, field)
@@ -63,7 +62,9 @@ def _sound(checks: Checks, end: int) -> None:
     }
     plain = replace(scene, impairments=ends)
     try:
-        check_muscles(Checks(at_start(plain)))
+        sound = Checks(at_start(plain))
+        sound.ranges("", sound.checked)
+        check_muscles(sound)
     except SceneError as error:
         name = error.key.removeprefix("character.muscles.").partition(".")[0]
         guilty = [key for key, one in ends.items() if impaired_muscles(one, [name])]

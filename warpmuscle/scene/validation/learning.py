@@ -6,7 +6,7 @@ import math
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.kernels.objective.objective_terms import REWARDS, TERMS
+from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval
@@ -26,22 +26,18 @@ def check_task(check: Checks) -> None:
     task = check.checked.learning
     if task is None:
         return
-    check.positive("learning", task, "decision_time")
-    check.not_negative("learning", task, "command_time", "stiffness", "damping")
     if task.decision_time < check.checked.time_step:
         raise SceneError(
             f"{task.decision_time:g} s is shorter than a time step, {check.checked.time_step:g} s",
             key="learning.decision_time",
         )
     if task.episode_time is not None and task.episode_time < task.decision_time:
-        raise SceneError("an episode takes one decision at least", key="learning.episode_time")
+        raise SceneError("an episode must last for one decision at least", key="learning.episode_time")
     _interval("learning.speed", task.speed)
     _interval("learning.turning_rate", task.turning_rate)
-    check.fraction("learning.turning_share", task.turning_share)
     for name, interval in task.pose.items():
         _interval(f"learning.pose.{name}", interval)
     for name, sense in task.observations.items():
-        check.not_negative(f"learning.observations.{name}", sense, "delay", "noise")
         if sense.delay > LONGEST_DELAY:
             key = f"learning.observations.{name}.delay"
             raise SceneError(f"must be {LONGEST_DELAY:g} s at most, is {sense.delay:g}", key=key)
@@ -51,10 +47,7 @@ def check_task(check: Checks) -> None:
     for name, parts in task.synergies.items():
         for muscle in parts:
             known(muscle, check.checked.character.muscles, "muscle", f"learning.synergies.{name}.{muscle}")
-    rewards = task.rewards
-    check.positive("learning.rewards", rewards, "speed_width", "pose_width", "imitation_width", "force_width")
-    check.not_negative("learning.rewards", rewards, "force_smoothing", "force_limit", *REWARDS)
-    for name, weight in rewards.custom.items():
+    for name, weight in task.rewards.custom.items():
         key = f"learning.rewards.custom.{name}"
         if ":" not in name:
             known(name, [term.name for term in TERMS.values() if term.scope != "batch"], "term", key)
@@ -86,43 +79,28 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
     """There is a gait, and norms and joints of these names."""
     key, scene = "learning.imitation", check.checked
     if scene.simbicon is None and not (imitation.file or imitation.norm):
-        raise SceneError("there is no controller, whose gait it would be, nor a file, nor a norm", key=key)
+        raise SceneError("there is no gait to imitate: give a `file` or a `norm`, or the scene a controller", key=key)
     if scene.feet is None:
-        raise SceneError("there are no feet that would walk so; name them in character.feet", key=key)
-    if imitation.replay < 0:
-        raise SceneError(f"must be 0 at least, is {imitation.replay}", key=f"{key}.replay")
+        raise SceneError("a gait is imitated with two feet; name them in character.feet", key=key)
     if imitation.replay and not imitation.file:
-        raise SceneError("counts with learning.imitation.file only", key=f"{key}.replay")
+        raise SceneError("is used only with learning.imitation.file", key=f"{key}.replay")
     starts = check.checked.learning is not None and check.checked.learning.variation.start_states
     if starts and scene.simbicon is None and not any(body.shapes for body in scene.character.bodies.values()):
-        advice = "nothing of the body touches the ground, on which it would start; give feet `shapes`"
+        advice = "no body has a shape to stand on at the start; give the feet `shapes`"
         raise SceneError(advice, key="learning.variation.start_states")
-    check.not_negative(key, imitation, "settle")
-    check.not_negative(key, imitation, "cadence_power")
-    check.positive(key, imitation, "clock_speed")
-    check.not_negative(key, imitation, "uneven")
     if imitation.uneven and scene.ground.terrain is None:
         raise SceneError("the ground is even everywhere: it has no terrain", key=f"{key}.uneven")
-    if imitation.step_width is not None:
-        check.not_negative(key, imitation, "step_width")
     if imitation.moving and not imitation.norm:
         raise SceneError("only the angles of a norm change with the speed; name one in `norm`", key=f"{key}.moving")
-    if imitation.cycle_time is not None:
-        check.positive(key, imitation, "cycle_time")
     if imitation.norm:
         known(imitation.norm, [norm.source for norm in WALKING], "norm", f"{key}.norm")
-    for name, weight in imitation.weights.items():
+    for name in imitation.weights:
         known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
-        if not 0.0 <= weight < math.inf:
-            raise SceneError(f"must not be negative, is {weight:g}", key=f"{key}.weights.{name}")
 
 
 def _variation(check: Checks, variation: Variation) -> None:
     """Parts are less than the whole, counts are counts."""
     key = "learning.variation"
-    numbers = [n for n in variation.__struct_fields__ if isinstance(getattr(variation, n), float)]
-    check.not_negative(key, variation, *numbers)
-    check.positive(key, variation, "push_interval", "push_duration")
     for name in ("mass", "strength", "side_strength"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
@@ -167,12 +145,11 @@ def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
     if tightening.decisions < 1:
         raise SceneError(f"must be 1 at least, is {tightening.decisions}", key=f"{key}.decisions")
     if not tightening.first:
-        raise SceneError("names no limit of [failure] that is wider at first", key=key)
+        raise SceneError("name at least one limit of [failure] that is wider at first", key=key)
     for name, first in tightening.first.items():
         last, place = getattr(limits, name), f"{key}.{name}"
-        check.not_negative(key, tightening, name)
         if name == "heading" and any(task.turning_rate):
-            raise SceneError("nobody fails by turning where learning.turning_rate asks for turns", key=place)
+            raise SceneError("turning is no failure where learning.turning_rate asks for turns", key=place)
         if isinstance(last, Free):
             raise SceneError(f"tightens to failure.{name}, which must be one number, not free or by command", key=place)
         if last <= 0.0:

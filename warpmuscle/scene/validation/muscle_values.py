@@ -11,9 +11,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.scene import (
-    BlankevoortLigament,
     CurveShape,
-    DeGrooteCurves,
     Ligament,
     MillardCurves,
     MujocoCurves,
@@ -40,12 +38,11 @@ def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
     Raises:
         SceneError: a number out of its range, or one that the model's curves do not have.
     """
-    checks.positive(key, model, "rise_time", "fall_time", "v_max")
-    checks.fraction(f"{key}.minimum_activation", model.minimum_activation)
-    _smoothing(checks, key, model, model)
+    _smoothing(key, model, model)
     shape = model.curve_shape
     if shape is not None and family(shape) not in (model.curves, "spline"):
-        raise SceneError(f"the curves are {model.curves!r}, this is the shape of others", key=f"{key}.curve_shape.type")
+        message = f"this is the shape of other curves; muscle_model.curves is {model.curves!r}"
+        raise SceneError(message, key=f"{key}.curve_shape.type")
     _damping(checks, key, model, model.tendon == "compliant", _shaped(model, model))
     _shape(checks, key, model, model)
 
@@ -60,17 +57,15 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
     if is_cable(muscle):
         _cable(checks, key, muscle, model)
         return
-    given = [field for field in ("v_max", "rise_time", "fall_time") if getattr(muscle, field) is not None]
-    checks.positive(key, muscle, *given)
-    if muscle.minimum_activation is not None:
-        checks.fraction(f"{key}.minimum_activation", muscle.minimum_activation)
     if muscle.activation_smoothing is not None:
-        _smoothing(checks, key, muscle, model)
+        _smoothing(key, muscle, model)
     if muscle.tendon is not None and model.tendon == "switch":
-        raise SceneError("muscles whose tendons switch take no tendon of their own", key=f"{key}.tendon")
+        raise SceneError(
+            "where the tendons of all muscles switch, a muscle cannot have another tendon", key=f"{key}.tendon"
+        )
     compliant = (muscle.tendon or model.tendon) == "compliant"
     if compliant:
-        checks.positive(key, muscle, "l_slack")
+        checks.positive(f"{key}.l_slack", muscle.l_slack)
     if compliant and muscle.damping is None and muscle.tendon is not None:
         _damping(checks, "muscle_model", model, compliant, _shaped(muscle, model))
     if muscle.damping is not None:
@@ -78,9 +73,8 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
     _shape(checks, key, muscle, model)
 
 
-def _smoothing(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
+def _smoothing(key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
     """Time constants that change smoothly are those of rates that depend on the activation."""
-    checks.not_negative(key, part, "activation_smoothing")
     if (model.legacy or model.ideal or model.activation != "scaled") and part.activation_smoothing != 0.0:
         raise SceneError('only `activation = "scaled"` is smoothed; leave it out', key=f"{key}.activation_smoothing")
 
@@ -91,9 +85,9 @@ def _shaped(part: Muscle | MuscleModel, model: MuscleModel) -> bool:
 
 
 def _damping(checks: Checks, key: str, part: Muscle | MuscleModel, compliant: bool, shaped: bool) -> None:
-    """A fibre has damping, as it must have with a compliant tendon unless its curves are those of OpenSim."""
-    check = checks.positive if compliant and not shaped else checks.not_negative
-    check(key, part, "damping")
+    """A fibre with a compliant tendon has damping, unless its curves are those of OpenSim."""
+    if compliant and not shaped:
+        checks.positive(f"{key}.damping", part.damping or 0.0)
 
 
 def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
@@ -113,7 +107,6 @@ def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleMo
     if curves not in STRAINS or model.curves not in STRAINS:
         known = ", ".join(STRAINS)
         raise SceneError(f"{model.curves!r} curves have no `{given[0]}`; {known} have", key=f"{key}.{given[0]}")
-    checks.positive(key, part, *[field for field in given if field != "curve_shape"])
     tendon, passive = (_strain(part, model, field, curves) for field in ("tendon_strain", "passive_strain"))
     for field, number in (("tendon_strain", tendon), ("passive_strain", passive)):
         of_table = field == "passive_strain" or (isinstance(shape, MillardCurves) and shape.tendon_slope is not None)
@@ -137,22 +130,13 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
         raise SceneError(f"a {what} has no `{field}`; leave it out", key=f"{key}.{field}")
     place = f"{key}.curve_shape.type"
     if model.legacy or model.ideal or model.sharing != "each" or any(getattr(model, field) for field in CURVE_FIELDS):
-        message = "stands beside muscles that are neither legacy nor ideal, share no torques and have curves of OpenSim"
+        message = "needs muscles that are neither legacy nor ideal, share no torques and have OpenSim's curves"
         raise SceneError(f"a {what} {message}", key=place)
     if model.curves not in STRAINS:
-        raise SceneError(f"a {what} stands beside muscles with curves of {', '.join(STRAINS)}", key=place)
-    checks.positive(key, muscle, "l_slack")
+        raise SceneError(f"a {what} needs muscles with curves of {', '.join(STRAINS)}", key=place)
+    checks.positive(f"{key}.l_slack", muscle.l_slack)
     if isinstance(muscle.curve_shape, Ligament):
-        _ligament(checks, f"{key}.curve_shape", muscle.curve_shape)
-    elif isinstance(muscle.curve_shape, BlankevoortLigament):
-        checks.positive(f"{key}.curve_shape", muscle.curve_shape, "transition_strain")
-        checks.not_negative(f"{key}.curve_shape", muscle.curve_shape, "damping")
-
-
-def _ligament(checks: Checks, key: str, ligament: Ligament) -> None:
-    """Knots in order, a tension for each."""
-    check_knots(checks, key, ligament, "a ligament", "tension", "length")
-    checks.not_negative(key, ligament, "dissipation")
+        check_knots(checks, f"{key}.curve_shape", muscle.curve_shape, "a ligament", "tension", "length")
 
 
 def check_knots(checks: Checks, key: str, curve: Ligament | Spline, what: str, value: str, place: str) -> None:
@@ -181,8 +165,6 @@ def _curves(checks: Checks, key: str, shape: CurveShape, tendon_strain: float, p
     """The numbers of a shape make curves."""
     if isinstance(shape, MillardCurves):
         _millard(key, shape, tendon_strain, passive_strain)
-    elif isinstance(shape, DeGrooteCurves):
-        checks.positive(key, shape, "active_width")
     elif isinstance(shape, ThelenCurves):
         _thelen(checks, key, shape)
     elif isinstance(shape, MujocoCurves):
@@ -209,7 +191,6 @@ def _splines(checks: Checks, key: str, shape: SplineCurves) -> None:
 
 
 def _mujoco(checks: Checks, key: str, shape: MujocoCurves) -> None:
-    checks.not_negative(key, shape, "active_from", "passive_force")
     for field, least, most in (
         ("active_from", 0.0, 1.0),
         ("active_until", 1.0, 1.0e3),
@@ -222,7 +203,6 @@ def _mujoco(checks: Checks, key: str, shape: MujocoCurves) -> None:
 
 
 def _thelen(checks: Checks, key: str, shape: ThelenCurves) -> None:
-    checks.positive(key, shape, "active_width", "passive_shape", "velocity_shape")
     least = checks.interval(shape.lengthening_force)[0]
     if least <= 1.0:
         raise SceneError(f"must be greater than 1, is {least:g}", key=f"{key}.lengthening_force")

@@ -53,10 +53,9 @@ def _muscle(checks: Checks, key: str, muscle: Muscle) -> None:
     """A muscle has a path, force and lengths, and a delay within the simulation."""
     scene = checks.checked
     check_route(checks, key, muscle)
-    checks.positive(key, muscle, "f_max", "l_opt")
     check_special_values(checks, key, muscle)
-    slack = [] if isinstance(given(muscle, checks.checked.muscle_model, "curve_shape"), MujocoCurves) else ["l_slack"]
-    checks.not_negative(key, muscle, *slack, "delay", "pennation")
+    if not isinstance(given(muscle, checks.checked.muscle_model, "curve_shape"), MujocoCurves):
+        checks.not_negative(f"{key}.l_slack", muscle.l_slack)
     longest = checks.interval(muscle.delay)[1]
     if longest >= scene.duration:
         raise SceneError(
@@ -91,24 +90,19 @@ def _excitation(checks: Checks, key: str, excitation: Excitation) -> None:
             key=f"{key}.value",
         )
     checks.increasing(f"{key}.time", excitation.time, "times")
-    for index, value in enumerate(excitation.value):
-        checks.fraction(f"{key}.value.{index}", value)
-    checks.not_negative(key, excitation, "period")
 
 
 def _model(checks: Checks) -> None:
     """The model of all muscles has rates, and does not ask for two laws at once."""
     key, model = "muscle_model", checks.checked.muscle_model
-    checks.positive(key, model, "neural_time")
-    checks.fraction(f"{key}.initial_activation", model.initial_activation)
     _tension(checks, key, model.specific_tension)
     check_common_values(checks, key, model)
     if model.sharing != "each" and model.legacy:
-        raise SceneError("legacy muscles do not share torques; leave it out, or `legacy`", key=f"{key}.sharing")
+        raise SceneError("legacy muscles cannot share torques; leave out `sharing` or `legacy`", key=f"{key}.sharing")
     if model.sharing != "each" and model.negative != "keep":
-        raise SceneError("only muscles that do not share torques ask for it; leave it out", key=f"{key}.negative")
+        raise SceneError("has no effect on muscles that share torques; leave it out", key=f"{key}.negative")
     if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
-        raise SceneError("only muscles with rigid tendons take damping as implicit", key=f"{key}.implicit_damping")
+        raise SceneError("implicit damping is for muscles with rigid tendons only", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:
         if getattr(model, field) and (model.legacy or model.ideal):
             raise SceneError("legacy and ideal muscles take no curve of one's own; leave it out", key=f"{key}.{field}")
@@ -135,7 +129,6 @@ def _actuation(checks: Checks, key: str, name: str, own: Actuation) -> None:
         raise SceneError(f"a {kind.name} joint is kinematic as a whole or not at all", key=f"{key}.drive")
     if MUSCULAR.intersection(words) and usual_drive(name, character) != "muscle":
         raise SceneError("no muscle crosses this joint", key=f"{key}.drive")
-    checks.not_negative(key, own, "stiffness", "damping")
 
 
 def muscle_warnings(scene: Scene) -> list[SceneError]:

@@ -9,29 +9,22 @@ import msgspec
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.core.status import Status
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Robustness, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.norms import LEG_ANGLES, NORM_TERMS
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.stage_scene import freed
-from warpmuscle.scene.units import declared, units_of
 from warpmuscle.scene.validation.checks import Checks, join, known, near
 
 
 def check_objective(checks: Checks, key: str, objective: Objective) -> None:
-    """Weights are not negative, and what they weigh exists."""
+    """What the weights weigh exists."""
     scene = checks.checked
-    checks.not_negative(key, objective, *TERMS, "ground_force_bound")
-    for joint, factor in objective.torque_by_joint.items():
+    for joint in objective.torque_by_joint:
         known(joint, scene.character.joints, "joint", f"{key}.torque_by_joint.{joint}")
-        if not checks.interval(factor)[0] >= 0.0:
-            raise SceneError("how often a torque counts is not negative", key=f"{key}.torque_by_joint.{joint}")
-    if objective.basal_rate is not None:
-        checks.not_negative(key, objective, "basal_rate")
     if objective.metabolic_model == "margaria" and objective.metabolic_work == "net":
-        message = "the formula of Margaria says itself what lengthening fibres cost: leave it out"
+        message = "Margaria's formula itself says what lengthening fibres cost; leave this out"
         raise SceneError(message, key=f"{key}.metabolic_work")
     if objective.head:
         known(objective.head_body, scene.character.bodies, "body", f"{key}.head_body")
@@ -42,7 +35,6 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
         if ":" not in name:
             known(name, TERMS, "term", f"{key}.reported.{index}")
             check_needs(scene, name, f"{key}.reported.{index}")
-    checks.positive(key, objective, "failure_cost")
 
 
 def check_needs(scene: Scene, term: str, key: str) -> None:
@@ -52,7 +44,7 @@ def check_needs(scene: Scene, term: str, key: str) -> None:
     if term in NORM_TERMS:
         _check_legs(scene, key)
     if term == "norm_moments" and scene.objective.gait == "run" and scene.norms is None:
-        raise SceneError("people's moments are known of walking only, and the scene means a run", key=key)
+        raise SceneError("there are norms of joint moments for walking only, but objective.gait is a run", key=key)
     if term in ("step_width", "stride_speed") and scene.feet is None:
         what = "steps have a width" if term == "step_width" else "strides have a speed"
         raise SceneError(f"there are no feet whose {what}", key=key)
@@ -70,21 +62,10 @@ def _check_legs(scene: Scene, key: str) -> None:
             )
 
 
-def check_failure(checks: Checks, key: str, failure: Failure) -> None:
-    """Limits are sizes; those of speeds cannot be switched off."""
-    limits = declared(Failure, Status)
-    numbers = [name for name in limits if name in units_of(Failure)]
-    checks.not_negative(key, failure, *(name for name in numbers if limits[name] != Status.DIVERGED))
-    checks.positive(key, failure, "no_progress_window")
-    checks.positive(key, failure, *(name for name in numbers if limits[name] == Status.DIVERGED))
-
-
-def check_robustness(checks: Checks, key: str, robustness: Robustness) -> None:
-    """At least one run; disturbances have sizes."""
+def check_robustness(key: str, robustness: Robustness) -> None:
+    """At least one run; masses stay above nothing."""
     if robustness.runs < 1:
         raise SceneError(f"must be 1 at least, is {robustness.runs}", key=f"{key}.runs")
-    checks.not_negative(key, robustness, "velocity_noise", "push", "slope", "mass")
-    checks.positive(key, robustness, "push_duration")
     if robustness.mass >= 1.0:
         raise SceneError(f"must be less than 1, is {robustness.mass:g}", key=f"{key}.mass")
 
@@ -107,12 +88,13 @@ def _check_stage(checks: Checks, key: str, stage: SearchStage) -> None:
     to_type(dict(stage.objective), Objective, f"{key}.objective")  # names and kinds of its fields
     to_type(dict(stage.failure), Failure, f"{key}.failure")
     to_type(dict(stage.robustness), Robustness, f"{key}.robustness")
-    check_objective(checks, f"{key}.objective", msgspec.structs.replace(scene.objective, **stage.objective))
-    check_failure(checks, f"{key}.failure", msgspec.structs.replace(scene.failure, **stage.failure))
-    check_robustness(checks, f"{key}.robustness", msgspec.structs.replace(scene.robustness, **stage.robustness))
-    for field in ("duration", "candidates", "population", "sigma", "searches", "until"):
-        if getattr(stage, field) is not None:
-            checks.positive(key, stage, field)
+    objective = msgspec.structs.replace(scene.objective, **stage.objective)
+    robustness = msgspec.structs.replace(scene.robustness, **stage.robustness)
+    checks.ranges(f"{key}.objective", objective)
+    checks.ranges(f"{key}.failure", msgspec.structs.replace(scene.failure, **stage.failure))
+    checks.ranges(f"{key}.robustness", robustness)
+    check_objective(checks, f"{key}.objective", objective)
+    check_robustness(f"{key}.robustness", robustness)
     if stage.duration is not None and stage.duration < scene.time_step:
         raise SceneError(f"is shorter than the time step {scene.time_step:g}", key=join(key, "duration"))
     if stage.candidates is not None and stage.candidates > 1.0 and not float(stage.candidates).is_integer():
@@ -129,7 +111,7 @@ def _check_patterns(checks: Checks, key: str, stage: SearchStage) -> None:
                 f"no free parameter matches {pattern!r}{near(pattern, _patterns(names))}", key=f"{key}.free.{index}"
             )
     if names and not freed(checks.checked, stage):
-        raise SceneError("this stage frees only what it sets to numbers of its own", key=f"{key}.free")
+        raise SceneError("everything that this stage frees is also set by it; free something else", key=f"{key}.free")
 
 
 def _patterns(names: list[str]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
-from warpmuscle.scene.objects.part import AnyObject, BoxObject, CapsuleObject, Held, Hinge
+from warpmuscle.scene.objects.part import AnyObject, BoxObject, Held, Hinge
 from warpmuscle.scene.validation.checks import Checks, known
 
 
@@ -30,17 +30,7 @@ def check_objects(checks: Checks) -> None:
 
 
 def _check_solid(key: str, solid: AnyObject, checks: Checks) -> None:
-    """It has a size and a mass, and contacts that push."""
-    if isinstance(solid, BoxObject):
-        for number, edge in enumerate(solid.size):
-            checks.positive_number(f"{key}.size.{number}", edge)
-    else:
-        checks.positive(key, solid, "radius")
-    if isinstance(solid, CapsuleObject):
-        checks.positive(key, solid, "length")
-    checks.positive(key, solid, "mass")
-    checks.not_negative(key, solid, "friction", "stiffness", "tangential_damping")
-    checks.fraction(f"{key}.restitution", solid.restitution)
+    """It has an orientation, and speeds only where it can move."""
     checks.not_zero(f"{key}.orientation", solid.orientation, "quaternion")
     if solid.fixed and any(checks.interval(v) != (0.0, 0.0) for v in (*solid.velocity, *solid.angular_velocity)):
         raise SceneError("a fixed object does not move; leave out its velocities", f"{key}.fixed")
@@ -76,25 +66,20 @@ def _check_hinge(key: str, solid: AnyObject, hinge: Hinge, checks: Checks) -> No
     """It has an axis, and nothing else holds the object."""
     if solid.fixed or solid.held is not None:
         other = "fixed" if solid.fixed else "held"
-        raise SceneError(
-            f"an object that is {other} does not turn about an axis of its own; leave one of both out", key
-        )
+        raise SceneError(f"a {other} object cannot turn on a hinge; leave one of the two out", key)
     if any(checks.interval(v) != (0.0, 0.0) for v in solid.velocity):
         own = f"{key.removesuffix('.hinge')}.velocity"
-        raise SceneError("a hinged object only turns, by its angular_velocity; leave it out", own)
+        raise SceneError("a hinged object can only turn, by its angular_velocity; leave this out", own)
     checks.not_zero(f"{key}.axis", hinge.axis, "axis")
-    checks.not_negative(key, hinge, "damping")
 
 
 def _check_held(key: str, solid: AnyObject, held: Held, checks: Checks) -> None:
     """The body that holds it is there, and nothing else says where it is."""
     known(held.body, checks.checked.character.bodies, "body", f"{key}.body")
     if solid.fixed:
-        raise SceneError("a fixed object is not held; leave one of both out", key)
+        raise SceneError("an object cannot be both fixed and held; leave one of the two out", key)
     for name in ("position", "orientation", "velocity", "angular_velocity"):
         if getattr(solid, name) != getattr(BoxObject(), name):
             own = f"{key.removesuffix('.held')}.{name}"
-            raise SceneError("a held object starts as `held` and the body say; leave it out", own)
+            raise SceneError("a held object starts where its body holds it; leave this out", own)
     checks.not_zero(f"{key}.orientation", held.orientation, "quaternion")
-    if held.until is not None:
-        checks.not_negative(key, held, "until")

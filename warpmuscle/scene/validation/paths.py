@@ -14,7 +14,6 @@ from warpmuscle.scene import (
     Condition,
     CylinderSurface,
     Drive,
-    EllipsoidSurface,
     Muscle,
     PolynomialPath,
     Pulley,
@@ -40,15 +39,7 @@ def check_surfaces(checks: Checks, character: Character) -> None:
     for name, surface in character.surfaces.items():
         key = f"character.surfaces.{name}"
         known(surface.body, character.bodies, "body", f"{key}.body")
-        if isinstance(surface, CylinderSurface):
-            checks.positive(key, surface, "radius")
-            checks.not_negative(key, surface, "length")
-        elif isinstance(surface, SphereSurface):
-            checks.positive(key, surface, "radius")
-        elif isinstance(surface, EllipsoidSurface):
-            for index, radius in enumerate(surface.radii):
-                checks.positive_number(f"{key}.radii.{index}", radius)
-        else:
+        if isinstance(surface, TorusSurface):
             _torus(checks, key, surface)
         _mujoco_surface(key, surface, character.wrapping == "mujoco")
 
@@ -56,16 +47,15 @@ def check_surfaces(checks: Checks, character: Character) -> None:
 def _mujoco_surface(key: str, surface: Surface, mujoco: bool) -> None:
     """Side points belong to MuJoCo's wrapping, and halves and other surfaces than its own to OpenSim's."""
     if mujoco and not isinstance(surface, CylinderSurface | SphereSurface):
-        raise SceneError("with wrapping 'mujoco' surfaces are cylinders and spheres", key=f"{key}.type")
+        raise SceneError("with wrapping 'mujoco', surfaces must be cylinders or spheres", key=f"{key}.type")
     if mujoco and surface.side:
-        raise SceneError("with wrapping 'mujoco' a surface has a `side_point` instead", key=f"{key}.side")
+        raise SceneError("with wrapping 'mujoco', give a `side_point` instead", key=f"{key}.side")
     if not mujoco and getattr(surface, "side_point", None) is not None:
-        raise SceneError("takes wrapping 'mujoco'; else a surface has a `side`", key=f"{key}.side_point")
+        raise SceneError("is for wrapping 'mujoco' only; give a `side` instead", key=f"{key}.side_point")
 
 
 def _torus(checks: Checks, key: str, torus: TorusSurface) -> None:
     """The ring has a thickness."""
-    checks.positive(key, torus, "inner_radius", "outer_radius")
     inner, outer = checks.interval(torus.inner_radius)[1], checks.interval(torus.outer_radius)[0]
     if inner >= outer:
         raise SceneError(f"must be less than the outer radius {outer:g}, is {inner:g}", key=f"{key}.inner_radius")
@@ -99,7 +89,6 @@ def check_route(checks: Checks, key: str, muscle: Muscle) -> None:
         raise SceneError("only a `path` has branches; leave out `branches` or `pulleys`", key=f"{key}.branches")
     if muscle.rest_length is None:
         raise SceneError("a muscle with pulleys needs a `rest_length`", key=key)
-    checks.positive(key, muscle, "rest_length")
     check_pulleys(f"{key}.pulleys", muscle.pulleys, character)
 
 
@@ -111,14 +100,13 @@ def _branches(checks: Checks, key: str, muscle: Muscle) -> None:
     ends = [*(first - 1 for first in starts[1:]), count]
     for index, (branch, end) in enumerate(zip(muscle.branches, ends, strict=True)):
         place = f"{key}.{index}"
-        checks.positive(place, branch, "divisor")
         if not 1 <= branch.first <= count:
             raise SceneError(f"the path has points 1 to {count}, not {branch.first}", key=f"{place}.first")
         if end <= branch.first or starts[0] == 2:
             raise SceneError("each branch needs two points at least", key=f"{place}.first")
         last = branch.first - 1  # of the branch before
         if any(point.condition is not None for point in muscle.path[max(last - 1, 0) : last + 1]):
-            raise SceneError("points at the ends of branches take no condition", key=f"{place}.first")
+            raise SceneError("points at the ends of branches cannot have conditions", key=f"{place}.first")
         for number, wrap in enumerate(muscle.wraps):
             if (wrap.first or 1) <= last < (wrap.last or count):
                 message = "a surface is between points of one branch; give its `first` and `last`"
@@ -185,9 +173,11 @@ def _between_neighbours(key: str, wrap: Wrap, before: Sequence[Wrap], muscle: Mu
         raise SceneError("with wrapping 'mujoco' each surface is between two neighbouring points", key=f"{key}.last")
     rows = has_rows(muscle)
     if rows and any((other.first or 1) > first for other in before):
-        raise SceneError("surfaces in a row stand in the order in which the path comes to them", key=f"{key}.first")
+        raise SceneError(
+            "surfaces in a row must be listed in the order in which the path meets them", key=f"{key}.first"
+        )
     if rows and any(point.condition is not None for point in muscle.path):
-        raise SceneError("points of a path over surfaces in a row take no condition", key=f"{key}.first")
+        raise SceneError("points of a path over surfaces in a row cannot have conditions", key=f"{key}.first")
 
 
 def has_rows(muscle: Muscle) -> bool:
@@ -333,12 +323,12 @@ def _condition(
         _angle(key, condition.joint, condition.axis, "condition", character)
     low, high = interval(condition.low)[1], interval(condition.high)[0]
     if low >= high:
-        raise SceneError(f"low is not less than high: {low:g}, {high:g}", key=f"{key}.low")
+        raise SceneError(f"low must be less than high, but they are {low:g} and {high:g}", key=f"{key}.low")
     least, greatest = interval(condition.blend)
     if least < 0.0:
         raise SceneError(f"the blend must not be negative, is {least:g}", key=f"{key}.blend")
     if least == 0.0 < greatest:
-        message = f"the blend must be 0 or stay above it, so that the path has a slope, goes from 0 to {greatest:g}"
+        message = f"the blend must be 0 or always above 0, so that the path is smooth; it goes from 0 to {greatest:g}"
         raise SceneError(message, key=f"{key}.blend")
 
 

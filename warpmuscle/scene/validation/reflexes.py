@@ -22,8 +22,6 @@ def check_reflexes(checks: Checks, key: str, reflexes: Reflexes) -> None:
     """
     character = checks.checked.character
     known(reflexes.trunk, character.bodies, "body", f"{key}.trunk")
-    checks.not_negative(key, reflexes, "stance_load")
-    checks.fraction(f"{key}.least", reflexes.least)
     pairs = _on_both_sides(character.muscles)
     for name, own in reflexes.muscles.items():
         place = f"{key}.muscles.{name}"

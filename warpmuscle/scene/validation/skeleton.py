@@ -8,11 +8,11 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import multiply, rotate
-from warpmuscle.scene import Body, Capsule, Character, Joint, Scene, Shape, Sphere
+from warpmuscle.scene import Body, Box, Character, Joint, Scene, Shape
 from warpmuscle.scene.joints import TYPES, joint_type
 from warpmuscle.scene.masses import is_zero, massless
 from warpmuscle.scene.parameters import at_start
-from warpmuscle.scene.topology import carried, followers, topology
+from warpmuscle.scene.topology import carried, followers, joints_by_parent, topology
 from warpmuscle.scene.validation.checks import Checks, known, near
 from warpmuscle.scene.validation.motion import kinematic_axes
 
@@ -50,23 +50,18 @@ def _body(checks: Checks, key: str, body: Body) -> None:
     if not massless(body):
         if is_zero(body.mass):
             raise SceneError("must be greater than 0, or 0 along with all of the body's inertia", key=f"{key}.mass")
-        checks.positive(key, body, "mass")
+        checks.positive(f"{key}.mass", body.mass)
         for index, moment in enumerate(body.inertia):
             if checks.checked.opensim is None:  # which computes with moments that no body has
-                checks.positive_number(f"{key}.inertia.{index}", moment)
+                checks.positive(f"{key}.inertia.{index}", moment)
     checks.not_zero(f"{key}.inertia_axes", body.inertia_axes, "quaternion")
-    checks.not_negative(key, body, "friction")
     for index, shape in enumerate(body.shapes):
         _shape(checks, f"{key}.shapes.{index}", shape)
 
 
 def _shape(checks: Checks, key: str, shape: Shape) -> None:
-    """A shape has a size, and a box its corners in order."""
-    if isinstance(shape, Sphere):
-        checks.positive(key, shape, "radius")
-    elif isinstance(shape, Capsule):
-        checks.not_negative(key, shape, "radius")
-    else:
+    """A box has its corners in order."""
+    if isinstance(shape, Box):
         for index, (low, high) in enumerate(zip(shape.low, shape.high, strict=True)):
             checks.ordered(f"{key}.low.{index}", low, high)
 
@@ -83,7 +78,6 @@ def _joint(checks: Checks, key: str, joint: Joint) -> None:
     joint_type(joint).check(checks, key, joint)
     for index, (low, high) in enumerate(joint.limits):
         checks.ordered(f"{key}.limits.{index}", low, high)
-    checks.not_negative(key, joint, "limit_stiffness", "limit_damping", "armature", "damping")
     for field in ("armature", "damping"):
         if joint.type in ("universal", "fixed") and getattr(joint, field) != 0.0:
             raise SceneError(f"a {joint.type} joint takes no {field}; make it of hinges", key=f"{key}.{field}")
@@ -167,9 +161,7 @@ def _moves_mass(character: Character, held: set[str]) -> None:
 
 def _independent(character: Character, held: set[str]) -> None:
     """Joints of several bodies without mass in a row move the next one in different ways."""
-    children: dict[str, list[str]] = {}
-    for name, joint in character.joints.items():
-        children.setdefault(joint.parent, []).append(name)
+    children = joints_by_parent(character)
     for first, joint in character.joints.items():
         if massless(character.bodies[joint.parent]) and joint.parent != character.root:
             continue

@@ -58,7 +58,7 @@ def _in_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:
     """One for the deepest body of all that are deep in the ground."""
     if plain_number(scene.ground.stiffness) <= 0.0:
         return []
-    depths = _depths(scene, poses)
+    depths = start_depths(scene, poses)
     deepest = max(depths, key=lambda name: depths[name], default="")
     if not deepest or not depths[deepest] > DEEP:
         return []
@@ -103,18 +103,14 @@ def _too_fast(scene: Scene) -> list[SceneError]:
     return [SceneError(message, "initial_state.root_velocity")]
 
 
-def start_depths(scene: Scene) -> dict[str, float]:
+def start_depths(scene: Scene, poses: Poses | None = None) -> dict[str, float]:
     """How deep every body with shapes starts in the ground, m; negative above it.
 
     Args:
         scene: checked scene without free parameters.
+        poses: of its bodies in the world, where somebody knows them.
     """
-    return _depths(scene, world_poses(scene))
-
-
-def _depths(scene: Scene, poses: Poses) -> dict[str, float]:
-    """See `start_depths`; poses: of the bodies in the world."""
-    ground = surface(scene.ground)
+    poses, ground = poses or world_poses(scene), surface(scene.ground)
     found = {}
     for name, body in scene.character.bodies.items():
         position, orientation = poses[name]

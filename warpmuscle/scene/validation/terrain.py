@@ -43,7 +43,6 @@ def check_terrain(checks: Checks) -> None:
     low, high = checks.interval(terrain.tile)
     if low < -0.5 or high >= len(terrain.tiles) - 0.5:
         raise SceneError(f"tiles are numbered from 0 to {len(terrain.tiles) - 1}", f"{key}.tile")
-    checks.not_negative(key, terrain, "scale", "clearing")
     for index, tile in enumerate(terrain.tiles):
         _check_tile(f"{key}.tiles.{index}", tile, checks)
         _check_patches(f"{key}.tiles.{index}", tile, checks)
@@ -60,32 +59,21 @@ def _check_tile(key: str, tile: AnyTile, checks: Checks) -> None:
         case Slope():
             _slope(key, tile, checks)
         case Stairs():
-            checks.positive(key, tile, "tread", "landing", "riser")
             _pieces(key, "count", tile.count)
             _points(key, (tile.count * 2 * tile.tread + tile.landing) / min(tile.riser, tile.tread))
         case Steps():
-            checks.positive(key, tile, "length", "riser")
-            checks.not_negative(key, tile, "height", "seed")
             _pieces(key, "count", tile.count)
             _points(key, tile.count * tile.length / min(tile.riser, tile.length))
         case Stones():
             _stones(key, tile, checks)
         case Gaps():
-            checks.positive(key, tile, "width", "spacing", "riser")
-            checks.not_negative(key, tile, "depth")
             _pieces(key, "count", tile.count)
             if tile.spacing <= tile.width:
                 raise SceneError(f"must be greater than the width {tile.width:g}", f"{key}.spacing")
             _points(key, tile.count * tile.spacing / min(tile.riser, tile.width / 3.0))
         case Waves():
-            checks.positive(key, tile, "length")
-            checks.not_negative(key, tile, "height")
-            if tile.across is not None:
-                checks.positive(key, tile, "across")
             _pieces(key, "points", tile.points, least=4, most=1000)
         case Rough():
-            checks.positive(key, tile, "spacing")
-            checks.not_negative(key, tile, "height", "seed")
             for number, count in enumerate(tile.count):
                 _pieces(key, f"count.{number}", count, least=2)
             _points(key, tile.count[0] * tile.count[1])
@@ -98,25 +86,19 @@ def _check_tile(key: str, tile: AnyTile, checks: Checks) -> None:
 def _slope(key: str, tile: Slope, checks: Checks) -> None:
     if not abs(tile.angle) <= STEEPEST:
         raise SceneError(f"{tile.angle:g} rad is steeper than {STEEPEST:.3g} rad, 80 degrees", f"{key}.angle")
-    if tile.length is not None:
-        checks.positive(key, tile, "length")
-        if tile.start is None:
-            raise SceneError("a slope with a length has a start", f"{key}.start")
+    if tile.length is not None and tile.start is None:
+        raise SceneError("a slope with a length has a start", f"{key}.start")
 
 
 def _stones(key: str, tile: Stones, checks: Checks) -> None:
-    checks.positive(key, tile, "gap", "riser")
-    checks.not_negative(key, tile, "depth", "height", "seed")
-    for number, size in enumerate(tile.size):
-        checks.positive_number(f"{key}.size.{number}", size)
-        _pieces(key, f"count.{number}", tile.count[number])
+    for number, count in enumerate(tile.count):
+        _pieces(key, f"count.{number}", count)
     cell = min(tile.riser, tile.gap / 3.0)
     sizes = [(size + tile.gap) * count / cell for size, count in zip(tile.size, tile.count, strict=True)]
     _points(key, sizes[0] * sizes[1])
 
 
 def _profile(key: str, tile: Profile, checks: Checks) -> None:
-    checks.positive(key, tile, "spacing")
     if len(tile.corners) < 2:
         raise SceneError("a profile has two corners at least", f"{key}.corners")
     checks.increasing(f"{key}.corners", [z for z, _ in tile.corners], "places z of corners")
@@ -150,8 +132,6 @@ def _check_patches(key: str, tile: AnyTile, checks: Checks) -> None:
     law = checks.checked.ground.law
     for index, patch in enumerate(tile.patches):
         own = f"{key}.patches.{index}"
-        checks.not_negative(own, patch, "friction", "damping")
-        checks.positive(own, patch, "stiffness")
         for name in ("x", "z"):
             low, high = getattr(patch, name)
             if low > high:

@@ -17,12 +17,10 @@ def check_water(checks: Checks) -> None:
     scene, water = checks.checked, checks.checked.water
     if water is None:
         return
-    checks.positive("water", water, "density", "body_density")
     for name in ("density", "body_density"):
         if checks.interval(getattr(water, name))[1] > DENSEST:
             raise SceneError(f"is greater than {DENSEST:g} kg/m^3", f"water.{name}")
     if checks.interval(water.body_density)[0] < 1.0:
         raise SceneError("bodies are as heavy as air at least, 1 kg/m^3", "water.body_density")
-    checks.not_negative("water", water, "drag", "axial_drag", "added_mass")
     if water.volume == "shapes" and not any(body.shapes for body in scene.character.bodies.values()):
         raise SceneError("no body has a shape; take volumes from `mass`", "water.volume")

@@ -153,6 +153,11 @@ def nearest(point: Floats, r: Floats) -> Floats:
     flat = np.flatnonzero(np.abs(point) <= 2e-13)
     if len(flat):  # within the narrowest of the sections that it is in
         return _nearest_in_plane(point, r, int(max(flat, key=lambda k: float(r[k]))))
+    return _nearest_off_planes(point, r)
+
+
+def _nearest_off_planes(point: Floats, r: Floats) -> Floats:
+    """The same of an ellipse or ellipsoid, for a point on none of its planes of symmetry."""
     t = float(np.max(-(r**2) + r * np.abs(point)))
     for _ in range(100):  # Newton's method on a convex function, from its left
         x = r * point / (t + r**2)
@@ -178,15 +183,7 @@ def _nearest_in_plane(point: Floats, r: Floats, across: int) -> Floats:
         x = a**2 * u / (a**2 - b**2)
         found[[first, second]] = x, b * math.sqrt(abs(1.0 - (x / a) ** 2))
     else:
-        pair, sizes = np.array([u, v]), np.array([a, b])
-        t = float(np.max(-(sizes**2) + sizes * np.abs(pair)))
-        for _ in range(100):
-            x2 = sizes * pair / (t + sizes**2)
-            step = float(x2 @ x2 - 1.0) / float(2.0 * np.sum(x2**2 / (t + sizes**2)))
-            t += step
-            if abs(step) <= 1e-14 * (1.0 + abs(t)):
-                break
-        found[[first, second]] = sizes**2 * pair / (t + sizes**2)
+        found[[first, second]] = _nearest_off_planes(np.array([u, v]), np.array([a, b]))
     return found
 
 

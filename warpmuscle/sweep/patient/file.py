@@ -172,8 +172,13 @@ def _check(asked: _File) -> None:
         _check_recording(recording, f"recording.{index}")
         if recording in asked.recording[:index]:
             raise SceneError("is there twice, and its strides would count twice", key=f"recording.{index}")
+    _check_changes(asked.change)
+
+
+def _check_changes(changes: list[dict[str, Any]]) -> None:
+    """Raise SceneError for a change without a name of its own, or of nothing."""
     names: list[str] = [UNCHANGED]
-    for index, change in enumerate(asked.change):
+    for index, change in enumerate(changes):
         name, key = change.get("name"), f"change.{index}"
         if not isinstance(name, str) or not name.strip() or not name.isprintable():
             raise SceneError("a change has a name, text in one line", key=key)

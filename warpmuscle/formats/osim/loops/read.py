@@ -45,5 +45,5 @@ def read_loop(element: Element, model: Model, frames: Frames, own: Properties) -
         if not distance > 0.0:
             element.fail(f"its distance must be greater than 0, not {distance:g}; a PointConstraint holds at none")
     if on_body(model, first[0])[0] == on_body(model, second[0])[0]:
-        element.fail("is between two bodies, not from one to itself")
+        element.fail("must be between two different bodies")
     return Loop(element.tag, element.name, element.line, *first, *second, axis, distance)
