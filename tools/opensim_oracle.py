@@ -225,11 +225,11 @@ class Posed:
 
             def slopes(at: Floats, of: Any = function, times: float = factor) -> Floats:
                 x = self.opensim.Vector.createFromMat(at)
-                return times * np.array([of.calcDerivative(self.opensim.StdVectorInt([k]), x) for k in range(len(at))])
+                return times * np.array([of.calcDerivative((k,), x) for k in range(len(at))])
 
             slope = slopes(q[masters])
             if len(masters) == 1:
-                twice = self.opensim.StdVectorInt([0, 0])
+                twice = (0, 0)
                 x = self.opensim.Vector.createFromMat(q[masters])
                 bend = np.array([[factor * function.calcDerivative(twice, x)]])
             else:  # OpenSim 4.6 gives a first derivative of a polynomial of several for its second one
