@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.osim.elements import Element, parse
@@ -85,6 +86,29 @@ def test_waves_steps_and_stairs_are_sampled_closely(tmp_path, text, function):
     file.write_text(text)
     x = np.random.default_rng(1).uniform(-4.0, 6.0, 400)
     np.testing.assert_allclose(read_function(parse(file)).values(x), function(x), atol=2e-4)
+
+
+def test_sines_are_close_to_themselves_within_turns(tmp_path):
+    file = tmp_path / "f.xml"
+    for omega in (0.5, 3.0, 15.0):
+        file.write_text(f"<Sine><amplitude>2</amplitude><omega>{omega}</omega><phase>0.3</phase></Sine>")
+        function, q = read_function(parse(file)), np.linspace(-9.8, 9.8, 4001)
+        np.testing.assert_allclose(function.values(q), 2.0 * np.sin(omega * q + 0.3), rtol=0.0, atol=1e-6)
+        slopes = function.slopes(q) / (2.0 * omega)
+        np.testing.assert_allclose(slopes, np.cos(omega * q + 0.3), rtol=0.0, atol=3e-5)
+
+
+def test_splines_of_fifth_degree_have_their_slopes(tmp_path):
+    """As SciPy's natural spline of degree 5 through knots that change fast."""
+    rng, x = np.random.default_rng(1), np.linspace(-2.0, 2.0, 12)
+    y = rng.uniform(-0.5, 0.5, 12)
+    file = tmp_path / "f.xml"
+    file.write_text(f"<GCVSpline><x>{' '.join(map(str, x))}</x><y>{' '.join(map(str, y))}</y></GCVSpline>")
+    natural = [(3, 0.0), (4, 0.0)]
+    spline = make_interp_spline(x, y, k=5, bc_type=(natural, natural))
+    function, q = read_function(parse(file)), np.linspace(-2.0, 2.0, 4001)
+    np.testing.assert_allclose(function.values(q), spline(q), rtol=0.0, atol=3e-9)
+    np.testing.assert_allclose(function.slopes(q), spline(q, 1), rtol=0.0, atol=1e-6 * np.abs(spline(q, 1)).max())
 
 
 def test_a_quick_sine_is_refused(tmp_path):

@@ -19,11 +19,14 @@ MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
 FAR = 1.0e3  # rad or m, of knots at which a function that holds its ends still has them
 ROUNDED, SEARCHED = 1.0e-9, 301  # rad or m; places on each side, at which a range may be left
 ENDLESS = 1.0e6  # rad or m, for a range that has no end
-TURNS, PER_TURN = 25, 32  # of a sine on each side of 0, and the knots of each
+TURNS, PER_TURN = 25, 32  # of a sine on each side of 0, and the knots of each, at least
+NEAR_TURN, NEAR_KNOTS = 128, 3200  # the knots of a turn within the least reach, if they are no more than so many in all
 LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
 KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
+FARTHEST_OFF = 0.21  # of the way between two knots, where the slope of a cubic is
+DOUBLED, SLOPE_OFF = 2, 1e-7  # how often they are doubled for one of another degree, until its slope is so close
 BEYOND = 0.5  # of a range, as far as such a spline reaches on each side of it
 
 
@@ -61,6 +64,10 @@ class Function:
             return _broken_line(self, q)
         spline = Displacement((1.0, 0.0, 0.0), x=list(self.x), y=list(self.y), ends=self.ends)
         return rates(spline, q)[0]
+
+    def slopes(self, q: Floats) -> Floats:
+        """The slopes of a smooth spline at coordinates (n,)."""
+        return rates(Displacement((1.0, 0.0, 0.0), x=list(self.x), y=list(self.y), ends=self.ends), q)[1]
 
     def scaled(self, factor: float) -> Function:
         """It times a factor."""
@@ -174,8 +181,12 @@ def _sine(element: Element) -> Function:
     reach = min(WAVE_REACH, TURNS * 2.0 * math.pi / abs(speed))
     if reach < LEAST_REACH:
         element.fail(f"an omega of {speed:g} is too quick: {TURNS} turns are within {LEAST_REACH:g} rad or s at most")
-    turns = reach * abs(speed) / math.pi
-    x = np.linspace(-reach, reach, max(math.ceil(turns * PER_TURN), KNOTS))
+    near = LEAST_REACH * abs(speed) / math.pi  # turns
+    inner = max(math.ceil(min(near * NEAR_TURN, max(near * PER_TURN, NEAR_KNOTS))), KNOTS)
+    beyond = (reach - LEAST_REACH) * abs(speed) / (2.0 * math.pi)
+    out = LEAST_REACH + (reach - LEAST_REACH) * np.linspace(0.0, 1.0, 2 + math.ceil(beyond * PER_TURN))
+    sides = out[1:] if reach > LEAST_REACH else out[:0]
+    x = np.concatenate([-sides[::-1], np.linspace(-LEAST_REACH, LEAST_REACH, inner), sides])
     return Function(x=tuple(map(float, x)), y=tuple(map(float, offset + size * np.sin(speed * x + phase))))
 
 
@@ -261,8 +272,15 @@ def _gcv(element: Element) -> Function:
     natural = [(order + k, 0.0) for k in range(order - 1)]
     spline = make_interp_spline(knots.x, knots.y, k=2 * order - 1, bc_type=(natural, natural))
     sides = (high - low) * np.linspace(0.25, 1.0, 4)  # a parabola or cubic there, which few knots give
-    x = np.concatenate([low - sides[::-1], np.linspace(low, high, KNOTS), high + sides])
-    return Function(x=tuple(map(float, x)), y=tuple(map(float, _beyond(spline, x, low, high, order))), ends="simm")
+    for doubling in range(DOUBLED + 1):
+        inner = np.linspace(low, high, (KNOTS - 1) * 2**doubling + 1)
+        x = np.concatenate([low - sides[::-1], inner, high + sides])
+        found = Function(x=tuple(map(float, x)), y=tuple(map(float, _beyond(spline, x, low, high, order))), ends="simm")
+        between = inner[:-1] + FARTHEST_OFF * np.diff(inner)
+        slope = spline(between, 1)
+        if np.max(np.abs(found.slopes(between) - slope)) <= SLOPE_OFF * np.max(np.abs(slope)):
+            break
+    return found
 
 
 def _beyond(spline: Any, x: Floats, low: float, high: float, order: int) -> Floats:

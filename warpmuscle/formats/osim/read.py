@@ -105,7 +105,9 @@ def _version(document: Element) -> int:
 
 
 def _check_units(top: Element) -> None:
-    for tag, units in (("length_units", ("meters", "m")), ("force_units", ("n", "newtons", "newton"))):
+    for tag, units in (
+        ("length_units", ("meters", "meter", "metres", "metre", "m")), ("force_units", ("n", "newtons", "newton")),
+    ):  # fmt: skip
         found = top.child(tag)
         if found is not None and found.word().lower() not in (*units, "", "unassigned"):
             found.fail(f"lengths must be in metres and forces in newtons, not in {found.word()}")
