@@ -192,6 +192,21 @@ def test_files_of_height_fields_of_mujoco_are_found_and_read_as_mujoco_does(tmp_
         np.testing.assert_allclose(found.heights.T, 0.6 * expected, atol=1e-6)
 
 
+def test_of_several_fields_of_a_model_that_of_a_geom_is_taken(tmp_path: Path):
+    fields = "".join(
+        f'<hfield {name} nrow="2" ncol="2" size="{size} 1 0.5 0.1" elevation="0 0 0 1"/>'
+        for name, size in (('name="bare"', 3), ('name="hills"', 7))
+    )
+    body = '<worldbody><geom type="hfield" hfield="{}"/></worldbody>'
+    for named, forward in (("hills", 14.0), ("bare", 6.0), ("none", 6.0)):
+        written(tmp_path, "m.xml", f"<mujoco><asset>{fields}</asset>{body.format(named)}</mujoco>")
+        assert read_heights(tmp_path / "m.xml").size == (2.0, forward)
+    written(tmp_path, "hills.png", GOOD)
+    by_file = '<hfield name="first" nrow="2" ncol="2" size="3 1 1 1"/><hfield file="hills.png" size="7 1 1 1"/>'
+    written(tmp_path, "m.xml", f"<mujoco><asset>{by_file}</asset>{body.format('hills')}</mujoco>")
+    assert read_heights(tmp_path / "m.xml").size == (2.0, 14.0)
+
+
 GOOD = png(RNG.integers(0, 255, (4, 4, 1)))
 BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
 
@@ -217,6 +232,7 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
         ("a.csv", "1, 2", "2 rows and 2 columns"),
         ("a.xml", "<mujoco>", "not valid XML"),
         ("a.xml", "<mujoco/>", "no hfield"),
+        ("a.xml", '<mujoco><include file="b.xml"/></mujoco>', r"no hfield; name the file that it includes: b\.xml"),
         ("a.xml", HFIELD.format("1 2 3"), "3 elevations for a grid of 3 x 4"),
         ("a.xml", '<!DOCTYPE m [<!ENTITY a "b">]><mujoco/>', "entities"),
         ("a.xml", HFIELD.format("").replace('"3"', '"300000"'), "0 elevations for a grid of 300000 x 4"),

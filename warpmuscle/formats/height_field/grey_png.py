@@ -14,7 +14,7 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type: grey, colour, palette, grey with alpha, colour with alpha
 BITS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}  # of a value, by colour type
 PALETTE = 3  # colour type of pictures whose values are numbers of colours
-WHOLE = ((0, 0, 1, 1),)  # first column, first row and the steps between them, of each pass
+ONE_PASS = ((0, 0, 1, 1),)  # first column, first row and the steps between them, of each pass
 # The same of a picture that becomes finer as it comes in (Adam7).
 PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
 
@@ -71,7 +71,7 @@ def grey_values(data: bytes, most: int) -> Floats:
 def _sizes(header: Header) -> list[tuple[tuple[int, int, int, int], int, int, int]]:
     """Passes that a picture has points in, each with its rows, its columns and the bytes of a row."""
     found = []
-    for column, row, across, down in PASSES if header.interlaced else WHOLE:
+    for column, row, across, down in PASSES if header.interlaced else ONE_PASS:
         rows, columns = -(-(header.height - row) // down), -(-(header.width - column) // across)
         if rows > 0 and columns > 0:
             line = -(-columns * CHANNELS[header.colour] * header.bits // 8)

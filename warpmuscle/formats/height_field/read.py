@@ -1,4 +1,4 @@
-"""Heights on a grid from a file: grey PNG, numbers in `.npy` or `.csv`, or the first hfield of a MuJoCo model."""
+"""Heights on a grid from a file: grey PNG, numbers in `.npy` or `.csv`, or the hfield of a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _csv(path: Path) -> Heights:
 
 
 def _hfield(path: Path) -> Heights:
-    """The first height field of a MuJoCo model, whose x is forward, y to the left and z up."""
+    """The height field of a MuJoCo model, whose x is forward, y to the left and z up; see `_attributes`."""
     found, folder = _attributes(read_file(path, "model"))
     try:
         radius_x, radius_y, elevation, _ = (float(word) for word in found.get("size", "").split())
@@ -180,16 +180,25 @@ def _elevation(found: dict[str, str]) -> Floats:
 
 
 def _attributes(data: bytes) -> tuple[dict[str, str], str]:
-    """Attributes of the first hfield of a model, and the folder of its files; `assetdir` is less than `meshdir`."""
+    """Attributes of an hfield of a model, and the folder of its files; `assetdir` is less than `meshdir`.
+
+    It is that of the first geom that has one, or else the first one.
+    """
     found: list[dict[str, str]] = []
     folders: dict[str, str] = {}
+    of_geoms: list[str] = []
+    others: list[str] = []  # files that it includes
     parser = expat.ParserCreate()
 
     def start(name: str, attributes: dict[str, str]) -> None:
         if name == "hfield":
             found.append(attributes)
-        if name == "compiler":
+        elif name == "geom" and "hfield" in attributes:
+            of_geoms.append(attributes["hfield"])
+        elif name == "compiler":
             folders.update(attributes)
+        elif name == "include":
+            others.append(attributes.get("file", ""))
 
     def refuse(*_: object) -> None:
         raise ValueError("models with entities are not read")
@@ -200,5 +209,12 @@ def _attributes(data: bytes) -> tuple[dict[str, str], str]:
     except expat.ExpatError as error:
         raise ValueError(f"not valid XML in line {error.lineno}") from None
     if not found:
-        raise ValueError("this model has no hfield")
-    return found[0], folders.get("meshdir", folders.get("assetdir", ""))
+        hint = f"; name the file that it includes: {', '.join(others)}" if others else ""
+        raise ValueError(f"this model has no hfield{hint}")
+    used = [one for one in found if of_geoms[:1] == [_name(one)]]
+    return (used or found)[0], folders.get("meshdir", folders.get("assetdir", ""))
+
+
+def _name(hfield: dict[str, str]) -> str:
+    """What geoms call an hfield: by its name, or by its file without the ending."""
+    return hfield.get("name", Path(hfield.get("file", "")).stem)

@@ -120,7 +120,7 @@ class HeightField(Tile, tag_field="type", tag="height_field"):
 
     `file`: a PNG, black at 0 and white at `height`, the top of the picture forward and its left
     side to the left; numbers in m, times `height`, in a `.npy` or `.csv`, rows along z and columns along x, both
-    increasing; or a MuJoCo model (`.xml`), of which the first `hfield` is taken with its own size. Relative to the
+    increasing; or a MuJoCo model (`.xml`), of which the `hfield` of a geom is taken with its own size. Relative to the
     scene's folder. A scene keeps the heights in `packed`, so that results and other machines need no file.
     """
 

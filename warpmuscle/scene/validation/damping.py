@@ -135,7 +135,7 @@ def explicit_damping(scene: Scene) -> list[Explicit]:
         scene: checked scene without free parameters.
     """
     damping, names = damping_of(scene), topology(scene.character)
-    if not damping:
+    if scene.controller is None or not damping:
         return []
     matrix = mass_matrix(scene)
     matrix += MASSLESS * matrix.max() * np.eye(len(matrix))

@@ -36,7 +36,7 @@ def image_of_memory(memory: np.ndarray, bodies: tuple[str, ...]) -> np.ndarray:
     mirrored[load : load + 2] = memory[load : load + 2][::-1]
     of_body = memory[places.STATE : places.STATE + places.OF_BODY * len(bodies)].reshape(len(bodies), -1)
     order = [bodies.index(counterpart(name, bodies) or name) for name in bodies]
-    of_image = of_body[order] * np.r_[TURN, 1.0, VECTOR]
+    of_image = of_body[order] * np.r_[TURN, 1.0, VECTOR, np.ones(3)]  # dampings are the same
     mirrored[places.STATE : places.STATE + of_image.size] = of_image.ravel()
     return mirrored
 
