@@ -21,7 +21,7 @@ STUDIES = {
     "steering": "walks that follow a commanded speed and heading (Coros 2010)",
     "creatures": "animals made from short descriptions; a search found muscles and gait together (Geijtenbeek 2013)",
     "reflexes": "walks by muscle reflexes (Geyer and Herr 2010)",
-    "bergmann2017": "experiments of Bergmann 2017: arm muscles, walks on some of the muscles, and that program's own walks",
+    "bergmann2017": "experiments of Bergmann 2017: arm muscles, walks on some muscles, and that program's own walks",
     "wang2012": "a walk on the 16 leg muscles of Wang 2012",
     "terrain": "walks on bumps, stairs and slopes",
     "worlds": "walks among objects, on treadmills and in water",

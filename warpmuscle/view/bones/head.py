@@ -12,7 +12,7 @@ from warpmuscle.view.bones.meshes import ellipsoid, merged
 from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.hulls import Mesh
 
-CELL, BLEND = 0.078, 0.022  # of a skull whose half height is 1
+CELL, BLEND = 0.08, 0.022  # of a skull whose half height is 1
 
 
 def skull(joint: Floats, center: Floats, radius: float) -> tuple[Mesh, Mesh]:

@@ -12,7 +12,7 @@ from warpmuscle.view.bones.meshes import merged
 from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.hulls import Mesh
 
-CELL, BLEND = 0.009, 0.0026  # m
+CELL, BLEND = 0.0094, 0.0026  # m
 TALL = 0.095, 0.14  # m, from the hips to the highest point of the crests
 RODS = 26  # of a wing
 # A crest from front to back: how far from the hip aside, upwards in the height of the wing, and ahead, m.

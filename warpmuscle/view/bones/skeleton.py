@@ -192,7 +192,7 @@ def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale:
         return np.asarray(start + part[..., None] * reach - (0.78 * deep * bow)[..., None] * ahead)
 
     parts = [vertebrae(back(np.linspace(0.0, 1.0, 25)), 0.9 * s)]
-    round_ = np.linspace(0.0, 0.93 * np.pi, 12)
+    round_ = np.linspace(0.0, 0.93 * np.pi, 11)
     ends: dict[float, list[Floats]] = {1.0: [], -1.0: []}
     for k in range(RIBS):
         at = 0.91 - 0.6 * k / (RIBS - 1)
@@ -213,7 +213,7 @@ def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale:
                 points = np.append(
                     points, [points[-1] + (sign * 0.014 * s - (points[-1] - start) @ aside) * aside], axis=0
                 )
-            parts.append(_flat(tube(points, 0.0052 * s, 6), points, up, 1.75))
+            parts.append(_flat(tube(points, 0.0054 * s, 5), points, up, 1.75))
             if not floating:
                 ends[sign].append(points[-1])
     high, low = (np.asarray(x - np.dot(x - start, aside) * aside) for x in (ends[1.0][0], ends[1.0][TRUE_RIBS - 1]))

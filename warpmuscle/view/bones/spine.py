@@ -22,7 +22,7 @@ def vertebrae(line: Floats, scale: float, thin: float = 1.0) -> Mesh:
     at = np.linspace(0.0, way[-1], 4 * count + 1)
     points = np.stack([np.interp(at, way, line[:, k]) for k in range(3)], axis=1)
     form = np.tile([DISC, BODY, 0.88 * BODY, BODY], count + 1)[: 4 * count + 1]
-    parts = [tube(points, thin * s * form)]
+    parts = [tube(points, thin * s * form, 8)]
     along = normalized(np.gradient(points, axis=0))
     for k in range(2, 4 * count + 1, 4):
         up, middle, t = along[k], points[k], thin * s
