@@ -12,7 +12,7 @@ import warp as wp
 from probes import evaluate
 
 import warpmuscle.kernels
-from warpmuscle.kernels.functions import LateFunction, func, gradient_of, own_gradient
+from warpmuscle.kernels.functions import LateFunction, func, gradient_of, known_gradient
 
 KERNELS = Path(warpmuscle.kernels.__file__).parent
 MODULES = sorted(path for path in KERNELS.rglob("*.py") if path.name != "functions.py")
@@ -101,13 +101,13 @@ def test_the_gradient_that_a_function_was_given_is_known_before_it_is_parsed_and
     def slope(x: float, adj_ret: float):
         wp.adjoint[x] += 4.0 * adj_ret * cubed(x)
 
-    assert own_gradient(fourth) is slope
+    assert known_gradient(fourth) is slope
     assert not parsed(fourth)
-    assert own_gradient(added(1.0, fourth)) is None
+    assert known_gradient(added(1.0, fourth)) is None
     assert fourth(2.0) == 16.0
     assert parsed(fourth)
-    assert own_gradient(fourth) is slope
-    assert own_gradient(cubed) is None
+    assert known_gradient(fourth) is slope
+    assert known_gradient(cubed) is None
 
 
 def test_what_no_function_has_is_not_an_attribute():

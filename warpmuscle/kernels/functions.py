@@ -83,7 +83,7 @@ def gradient_of(function: Any) -> Callable[[Python], Python]:
     return given
 
 
-def own_gradient(function: Any) -> Python | None:
+def known_gradient(function: Any) -> Python | None:
     """The Python code of the gradient that a function was given; it is not parsed for that. None if it has none."""
     if isinstance(function, LateFunction) and "adj" not in function.__dict__:
         late: Python | None = function.__dict__.get("gradient")

@@ -72,6 +72,13 @@ class ContactSum:
     c: symmetric  # sum of K
 
 
+def beneath_of(terrain: int) -> tuple[Any, Any, Any]:
+    """The Warp functions of what lies beneath a body, beneath a sphere, and of its ways out; None on flat ground."""
+    if terrain == FLAT:
+        return None, None, None
+    return about_body_of(terrain), beneath_sphere_of(terrain), plane_of_way_of(terrain)
+
+
 @cache
 def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> Any:
     """The Warp function of the contacts of one body with the ground at points; zero if it is clear of it.
@@ -82,12 +89,8 @@ def point_contacts_of(soft: bool, terrain: int = FLAT, moves: bool = False) -> A
         moves: whether it moves along itself, see `belts.py`.
     """
     rises, patched, walls = terrain != FLAT, has_patches(terrain), has_walls(terrain)
-    about_body = beneath_sphere = plane_of_way = None
-    if rises:
-        about_body, beneath_sphere = about_body_of(terrain), beneath_sphere_of(terrain)
-        plane_of_way = plane_of_way_of(terrain)
-    ground_velocity, patch_at = belt_velocity if moves else None, patch_below if patched else None
-    soft_force = constraint_force if soft else None
+    (about_body, beneath_sphere, plane_of_way), patch_at = beneath_of(terrain), patch_below if patched else None
+    ground_velocity, soft_force = belt_velocity if moves else None, constraint_force if soft else None
 
     @wp.func
     def point_contacts(instance: int, body: int, step: int, model: ModelRef, work: ScratchRef) -> ContactSum:

@@ -14,7 +14,7 @@ import warp as wp
 
 from warpmuscle.kernels.curve.curves import functions_of
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_functions
-from warpmuscle.kernels.functions import gradient_of, own_gradient
+from warpmuscle.kernels.functions import gradient_of, known_gradient
 
 SLOPE_STEP = 1.0e-3  # of v_max, to either side
 
@@ -85,7 +85,7 @@ def with_curves(function: Any, own: CustomCurves | Shaped | None, curves: int | 
     if not others:
         return function
     changed = _changed(function.func, own, curves, function)
-    gradient = own_gradient(function)
+    gradient = known_gradient(function)
     if gradient is not None:
         changed |= _changed(gradient, own, curves, function)
     if not changed:
