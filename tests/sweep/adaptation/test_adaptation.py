@@ -68,6 +68,27 @@ def test_runs_have_the_same_froude_number_slope_and_relative_load(tmp_path: Path
     assert groups(plan.scenes) == [[0, 1, 2]]  # share batches
 
 
+def test_loads_at_knees_and_ankles_hang_at_the_lower_end_of_the_bone_above(tmp_path: Path):
+    scene = load("reflex_planar")
+    at = {"study": "a", "speed_m_s": 1.3, "added_mass_kg": 3.5}
+    knee, ankle, torso = (
+        LEVEL | at | {"identifier": name, "added_mass_where": name} for name in ("knee", "ankle", "torso")
+    )
+    records = records_of(tmp_path, LEVEL, knee, ankle, torso)
+    (tmp_path / "sweep.toml").write_text(sweep_text(records, scene, "reflex_planar", 1, {"candidates": 10}, 5.0))
+    runs = {str(run.axes["run"]): at_start(run.scene).character for run in read(tmp_path / "sweep.toml").runs}
+    mass = body_mass(at_start(scene).character)
+    for name, joint in (("knee", "lKnee"), ("ankle", "rAnkle")):
+        character = runs[name]
+        own = character.joints[joint]
+        fixed = character.joints[f"load_at_{name}_of_{own.child}"]
+        assert (fixed.parent, fixed.position_in_parent) == (own.parent, own.position_in_parent)
+        assert character.bodies[fixed.child].mass == pytest.approx(0.05 * mass)
+        assert body_mass(character) == pytest.approx(1.1 * mass, rel=1e-3)  # on each leg
+    assert body_mass(runs["torso"]) == pytest.approx(1.05 * mass, rel=1e-3)
+    assert records[1].described == "1.30 m/s, 5 % of the body's mass on each knee"
+
+
 @pytest.mark.parametrize("height", [1.004586, Free(1.004586, 0.9, 1.1)])
 def test_no_foot_starts_in_a_slope(height: Number, tmp_path: Path):
     """Deeper than on level ground, whose contacts then threw the body up: at 8 %, none of 192 walks lasted."""

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
@@ -16,6 +16,7 @@ from warpmuscle.core.number_rows import first_number
 from warpmuscle.formats.toml_layout import inline
 from warpmuscle.gait.likeness import leg_length
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import at_start
@@ -27,6 +28,7 @@ PLACES = {
     "pelvis": ("pelvis",), "torso": ("torso",), "femur": ("lUpperleg", "rUpperleg"),
     "tibia": ("lLowerleg", "rLowerleg"), "foot": ("lFoot", "rFoot"),
 }  # fmt: skip
+AT_JOINTS = {"knee": 1, "ankle": 2}  # places at the lower end of a limb's body, by the number of the joint of a leg
 RADIUS = 0.1  # m, of gyration of a load
 NO_LOAD = 0.001  # kg
 EMPTY: Mapping[str, Any] = {}
@@ -75,11 +77,11 @@ def sweep_text(
     lines += ["", "[set]", f"duration = {duration!r}"]
     lines += [f"{json.dumps(key)} = {inline(value)}" for key, value in settings.items()]
     loaded = {record.place: record for record in records if record.load}
-    for body in (body for record in loaded.values() for body in _bodies(record, scene)):
-        lines.append(f'"character.bodies.load_on_{body}" = {{ mass = {NO_LOAD}, inertia = {_inertia(NO_LOAD)} }}')
+    for load in (load for record in loaded.values() for load in _loads(record, plain)):
+        lines.append(f'"character.bodies.{load.name}" = {{ mass = {NO_LOAD}, inertia = {_inertia(NO_LOAD)} }}')
         lines.append(
-            f'"character.joints.load_on_{body}" = {{ type = "fixed", parent = "{body}", child = "load_on_{body}", '
-            "position_in_parent = [0, 0, 0], position_in_child = [0, 0, 0] }"
+            f'"character.joints.{load.name}" = {{ type = "fixed", parent = "{load.body}", child = "{load.name}", '
+            f"position_in_parent = {inline(load.position)}, position_in_child = [0, 0, 0] }}"
         )
     lines += ["", "[grid]", f"seed = {list(range(1, seeds + 1))}"]
     for record in records:
@@ -88,9 +90,9 @@ def sweep_text(
         if record.slope:
             lines.append(f'"ground.normal" = [0, 1, {-record.slope!r}]')
             lines += _raised(plain, scene.initial_state.root_position[1], record.slope)
-        for body in _bodies(record, scene) if record.load else ():
-            lines.append(f'"character.bodies.load_on_{body}.mass" = {record.load * mass!r}')
-            lines.append(f'"character.bodies.load_on_{body}.inertia" = {_inertia(record.load * mass)}')
+        for load in _loads(record, plain) if record.load else ():
+            lines.append(f'"character.bodies.{load.name}.mass" = {record.load * mass!r}')
+            lines.append(f'"character.bodies.{load.name}.inertia" = {_inertia(record.load * mass)}')
     return MADE + "\n".join(lines) + "\n"
 
 
@@ -114,15 +116,34 @@ def _raised(plain: Scene, height: Number, slope: float) -> list[str]:
     return [f'"initial_state.root_position.1" = {first_number(height) + more!r}']
 
 
-def _bodies(record: Record, scene: Scene) -> tuple[str, ...]:
-    """The bodies that carry the load of a condition."""
-    bodies = PLACES.get(record.place)
+class _Load(NamedTuple):
+    """Where a load is fixed."""
+
+    name: str  # of its body
+    body: str  # that carries it
+    position: list[float]  # m, in that body
+
+
+def _loads(record: Record, plain: Scene) -> list[_Load]:
+    """The loads of a condition, of a scene without free parameters."""
+    character, place = plain.character, record.place
+    if place in AT_JOINTS:
+        legs = [leg_joints(plain, side) for side in (0, 1)]
+        if any(len(joints) <= AT_JOINTS[place] for joints in legs):
+            raise Error(f"{record.name}: the scene has no {place}s for a load on them")
+        joints = [character.joints[names[AT_JOINTS[place]]] for names in legs]
+        return [
+            _Load(f"load_at_{place}_of_{one.child}", one.parent, [first_number(x) for x in one.position_in_parent])
+            for one in joints
+        ]
+    bodies = PLACES.get(place)
     if bodies is None:
-        raise Error(f"{record.name}: no place of a load is called {record.place!r}; there are {', '.join(PLACES)}")
-    missing = [body for body in bodies if body not in scene.character.bodies]
+        known = ", ".join((*PLACES, *AT_JOINTS))
+        raise Error(f"{record.name}: no place of a load is called {place!r}; there are {known}")
+    missing = [body for body in bodies if body not in character.bodies]
     if missing:
-        raise Error(f"{record.name}: the scene has no body {missing[0]!r} for a load on the {record.place}")
-    return bodies
+        raise Error(f"{record.name}: the scene has no body {missing[0]!r} for a load on the {place}")
+    return [_Load(f"load_on_{body}", body, [0, 0, 0]) for body in bodies]
 
 
 def _inertia(mass: float) -> list[float]:

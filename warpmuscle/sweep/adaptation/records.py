@@ -25,7 +25,7 @@ from warpmuscle.core.limits import check_size
 USUAL_SPEED = 1.3  # m/s; of level walks at several speeds, the nearest to this is what others are compared with
 ANGLES = {"hip_flexion_deg": 1.0, "knee_angle_deg": -1.0, "ankle_angle_deg": 1.0}  # signs that make them flexion
 BACKPACK = "torso"  # where a load is that is said to be nowhere
-LIMBS = ("femur", "tibia", "foot")  # whose loads are those of each leg
+LIMBS = ("femur", "tibia", "foot", "knee", "ankle")  # whose loads are those of each leg
 GREATEST = {"speed_m_s": 20.0, "slope_pct": 100.0, "added_mass_kg": 500.0}
 
 
