@@ -30,8 +30,8 @@ import numpy as np
 from warpmuscle.core import hdf5
 from warpmuscle.core.array_checks import check_numbers
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import ResultError
-from warpmuscle.core.files import replace_result
+from warpmuscle.core.errors import ResultError, SceneError
+from warpmuscle.core.files import replace_file
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.machine import this_machine
 from warpmuscle.synergy.factorization import Account, Synergies, match
@@ -93,7 +93,10 @@ def write(path: str | Path, result: SynergyResult) -> None:
             file.attrs[name] = value
         _put_activations(file, result.activations)
         _put_synergies(file, result)
-    replace_result(path, memory.getvalue())
+    try:
+        replace_file(Path(path), memory.getvalue())
+    except SceneError as error:
+        raise ResultError(f"{path}: {error.message}") from None
 
 
 def read(path: str | Path) -> SynergyResult:
