@@ -269,7 +269,7 @@ def test_impossible_gaits_are_refused(imitation: Imitation, key: str, message: s
 
 
 def test_a_body_without_a_controller_has_no_gait():
-    with pytest.raises(SceneError, match="no controller") as caught:
+    with pytest.raises(SceneError, match="no gait to imitate") as caught:
         EpisodeBatch("throw18", 1, "cpu", Task(imitation=Imitation()))
     assert caught.value.key == "learning.imitation"
 

@@ -221,7 +221,7 @@ def test_observations_are_the_state_itself():
         (lambda r: r.step(0), "the number of steps k must be a positive whole number, not 0"),
         (lambda r: r.step(1, excitations=np.ones((2, 3))), r"excitations have shape \(2, 3\).*\(1 or 4, 3\)"),
         (lambda r: r.step(1, torques=[1.0, 2.0]), r"torques have shape \(2,\).*\(1 or 4, 4\)"),
-        (lambda r: r.step(1, excitations=np.array([[0.1, np.nan, 0.2]])), "no number .NaN., in row 0, column 1"),
+        (lambda r: r.step(1, excitations=np.array([[0.1, np.nan, 0.2]])), "excitations hold NaN in row 0, column 1"),
         (lambda r: r.step(1, excitations="strong"), "excitations cannot be taken from a str"),
         (lambda r: r.step(1, torques=object()), "torques cannot be taken from a object"),
         (lambda r: r.reset([True]), r"a mask takes \(4,\) of bool, not \(1,\) of bool"),

@@ -226,7 +226,7 @@ def test_rates_of_dissipation_are_derivatives(smooth: bool) -> None:
 @pytest.mark.parametrize(
     ("change", "key", "words"),
     [
-        ({"law": "spring"}, "shapes.0.material", "give `ground.law`"),
+        ({"law": "spring"}, "shapes.0.material", "set `ground.law`"),
         ({"shape": Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))}, "shapes.0", "spheres or capsules"),
         ({"static_friction": -0.1}, "material.static_friction", "negative"),
         ({"transition_velocity": 0.0}, "material.transition_velocity", "greater than 0"),

@@ -30,6 +30,7 @@ from warpmuscle.kernels.body import (
 from warpmuscle.kernels.contact import collision, touching
 from warpmuscle.kernels.contact.body_contact import body_contact_of
 from warpmuscle.kernels.control import control, coordinate_control, simbicon
+from warpmuscle.kernels.control.joint_pd import joint_pd
 from warpmuscle.kernels.curve.curves import LEE
 from warpmuscle.kernels.force import devices, forces
 from warpmuscle.kernels.memory import scratch
@@ -39,6 +40,7 @@ from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import HILL, IDEAL, LEGACY
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
 from warpmuscle.kernels.objective import accelerations, failure, term_functions, term_sums
+from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.recording import record
 from warpmuscle.kernels.structs import Scratch
 from warpmuscle.model.controllers.simbicon import SIMBICON
@@ -56,6 +58,12 @@ MUSCLES = [
     for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
 MUSCLES += [muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_at_hand=True, shared=joints)) for joints in (1, 3)]
+MUSCLES += [
+    muscle_stage_of(
+        MuscleKind(LEE, RIGID, HILL, implicit=implicit, coordinate_joints=True, followers=True, paths=PathKind(None, 8))
+    )
+    for implicit in (True, False)
+]
 FORCES = tuple(devices.FORCES.values())
 KEPT = {"near"}  # from step to step
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
@@ -69,7 +77,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "collision": (collision.collision_stage_of(True),),
     "control": (
         control.control_stage_of(control.NO_CONTROLLER), control.control_stage_of(SIMBICON), simbicon.torques_stage,
-        coordinate_control.coordinate_control_stage,
+        coordinate_control.coordinate_control_stage, 
+        control.control_stage_of(control.NO_CONTROLLER._replace(custom=joint_pd)),
     ),
     "effort": (term_sums.effort_stage, record.record_desired),
     "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),
@@ -77,7 +86,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "record": (record.record_stage,),
     "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any, constraints.constraint_stage),
     "inertia": (
-        inertia.inertia_stage_of(True), forces.body_forces_stage_of(FORCES),
+        inertia.inertia_stage_of(True, resistance=True), forces.body_forces_stage_of(FORCES),
         touching.touching_stage_of((body_contact_of(True),)),
     ),
     "backward": (
