@@ -214,5 +214,5 @@ def test_a_wrap_out_of_order_is_refused(tmp_path: Path):
     scene, _ = loaded(tmp_path, *VIA)
     wraps = scene.character.muscles["pull"].wraps
     scene.character.muscles["pull"].wraps = [*wraps[1:], Wrap(wraps[0].surface, 1, 2)]
-    with pytest.raises(SceneError, match="in the order in which the path comes to them"):
+    with pytest.raises(SceneError, match="in the order in which the path meets them"):
         check_scene(scene)
