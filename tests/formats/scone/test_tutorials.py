@@ -7,9 +7,9 @@ import pytest
 
 import small_scone
 from warpmuscle.core.errors import SceneError
-from warpmuscle.formats import load
+from warpmuscle.formats import load, save
 from warpmuscle.formats.lines import Ignored
-from warpmuscle.formats.scone.parameters import Parameter, write_parameters
+from warpmuscle.formats.scone.parameters import Parameter, read_parameters, write_parameters
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 
@@ -126,3 +126,43 @@ def test_a_file_of_parameters_of_another_scenario_is_refused(tmp_path: Path):
     write_parameters(tmp_path / "other.par", [Parameter("S00111.soleus.KF", 1.0, 1.0, 0.1)])
     with pytest.raises(SceneError, match=r"other.par: no name in it, such as S00111.soleus.KF, .* such as calf.Y0"):
         load(path, tmp_path / "other.par", ignored=[])
+
+
+def written(folder: Path, **texts: str) -> tuple[dict[str, float], list[Ignored]]:
+    """Best values by name that a scenario's scene writes as a .par, after a detour over its own file."""
+    scene = load(small_scone.write(folder, **texts), ignored=[])
+    save(scene, folder / "scene.toml")
+    lost: list[Ignored] = []
+    save(load(folder / "scene.toml", ignored=[]), folder / "out.par", lost)
+    return {name: one.best for name, one in read_parameters(folder / "out.par").items()}, lost
+
+
+def test_numbers_of_motors_are_written_in_the_names_that_they_are_read_by(tmp_path: Path):
+    found, lost = written(tmp_path, **small_scone.with_chest())
+    motors = {
+        "posture.back_bends-chest.KP": 150.0, "posture.back_bends-chest.P0": -0.1,
+        "posture.back_leans-chest.KP": 90.0, "posture.back_leans-chest.KV": 9.0,
+    }  # fmt: skip
+    assert {name: found[name] for name in motors} == motors
+    assert not lost
+    assert load(tmp_path / "pair.scone", tmp_path / "out.par", ignored=(noted := [])).forces["back_motor"]
+    assert not [one for one in noted if one.file.suffix == ".par"]
+
+
+def test_numbers_of_controllers_with_a_name_and_of_several_reflexes_alike_are_written_once(tmp_path: Path):
+    reflex = "MuscleReflex { target = calf source = seat KF = ~0.5<0,2> delay = 0.02 }"
+    controller = f"ReflexController {{ name = Upright symmetric = 1 {reflex} {reflex} }}"
+    noisy = f"CompositeController {{ {controller} {PATTERN.replace('{ symm', '{ name = Hop symm')} }}"
+    found, lost = written(tmp_path, controller=noisy)
+    assert found["Upright.calf-seat.KF"] == 0.5
+    assert {name for name in found if name.startswith("Hop.")} == {
+        f"Hop.{muscle}.{number}" for muscle in ("calf", "seat") for number in ("Y0", "Y1", "DT0")
+    }
+    assert len(found) == 7
+    assert not lost
+    scene = load(tmp_path / "pair.scone", ignored=[])
+    assert scene.gait_states is not None
+    scene.gait_states.reflexes["Upright_calf-seat_2"].force_gain = Free(1.0, min=0.0, max=2.0)
+    save(scene, tmp_path / "two.par", lost)
+    assert [one.text for one in lost] == ["gait_states.reflexes.Upright_calf-seat_2.force_gain"]
+    assert read_parameters(tmp_path / "two.par")["Upright.calf-seat.KF"].best == 0.5
