@@ -28,7 +28,7 @@ UNCOUNTED = (
     "DofMeasure", "DofLimitMeasure", "JointMeasure", "JointLoadMeasure", "BodyMeasure", "MuscleMeasure", "StepMeasure",
 )  # fmt: skip
 BACKWARDS = "by its weight and `minimize` SCONE seeks falls, effort or low jumps; taken with the other sign"
-WHOLE_TIME = "counts over the whole time here"
+THROUGHOUT = "counts over the whole time here"
 PER_METRE = "activations over the mass and the way at the wanted speed, where SCONE takes the way that is walked"
 
 
@@ -70,7 +70,7 @@ def _measure(node: Node, scene: Scene, notes: Notes, factor: float) -> None:
     for time in node.children:
         if time.key in ("start_time", "stop_time") and not time.used:
             time.used = True
-            notes.ignore(time.file, time.line, f"{time.key} of {node.key}", WHOLE_TIME)
+            notes.ignore(time.file, time.line, f"{time.key} of {node.key}", THROUGHOUT)
     node.tell_unused()
 
 

@@ -28,8 +28,8 @@ def read_number(node: Node, std_factor: float = AUTO_FACTOR) -> float | FreeNumb
     Args:
         std_factor: of the mean, for a spread that is not given: `auto_std_factor`.
     """
-    if node.value is None and (mean := node.find("mean", "init_mean")) is not None:
-        return _of_block(node, mean.number(), std_factor)
+    if node.value is None and (middle := node.find("mean", "init_mean")) is not None:
+        return _of_block(node, middle.number(), std_factor)
     text = "".join(node.text().split())
     if "~" not in text:
         return node.number_in(text)
