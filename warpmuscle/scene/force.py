@@ -24,6 +24,7 @@ class Force(Part):
     parameters: Annotated[dict[str, Number], "1"] = {}
     expressions: dict[str, str] = {}  # what it is, of what it depends on; 0 where it says nothing
     curves: dict[str, ExpressionCurve] = {}  # that the expressions may call, by their own names
+    scone_names: dict[str, str] = {}  # by axis of a motor, lean, list or turn: of the reflex that drives it, in a .par
 
 
 def power_name(force: str) -> str:

@@ -170,6 +170,7 @@ def test_options_of_a_scenario_change_muscles_and_friction(tmp_path: Path):
         ("optimal_fiber_length = 0.06", "optimal_fiber_length = -0.06", "pair.hfd:26: character.muscles.calf_r.l_opt"),
         ("name = calf_r", "name = seat_r", "two are called 'seat_r'"),
         ("mass = 40", "mass = 40 ori { z = 5 }", "bodies that are turned"),
+        ("body { name = trunk", "body { name = belt mass = 0 } body { name = trunk", "'belt' has no mass and hangs on"),
         ("model {", "modle {", "there is no SimulationObjective in it, nor a model of Hyfydy"),
     ],
 )

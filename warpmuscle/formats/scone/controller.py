@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+import msgspec
 import numpy as np
 
-from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.lines import Ignored, Notes
 from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.formats.scone.reflexes import REFLEXES, SUFFIX, Acting, Bindings, ReflexReader, Sensed, key_of
 from warpmuscle.formats.scone.start import matches
+from warpmuscle.formats.scone.unknown import put_off, refuse
 from warpmuscle.formats.scone.zml import Node
 from warpmuscle.scene import Character, Force, GaitStates, Scene
 from warpmuscle.scene.gait_states.part import STATES, GaitNoise, GaitPattern, LegThresholds, Shape, Side, State
-from warpmuscle.scene.number import Number
+from warpmuscle.scene.number import Free, Number
 
 STATE_NAMES: dict[str, State] = dict(
     zip(("EarlyStance", "LateStance", "Liftoff", "Swing", "Landing"), STATES, strict=True)
@@ -29,6 +31,11 @@ FUNCTIONS: dict[str, Shape] = {
     "PieceWiseLinear": "linear", "PieceWiseConstant": "constant", "Polynomial": "polynomial", "Constant": "constant",
 }  # fmt: skip
 MOST_KNOTS = 99
+SHORTEST = 0.001  # s, from knot to knot
+AT_LEAST = f"from knot to knot there are at least {SHORTEST:g} s here"
+NO_MUSCLES = (
+    "patterns drive muscles, of which the model has none; its motors are driven by a BodyOrientationReflex alone"
+)
 
 
 def read_controllers(nodes: Iterable[Node], scene: Scene, body: Sensed, bindings: Bindings, notes: Notes) -> None:
@@ -56,7 +63,9 @@ class _Reader:
         """A controller of a kind that is known."""
         read = CONTROLLERS.get(node.key)
         if read is None:
-            node.fail(f"controllers of this kind are not known here; there are {', '.join(CONTROLLERS)}")
+            refuse(node, "controllers", CONTROLLERS)
+        if put_off(node):
+            return
         read(self, node)
         node.tell_unused()
 
@@ -206,6 +215,8 @@ class _Reader:
         shape = FUNCTIONS[word.removesuffix("Function")]
         include, exclude = node.string_of("include", "*"), node.string_of("exclude")
         muscles = self._scene.character.muscles
+        if not muscles:
+            node.fail(NO_MUSCLES)
         names = dict.fromkeys(
             name.removesuffix("_l").removesuffix("_r")
             for name in muscles
@@ -219,6 +230,7 @@ class _Reader:
                 own = f"{acting.prefix}{name}{SUFFIX[side]}"
                 key = key_of(own, patterns)
                 self._reflexes.known(node, name, muscles, "muscle")
+                self._notes.places[f"gait_states.patterns.{key}"] = (function.file, function.line)
                 numbers = self._knots(function, shape, own, f"gait_states.patterns.{key}")
                 flat = function.truth_of("flat_extrapolation", False)
                 patterns[key] = GaitPattern(
@@ -243,7 +255,20 @@ class _Reader:
             return values, []
         step = node.need("control_point_dt")
         steps = [self._bindings.number(step, f"{own}.DT{k}", f"{place}.intervals.{k}") for k in range(knots - 1)]
-        return values, steps
+        return values, [self._longer(step, number) for number in steps]
+
+    def _longer(self, node: Node, number: Number) -> Number:
+        """A free interval whose bounds begin above 0: two knots at one time are no pattern."""
+        if not isinstance(number, Free) or number.value is None or number.min is None or number.max is None:
+            return number
+        if number.min >= SHORTEST:
+            return number
+        if number.max <= SHORTEST:
+            node.fail(f"its bounds end at {number.max:g}; {AT_LEAST}")
+        said = (node.file, node.line, node.key, AT_LEAST)
+        if Ignored(*said) not in self._notes.ignored:
+            self._notes.ignore(*said)
+        return msgspec.structs.replace(number, value=max(number.value, SHORTEST), min=SHORTEST)
 
 
 def leg_of(character: Character) -> tuple[str, float]:

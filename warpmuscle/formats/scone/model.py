@@ -36,6 +36,7 @@ from warpmuscle.scene.number import Number
 SOURCE = re.compile(r"(?P<sign>-?)(?P<name>.+)_(?P<kind>[rt])(?P<axis>[xyz])(?P<side>_[lr])?")
 HELD = "joints hold exactly here, and their stiffness and damping are not used"
 OPTIONS = ("joint_stiffness", "joint_damping", "damping_mode", "limit_damping_mode", "density")  # of held joints
+BESIDE = "has no mass and hangs on no joint: what stands beside a character, such as a treadmill, is not known here"
 SHAPES = ("capsule", "box", "cylinder")  # that no ground is felt by
 UNTOUCHED = "only spheres touch the ground here; left out"
 UNBOUNDED_TORQUE = 1.0e6  # N m
@@ -100,6 +101,9 @@ class _Builder:
         for name in OPTIONS:
             self._settings.find(name)
         roots = [name for name in bodies if name != "ground" and name not in joints]
+        for name in roots if len(roots) > 1 else ():
+            if bodies[name].number_of("mass", 0.0) == 0.0:
+                bodies[name].fail(f"{name!r} {BESIDE}")
         if len(roots) != 1:
             named = ", ".join(roots[:3]) or "none"
             self._model.fail(f"one body hangs on no joint, and all others on it; here it is {named}")

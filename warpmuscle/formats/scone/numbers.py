@@ -28,6 +28,8 @@ def read_number(node: Node, std_factor: float = AUTO_FACTOR) -> float | FreeNumb
     Args:
         std_factor: of the mean, for a spread that is not given: `auto_std_factor`.
     """
+    if node.value is None and (middle := node.find("mean", "init_mean")) is not None:
+        return _of_block(node, middle.number(), std_factor)
     text = "".join(node.text().split())
     if "~" not in text:
         return node.number_in(text)
@@ -40,16 +42,31 @@ def read_number(node: Node, std_factor: float = AUTO_FACTOR) -> float | FreeNumb
     else:
         mean = node.number_in(spread)
         std = max(std_factor * abs(mean), LEAST_SPREAD)
-    if std <= 0.0:
-        node.fail(f"its spread must be greater than 0, is {std:g}")
     low, high = mean - UNBOUNDED * std, mean + UNBOUNDED * std
     if found["low"] is not None:
         low, high = node.number_in(found["low"]), node.number_in(found["high"])
+    return _checked(node, FreeNumber(mean, std, low, high))
+
+
+def _of_block(node: Node, mean: float, std_factor: float) -> FreeNumber:
+    """A free number as versions before 2017 have it: `{ mean = 0.3 std = 0.01 min = 0 max = 1 }`."""
+    given = node.find("std", "init_std")
+    std = max(std_factor * abs(mean), LEAST_SPREAD) if given is None else given.number()
+    low, high = (node.number_of(key, mean + way * UNBOUNDED * std) for key, way in (("min", -1.0), ("max", 1.0)))
+    node.tell_unused("a free number has mean, std, min and max")
+    return _checked(node, FreeNumber(mean, std, low, high))
+
+
+def _checked(node: Node, number: FreeNumber) -> FreeNumber:
+    """A number whose spread and bounds fit together."""
+    mean, std, low, high = number
+    if std <= 0.0:
+        node.fail(f"its spread must be greater than 0, is {std:g}")
     if not low < high:
         node.fail(f"its bounds run down from {low:g} to {high:g}")
     if not low <= mean <= high:
         node.fail(f"{mean:g} is outside of its bounds from {low:g} to {high:g}")
-    return FreeNumber(mean, std, low, high)
+    return number
 
 
 def as_scene_number(number: float | FreeNumber, value: float | None = None) -> Number:

@@ -105,7 +105,9 @@ class ReflexReader:
         axis = turned.sign * np.eye(3)["xyz".index(turned.axis)]
         if not np.allclose(node.vector_of("axis", (0.0, 0.0, 1.0)), axis):
             node.fail(f"its axis must be that of {target.text()!r} here")
-        self._drive(node, motor, MOTOR_AXES[turned.axis], f"{prefix}{target.text()}-{source.text()}", force)
+        own = f"{prefix}{target.text()}-{source.text()}"
+        motor.scone_names = {**motor.scone_names, MOTOR_AXES[turned.axis]: own}
+        self._drive(node, motor, MOTOR_AXES[turned.axis], own, force)
         if (delay := node.find("delay")) is not None and delay.number() > 0.0:
             self._notes.ignore(delay.file, delay.line, f"delay of {target.text()}", AT_ONCE)
         node.tell_unused(f"a motor is driven by {', '.join(OF_MOTOR)}")

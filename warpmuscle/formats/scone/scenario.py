@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import load_model
 from warpmuscle.formats.scone.controller import CONTROLLERS, read_controllers
@@ -17,6 +17,7 @@ from warpmuscle.formats.scone.numbers import FreeNumber, read_number
 from warpmuscle.formats.scone.parameters import Parameter, read_parameters
 from warpmuscle.formats.scone.reflexes import Bindings, Sensed
 from warpmuscle.formats.scone.start import Start, matches, put_load, put_start, read_states
+from warpmuscle.formats.scone.unknown import refuse
 from warpmuscle.formats.scone.zml import Node, find_beside, parse
 from warpmuscle.scene import Scene
 from warpmuscle.scene.gait_states.part import sided
@@ -55,7 +56,7 @@ UNFELT = {  # settings of a model that change how it moves
     "muscle_input_soft_limits": "excitations are cut at 0 and 1",
     "muscle_input_limit_type": "excitations are cut at 0 and 1", "blueprint": "the ground is level",
 }  # fmt: skip
-SCRIPTED = "scripts in Lua are not run here; see how scenes name code of their own, docs/tutorials/own-parts.md"
+SHARED = "numbers that several places share by a name are not known here: write each where its name stands"
 IN_OR_OUT = {"include": "*", "exclude": ""}  # what of a start has offsets, where nothing is said
 OFFSETS = "start where their offsets put them, {fixed}: a search does not change them here"
 TIME_STEP = 0.001  # s
@@ -112,6 +113,9 @@ class _Scenario:
                 parts[0].fail(
                     "is a part of scenarios, which name its file: open one of them, with an optimizer and a model"
                 )
+            for one in optimizer.children:
+                if one.key.endswith("Objective"):
+                    refuse(one, "objectives", OBJECTIVES)
             self._top.fail(f"there is no {OBJECTIVES[0]} in it, nor a model of Hyfydy")
         self._init(optimizer)
         for option in optimizer.every(*SEARCH):
@@ -122,6 +126,8 @@ class _Scenario:
         for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time", "minimize"):
             objective.find(key)
         self._bindings.std_factor = objective.number_of("auto_std_factor", self._bindings.std_factor)
+        if (shared := objective.find("Parameters")) is not None:
+            shared.fail(SHARED)
         node = objective.find(*MODELS)
         if node is None:
             objective.fail(f"there is no model in it; there are {', '.join(MODELS)}")
@@ -251,11 +257,9 @@ def _tell_unknown_parts(node: Node) -> None:
     for child in node.children:
         if child.used:
             continue
-        if child.key.startswith("Script"):
-            child.fail(SCRIPTED)
         for what, known in (("Controller", CONTROLLERS), ("Measure", MEASURES)):
             if child.key.endswith(what):
-                child.fail(f"{what.lower()}s of this kind are not known here; there are {', '.join(known)}")
+                refuse(child, f"{what.lower()}s", known)
     node.tell_unused()
 
 
@@ -320,7 +324,11 @@ def _put_feet(scene: Scene, node: Node) -> None:
 
 
 def _tell_unknown(path: Path, parameters: Mapping[str, Parameter], bindings: Bindings, notes: Notes) -> None:
-    """Note what of a file of parameters the scenario has no number for."""
+    """Note what of a file of parameters the scenario has no number for; SceneError if that is all of it."""
+    if not any(name in bindings.places for name in parameters):
+        first, own = shortened(next(iter(parameters))), next(iter(bindings.places), "")
+        there = f"its names are such as {own}" if own else "it has none"
+        raise SceneError(f"no name in it, such as {first}, is of a free number of the scenario: {there}", file=path)
     for name, one in parameters.items():
         if name not in bindings.places:
             notes.ignore(path, one.line, name, "the scenario has no free number of this name; not used")

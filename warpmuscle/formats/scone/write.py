@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.formats.scone.controller import LEGS, THRESHOLDS
 from warpmuscle.formats.scone.numbers import AUTO_FACTOR, LEAST_SPREAD
 from warpmuscle.formats.scone.parameters import Parameter, write_parameters
-from warpmuscle.formats.scone.reflexes import OF_ANGLE, OF_MUSCLE, OF_POINT
+from warpmuscle.formats.scone.reflexes import OF_ANGLE, OF_MOTOR, OF_MUSCLE, OF_POINT
 from warpmuscle.scene import GaitReflex, GaitStates, Scene
 from warpmuscle.scene.parameters import free_parameters
 
@@ -20,6 +21,8 @@ UNNAMED = "SCONE has no parameter of this name; left out"
 def parameter_name(path: str, scene: Scene) -> str:
     """SCONE's name of a free number of a scene; empty if it has none."""
     table, _, rest = path.partition(".")
+    if table == "forces":
+        return _motor_name(rest, scene)
     if table != "gait_states" or scene.gait_states is None:
         return ""
     if rest.startswith("patterns."):
@@ -33,15 +36,30 @@ def parameter_name(path: str, scene: Scene) -> str:
     one = scene.gait_states.reflexes.get(reflex)
     if one is None:
         return ""
-    name = _prefixed(reflex)
+    name = _prefixed(reflex, one.muscle, scene.gait_states.reflexes)
     word = _word(one, field)
     if field in ("within_low", "within_high"):
         return f"{name}-{one.within_joint}.{word}"
     return f"{name}.{word}" if word else ""
 
 
-def _prefixed(key: str) -> str:
-    """The name of a key, which may begin with states."""
+def _motor_name(path: str, scene: Scene) -> str:
+    """SCONE's name of a number of a reflex that drives a motor."""
+    name, _, field = path.partition(".parameters.")
+    axis, _, what = field.partition("_")
+    words = [word for word, own in OF_MOTOR.items() if own == what]
+    reflex = scene.forces[name].scone_names.get(axis, "") if name in scene.forces else ""
+    return f"{reflex}.{words[0]}" if reflex and words else ""
+
+
+def _prefixed(key: str, muscle: str, keys: Collection[str]) -> str:
+    """The name of a key, which may begin with states or the controller's name, and end with a number of its own."""
+    first, _, number = key.rpartition("_")
+    if number.isdecimal() and first in keys:  # the same name, as SCONE has it for several reflexes
+        key = first
+    start, own, rest = key.partition(f"_{muscle}")
+    if own and (not rest or rest[0] in "-_"):
+        return f"{start}.{muscle}{rest}"
     found = PREFIX.fullmatch(key)
     return f"{found[1]}.{found[2]}" if found is not None else key
 
@@ -53,7 +71,8 @@ def _pattern_name(path: str, states: GaitStates) -> str:
     if key not in states.patterns or not index.isdigit():
         return ""
     value = "C" if states.patterns[key].shape == "polynomial" else "Y"
-    return f"{_prefixed(key)}.{value if field == 'values' else 'DT'}{index}"
+    name = _prefixed(key, states.patterns[key].muscle, states.patterns)
+    return f"{name}.{value if field == 'values' else 'DT'}{index}"
 
 
 def _word(reflex: GaitReflex, field: str) -> str:
@@ -74,12 +93,14 @@ def write_scene_parameters(scene: Scene, path: Path) -> list[Ignored]:
     Raises:
         SceneError: the file cannot be written.
     """
-    rows, lost = [], []
+    rows, lost = dict[str, Parameter](), []
     for one in free_parameters(scene):
         name = parameter_name(one.name, scene)
-        if name:
-            rows.append(Parameter(name, one.value, one.value, max(AUTO_FACTOR * abs(one.value), LEAST_SPREAD)))
-        else:
+        if not name:
             lost.append(Ignored(path, 0, one.name, UNNAMED))
-    write_parameters(path, rows)
+        elif name not in rows:
+            rows[name] = Parameter(name, one.value, one.value, max(AUTO_FACTOR * abs(one.value), LEAST_SPREAD))
+        elif rows[name].best != one.value:
+            lost.append(Ignored(path, 0, one.name, f"SCONE has one number {name} for several of them; the first stays"))
+    write_parameters(path, rows.values())
     return lost
