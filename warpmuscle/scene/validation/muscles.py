@@ -105,7 +105,8 @@ def _model(checks: Checks) -> None:
         raise SceneError("implicit damping is for muscles with rigid tendons only", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:
         if getattr(model, field) and law_of(model) != "hill":
-            raise SceneError(f"{laws_named(model)} muscles take no curve of one's own; leave it out", key=f"{key}.{field}")
+            message = f"{laws_named(model)} muscles take no curve of one's own; leave it out"
+            raise SceneError(message, key=f"{key}.{field}")
     if model.legacy and model.ideal:
         raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
     if model.law not in ("hill", law_of(model)):
