@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 import numpy as np
 
-from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, in_words
+from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, in_words, obtained_by
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, CommandWarning, Error, lacking
 from warpmuscle.core.html_table import html_table
@@ -161,6 +161,7 @@ PLOTTED = {
 STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 
+@obtained_by('wm.simulate("walk56") makes one')
 @dataclass(frozen=True, repr=False)
 class Run:
     """One simulation of a scene: its motion and how it ended; see `simulate`."""
