@@ -246,6 +246,9 @@ class Recording(RecordedQuantities):
 
         The attribute `at` says when in a step a quantity is.
 
+        The dataset's own `to_dataframe()` would have a row for each combination of all axes, which is more than memory
+        holds: take that of the recording, a row a frame, or that of one quantity, `dataset["com"].to_dataframe()`.
+
         It is what `xarray.open_dataset` makes of the motion in a result file. Raises Error without xarray.
         """
         time, arrays = self._labelled(list(QUANTITIES))
