@@ -83,7 +83,7 @@ def obtained_by(instead: str) -> Callable[[type[Kind]], type[Kind]]:
                     raise  # from within
                 raise not_made_by_hand(kind.__name__, instead, error) from None
 
-        kind.__init__ = called  # type: ignore[misc]
+        kind.__init__ = called  # type: ignore[method-assign, assignment]
         return kind
 
     return decorated

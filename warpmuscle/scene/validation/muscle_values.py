@@ -79,9 +79,9 @@ def _smoothing(key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None
         raise SceneError('only `activation = "scaled"` is smoothed; leave it out', key=f"{key}.activation_smoothing")
 
 
-def laws_named(model: MuscleModel) -> str:
-    """The law of muscles that are not of Hill's type, as errors have it."""
-    return "legacy and ideal" if law_of(model) in ("legacy", "ideal") else law_of(model)
+def those_of_law(model: MuscleModel) -> str:
+    """The muscles of a law that is not Hill's, as errors have them."""
+    return "legacy and ideal muscles" if law_of(model) in ("legacy", "ideal") else f"muscles of the law {law_of(model)}"
 
 
 def _shaped(part: Muscle | MuscleModel, model: MuscleModel) -> bool:
@@ -102,7 +102,7 @@ def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleMo
     floor = ["minimum_activation"] if part.minimum_activation not in (None, 0.0) else []
     if law_of(model) != "hill":
         for field in [*given, *own_tendon, *floor]:
-            raise SceneError(f"{laws_named(model)} muscles have no `{field}`; leave it out", key=f"{key}.{field}")
+            raise SceneError(f"{those_of_law(model)} have no `{field}`; leave it out", key=f"{key}.{field}")
     if not given:
         return
     if any(getattr(model, field) for field in CURVE_FIELDS):

@@ -19,7 +19,7 @@ from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known
-from warpmuscle.scene.validation.muscle_values import check_common_values, check_special_values, laws_named
+from warpmuscle.scene.validation.muscle_values import check_common_values, check_special_values, those_of_law
 from warpmuscle.scene.validation.paths import check_route, check_surfaces, usual_drive
 from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
@@ -105,7 +105,7 @@ def _model(checks: Checks) -> None:
         raise SceneError("implicit damping is for muscles with rigid tendons only", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:
         if getattr(model, field) and law_of(model) != "hill":
-            message = f"{laws_named(model)} muscles take no curve of one's own; leave it out"
+            message = f"{those_of_law(model)} take no curve of one's own; leave it out"
             raise SceneError(message, key=f"{key}.{field}")
     if model.legacy and model.ideal:
         raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
