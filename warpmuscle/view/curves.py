@@ -27,7 +27,7 @@ LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
 TRUNK_TITLES = {"x": "trunk flexion", "y": "trunk rotation to the left", "z": "trunk bending to the right"}
 WORDS = {
     "mtp": "metatarsophalangeal", "elev": "elevation", "elv": "elevation", "flex": "flexion", "ext": "extension",
-    "add": "adduction", "abd": "abduction", "rot": "rotation", "dev": "deviation",
+    "add": "adduction", "rot": "rotation", "dev": "deviation",
 }  # that names of joints and coordinates shorten  # fmt: skip
 BESIDE = {"l": "left", "r": "right"}
 MIDDLE = 0.03  # m, from the plane of symmetry, of what is a neck rather than a shoulder
