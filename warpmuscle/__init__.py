@@ -142,7 +142,8 @@ _ELSEWHERE = {
     **dict.fromkeys(("moco", "Moco"), "wm.track follows a recorded motion, wm.optimize searches for one"),
     **dict.fromkeys(("read_osim", "load_osim", "from_file", "from_xml", "from_toml", "read_model"), "wm.load reads it"),
     **dict.fromkeys(
-        ("make", "env", "Env", "make_env", "Gym"), "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')"
+        ("make", "env", "Env", "Environment", "make_env", "Gym"),
+        "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')",
     ),
     **dict.fromkeys(("device", "set_device", "devices"), "device='cuda:0' of wm.simulate and others names it"),
     **dict.fromkeys(("config", "options", "settings"), "each function has its options, a scene its numbers: set={...}"),
@@ -150,6 +151,15 @@ _ELSEWHERE = {
     **dict.fromkeys(("minimize", "fit", "solve"), "wm.optimize searches"),
     **dict.fromkeys(("figure", "draw"), "wm.plot draws"),
     **dict.fromkeys(("read_mot", "read_sto", "load_mot"), "warpmuscle.inverse.files.read_coordinates reads motions"),
+    **dict.fromkeys(
+        ("Environment", "Environments"), "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')"
+    ),
+    "Declaration": "from warpmuscle.kernels.objective.declaration import Declaration",
+    "Free": "from warpmuscle.scene.number import Free",
+    "Parameter": "wm.Rollout(scene).parameters are the free ones",
+    **dict.fromkeys(("Task", "Rewards"), "from warpmuscle.learning import Task, Rewards"),
+    **dict.fromkeys(("Learned", "PolicyTable"), "wm.read('policy.h5').learned is a learnt policy"),
+    "Controller": "wm.load(SCENE).controller is that of a scene",
     "read_trc": "wm.inverse_kinematics(model, 'walk.trc') takes the file",
     "load_trc": "wm.inverse_kinematics(model, 'walk.trc') takes the file",
     "inverse": "wm.inverse_kinematics, wm.inverse_dynamics and wm.static_optimization are its steps",
@@ -188,6 +198,8 @@ def _instead(name: str) -> str:
         return f"; {_ELSEWHERE[name]}"
     from difflib import get_close_matches
 
+    if name[:1].isupper() and name in import_module("warpmuscle.scene").__all__:
+        return f"; wm.load(SCENE) has its parts, and `from warpmuscle.scene import {name}` is their class"
     found = [] if name.startswith("_") else get_close_matches(name, __all__, n=1)
     return f"; did you mean {found[0]!r}?" if found else ""
 

@@ -4,14 +4,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import warp as wp
 
 from importing import importable_from
 from muscle_arm import arm
-from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.errors import Error, SceneError, UserPartWarning
 from warpmuscle.formats import toml
+from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.objective.objective_terms import REWARDS
+from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.learning import EpisodeBatch, Rewards, Sense, Task, Variation
+from warpmuscle.learning.custom_parts import unsigned
 from warpmuscle.learning.player import Player, task_of, text_of
+from warpmuscle.model.part_checks import Found
 from warpmuscle.results.learned import Layer, Learned, PolicyTable
 from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.learning import Goal
@@ -137,12 +143,29 @@ WHOLE = task_with(
 )
 
 
+@wp.func
+def worth(instance: int, model: Model, state: State, work: Scratch, decision: Decision) -> float:
+    return 1.0
+
+
+def test_a_reward_without_a_sign_is_told_with_what_to_add():
+    declared = Declaration(function=worth, stage="decision")
+    for entry, remedy in {
+        "m:gain": 'add sign="earned" to the Declaration \'gain\', or sign="cost"',
+        "m:worth": "name a Declaration of it, "
+        'Declaration(function=worth, stage="decision", sign="earned"), or sign="cost"',
+    }.items():
+        said = f"reward {entry!r} declares no sign and is taken off as a cost: {remedy}"
+        assert unsigned(Found(entry, "decision", declared)) == said
+
+
 class TestRewards:
     """An arm that reaches for a point that is drawn for every episode."""
 
     @pytest.fixture(scope="class")
     def batch(self) -> EpisodeBatch:
-        return batch_of(WHOLE)
+        with pytest.warns(UserPartWarning, match="decisions' declares no sign"):
+            return batch_of(WHOLE)
 
     def test_rewards_of_ones_own_and_terms_of_the_objective_are_what_they_declare(self, batch: EpisodeBatch):
         batch.reset(1)

@@ -1,6 +1,8 @@
 """Numbers of muscles and of what drives joints as the device has them, against typed ones."""
 
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -168,10 +170,31 @@ def test_a_joint_whose_spring_is_free_may_have_one(field: str):
     assert not plain.mixed
 
 
-def test_every_law_of_muscles_has_an_entry_and_a_field_that_chooses_it():
+def test_a_law_of_muscles_is_chosen_by_its_name_or_by_the_field_that_is_short_for_it():
     files = {path.stem for path in Path(muscle_laws.__file__).parent.glob("*_law.py")}
     assert {f"{name}_law" for name in LAWS} == files
-    assert set(LAWS) - {model.HILL} <= set(MuscleModel.__struct_fields__)
+    for name, law in LAWS.items():
+        assert model.muscle_kind(MuscleModel(law=name)).law is law
+    for name in ("legacy", "ideal"):
+        assert model.muscle_kind(MuscleModel(law=name)) == model.muscle_kind(MuscleModel(**{name: True}))
+
+
+def test_a_file_of_a_law_without_a_name_is_told(tmp_path: Path):
+    (tmp_path / "elastic_law.py").touch()
+    with pytest.raises(TypeError, match=r"'elastic' in elastic_law.py has no name: add it to `Law` in law_names.py"):
+        muscle_laws.laws_of(tmp_path)
+
+
+def test_what_a_law_forgets_is_told(monkeypatch: pytest.MonkeyPatch):
+    with pytest.raises(TypeError, match=r"'elastic' has no file elastic_law.py with its ELASTIC"):
+        muscle_laws.law_of_file("elastic")
+    file = ModuleType("elastic_law")
+    monkeypatch.setitem(sys.modules, f"{muscle_laws.__package__}.elastic_law", file)
+    with pytest.raises(TypeError, match=r"'elastic': elastic_law.py has no ELASTIC, a `muscle_kind.MuscleLaw`"):
+        muscle_laws.law_of_file("elastic")
+    monkeypatch.setattr(file, "ELASTIC", HILL._replace(contract=None), raising=False)
+    with pytest.raises(TypeError, match=r"'elastic' has no 'contract': ELASTIC in elastic_law.py needs a function"):
+        muscle_laws.law_of_file("elastic")
 
 
 def test_a_step_has_compiled_in_what_its_muscles_need():

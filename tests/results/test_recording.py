@@ -14,6 +14,7 @@ from warpmuscle.results.recorded_quantities import (
     NAMED,
     QUANTITIES,
     UNITS,
+    declared,
 )
 from warpmuscle.results.recording import Recording
 
@@ -22,6 +23,19 @@ def test_every_field_but_the_names_is_a_described_quantity():
     fields = {one.name for one in dataclasses.fields(Recording)} - {*NAMED.values(), *UNITS.values()}
     assert fields == set(QUANTITIES)
     assert set(INTEGER_QUANTITIES) < fields
+
+
+def test_an_array_that_declares_no_quantity_is_told():
+    forgetful = dataclasses.make_dataclass("Forgetful", [("names", "tuple[str, ...]"), ("com", "Floats")])
+    with pytest.raises(TypeError, match=r"com of Forgetful declares no quantity: give it a `quantity\(...\)`"):
+        declared(forgetful)
+
+
+def test_a_quantity_made_of_what_nothing_writes_is_told():
+    raw = RawFrames(np.zeros(3), {"com": np.zeros((3, 1, 3))}, [], np.zeros((3, 3)), np.zeros((1, 3)))
+    assert raw["com"].shape == (3, 1, 3)
+    with pytest.raises(TypeError, match="made of 'centre', which nothing writes: there are com"):
+        raw["centre"]
 
 
 def test_quantities_of_muscles_stand_in_the_order_in_which_a_device_writes_them():

@@ -11,6 +11,7 @@ import pytest
 
 import warpmuscle as wm
 from first_guesses import first_guesses
+from warpmuscle.core.arguments import obtained_by
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.plots import one_curve
 from warpmuscle.plots.names import curves_named
@@ -262,3 +263,52 @@ def test_what_says_where_things_are_copies_and_pickles_as_before(walked):
     assert pickle.loads(pickle.dumps(walked.gait)) == walked.gait
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(walked.recording)).time, walked.recording.time)
     assert not hasattr(walked.recording, "_repr_png_")
+
+
+@pytest.mark.parametrize(
+    ("name", "instead"),
+    [
+        ("Scene", "wm.load('walk56') reads one"),
+        ("Recording", "wm.simulate(scene).recording is one"),
+        ("Result", 'wm.read("walk.h5") reads one'),
+        ("Motions", 'wm.read_motions("walk.h5") reads them'),
+        ("Sweep", 'wm.read("sweep.h5") reads one'),
+        ("Run", 'wm.simulate("walk56") makes one'),
+    ],
+)
+def test_a_class_that_is_called_with_a_name_or_a_file_says_what_to_type(name: str, instead: str):
+    for given in ([], ["walk56"]):
+        with pytest.raises(
+            TypeError, match=re.escape(f"wm.{name} takes the parts of one, not a name or a file: ")
+        ) as told:
+            getattr(wm, name)(*given)
+        assert instead in str(told.value)
+        assert len(str(told.value)) < 220
+
+
+def test_errors_from_within_a_class_are_its_own():
+    @obtained_by("wm.other() makes one")
+    class Kind:
+        def __init__(self, number: int) -> None:
+            self.half = number / 2
+
+    assert Kind(3).half == 1.5
+    with pytest.raises(TypeError, match="unsupported operand"):
+        Kind("three")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"wm.Kind takes .*: wm.other\(\) makes one \(missing 1 required"):
+        Kind()  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("name", "instead"),
+    [
+        ("Muscle", "from warpmuscle.scene import Muscle"),
+        ("Free", "from warpmuscle.scene.number import Free"),
+        ("Declaration", "from warpmuscle.kernels.objective.declaration import Declaration"),
+        ("Task", "from warpmuscle.learning import Task, Rewards"),
+    ],
+)
+def test_parts_of_a_scene_are_named_with_where_they_are(name: str, instead: str):
+    with pytest.raises(AttributeError, match=re.escape(instead)):
+        getattr(wm, name)
+    exec(instead, {})

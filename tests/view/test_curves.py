@@ -24,7 +24,7 @@ def test_legs_come_first_from_the_hip_to_the_toes_then_the_trunk_arms_and_the_he
     found = list(dict.fromkeys(title.rstrip("xyz ") for title in titles("walk56", group)))
     assert found == [
         "hip flexion", "hip rotation", "hip abduction", "knee flexion", "ankle dorsiflexion", "ankle inversion",
-        "toe joint", "trunk flexion", "trunk rotation to the left", "trunk bending to the right",
+        "toe flexion", "trunk flexion", "trunk rotation to the left", "trunk bending to the right",
         "shoulder flexion", "shoulder rotation", "shoulder abduction from level", "elbow flexion",
         "neck flexion", "neck rotation to the left", "neck bending to the right",
     ]  # fmt: skip
@@ -32,7 +32,36 @@ def test_legs_come_first_from_the_hip_to_the_toes_then_the_trunk_arms_and_the_he
 
 def test_legs_come_first_also_where_nothing_says_which_bodies_walk():
     found = list(dict.fromkeys(title.rstrip("xyz ") for title in titles("gait2392", "angles")))
-    assert found == ["hip", "knee angle", "ankle angle", "subtalar angle", "mtp angle", "back"]
+    assert found == ["hip", "knee angle", "ankle angle", "subtalar angle", "metatarsophalangeal angle", "back"]
+
+
+@pytest.mark.parametrize(
+    ("name", "title"),
+    [
+        ("r_shoulder_elev", "right shoulder elevation"),
+        ("elbow_flex_l", "left elbow flexion"),
+        ("armAdd", "arm adduction"),
+        ("mtp_angle", "metatarsophalangeal angle"),
+        ("r", "r"),
+        ("TA", "TA"),
+    ],
+)
+def test_short_names_of_joints_are_shown_in_full(name: str, title: str):
+    scene = load("throw")
+    plain = substitute(scene, start_values(scene))
+    joints = plain.character.joints
+    plain.character.joints = {{"elbow": name}.get(old, old): joint for old, joint in joints.items()}
+    pose = first_pose(plain)
+    assert title in [panel.title for panel in panels_of(pose, plain) if panel.group == "angles"]
+
+
+def test_toes_flex_towards_the_sole():
+    scene = load("walk56")
+    assert leg_curves(scene)["lToeJoint"] == ("toe flexion", 1.0)
+    character = scene.character
+    assert character.joints["lToeJoint"].axes == [(1.0, 0.0, 0.0)]  # to the left: what lies ahead goes down
+    character.joints["lToeJoint"].axes = [(-0.81, 0.0, 0.58)]
+    assert leg_curves(scene)["lToeJoint"] == ("toe flexion", -1.0)
 
 
 def test_an_arm_comes_from_the_shoulder_to_the_hand():

@@ -19,6 +19,7 @@ from warpmuscle.cli.common import (
     load_scene,
     refuse_besides,
     scene_names_like,
+    search_notes_printed,
     seconds,
     start_warp,
     writable,
@@ -92,7 +93,7 @@ def learn(
     elif not sources:
         raise Error("learn takes a scene, or --resume and a file")
     begin = time.monotonic()
-    with TrainingBar() as bar, board_too(bar.update, tensorboard) as tell:
+    with search_notes_printed(), TrainingBar() as bar, board_too(bar.update, tensorboard) as tell:
         if resume is not None:
             output = resume
             _start()

@@ -73,12 +73,13 @@ def simulate(
     if legacy:
         scene = _as_legacy(scene)
     start_warp()
+    from warpmuscle.scene.muscles import law_of
     from warpmuscle.simulation.devices import find_devices
 
     where = str(find_devices(device)[0])
     if policy is None:
         recording, parameters, fell = _run(scene, where, rate)
-        if fell and not scene.muscle_model.legacy and _of_original(sources) and scene.character.muscles:
+        if fell and law_of(scene.muscle_model) != "legacy" and _of_original(sources) and scene.character.muscles:
             log.print("note: the muscles of these files were tuned for the original program; --legacy computes them so")
     else:
         scene, recording, parameters = _act(scene, policy, commands or [], where, rate)

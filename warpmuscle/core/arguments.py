@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.errors import ArgumentError, Error
 
 LONGEST = 40  # characters of a value that are repeated in an error
+LONGEST_REASON = 90  # and of what Python says
 Kind = TypeVar("Kind")
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -45,6 +46,45 @@ def answering(instead: Mapping[str, str]) -> Callable[[Callable[P, R]], Callable
             return function(*args, **kwargs)
 
         return called
+
+    return decorated
+
+
+def not_made_by_hand(kind: str, instead: str, error: TypeError) -> TypeError:
+    """What is said where a class is called with other arguments than its own, such as the name of a file.
+
+    Args:
+        kind: the class. instead: what to type. error: Python's own, whose words follow where they are few.
+    """
+    why = str(error).partition("() ")[2] or str(error)
+    more = f" ({why[0].lower()}{why[1:]})" if len(why) <= LONGEST_REASON else ""
+    return TypeError(f"wm.{kind} takes the parts of one, not a name or a file: {instead}{more}")
+
+
+def obtained_by(instead: str) -> Callable[[type[Kind]], type[Kind]]:
+    """A decorator of classes that say what to type in place of a call without the arguments which they take.
+
+    Args:
+        instead: what to type.
+
+    Raises:
+        TypeError: of the decorated class.
+    """
+
+    def decorated(kind: type[Kind]) -> type[Kind]:
+        begin = vars(kind)["__init__"]
+
+        @functools.wraps(begin)
+        def called(self: Kind, *args: Any, **kwargs: Any) -> None:
+            try:
+                begin(self, *args, **kwargs)
+            except TypeError as error:
+                if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
+                    raise  # from within
+                raise not_made_by_hand(kind.__name__, instead, error) from None
+
+        kind.__init__ = called  # type: ignore[method-assign, assignment]
+        return kind
 
     return decorated
 

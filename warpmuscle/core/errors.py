@@ -105,4 +105,4 @@ class CommandWarning(UserWarning):
 
 
 class UserPartWarning(UserWarning):
-    """A term, force or controller of the scene's own ended candidates of a search."""
+    """A part of the scene's own ended candidates of a search, or is a reward that does not say whether it is earned."""

@@ -98,13 +98,13 @@ def flexion_signs(scene: Scene) -> dict[str, float]:
         joints = leg_joints(scene, number)
         for name, sign in zip(joints, FLEXION, strict=True) if len(joints) == 3 else ():
             joint = scene.character.joints[name]
-            along = _along_x(joint)
+            along = along_x(joint)
             if abs(along) > ALONG_X:
                 signs[name] = sign * float(np.sign(along))
     return signs
 
 
-def _along_x(joint: Joint) -> float:
+def along_x(joint: Joint) -> float:
     """The part along x of what a joint turns about, of its first axis, for greater angles."""
     kind = joint_type(joint)
     if kind.quaternion:

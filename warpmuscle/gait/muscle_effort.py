@@ -18,6 +18,7 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.masses import at_common_tension, body_mass
+from warpmuscle.scene.muscles import law_of
 
 TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
 LEAST_LENGTH = 1e-6  # m, of a fibre
@@ -122,7 +123,7 @@ def _has_costs(recording: Recording, scene: Scene) -> bool:
     """Whether a motion has muscles, with curves of the package."""
     kind = scene.muscle_model
     custom_curves = kind.active_force_length or kind.passive_force_length or kind.force_velocity
-    return bool(recording.muscle_names and recording.frames) and not (kind.ideal or kind.legacy or custom_curves)
+    return bool(recording.muscle_names and recording.frames) and law_of(kind) == "hill" and not custom_curves
 
 
 def _passive_and_power(recording: Recording, scene: Scene) -> tuple[Floats, Floats]:

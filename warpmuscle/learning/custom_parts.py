@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warpmuscle.core.arrays import to_device
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import SceneError, UserPartWarning
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.learning import decision_parts as kernels
 from warpmuscle.kernels.learning.decision import Decision
@@ -16,6 +17,7 @@ from warpmuscle.kernels.learning.episodes import Episodes
 from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.learning.actions import Actions
+from warpmuscle.model.part_checks import Found
 from warpmuscle.model.parts import Placed
 from warpmuscle.scene.learning import Task
 from warpmuscle.simulation.fused_kernel import one_line_errors
@@ -66,6 +68,16 @@ def plug_of(part: Placed) -> kernels.DecisionPlug:
     return kernels.DecisionPlug(part.plug, part.part.base, part.part.result)
 
 
+def unsigned(part: Found) -> str:
+    """What is said of a reward that counts as a cost only because it says nothing."""
+    name, function = part.entry.partition(":")[2], part.declaration.function
+    if name == function.func.__name__:  # a Warp function by itself
+        remedy = f'name a Declaration of it, Declaration(function={name}, stage="decision", sign="earned")'
+    else:
+        remedy = f'add sign="earned" to the Declaration {name!r}'
+    return f'reward {part.entry!r} declares no sign and is taken off as a cost: {remedy}, or sign="cost"'
+
+
 class CustomParts:
     """The parts of a batch.
 
@@ -93,6 +105,9 @@ class CustomParts:
         self.observation_widths = dict(
             zip((one.part.entry for one in of["observations"]), self._observations.widths, strict=True)
         )
+        for one in of["rewards"]:
+            if not one.part.declaration.sign:
+                warnings.warn(unsigned(one.part), UserPartWarning, stacklevel=2)
         self.ends_fail = [one.part.declaration.sign != "earned" for one in of["ends"]]
         self._added = self._added_terms(steps, rollout)
         self.decision = Decision()

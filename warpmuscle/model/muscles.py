@@ -31,13 +31,13 @@ from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import muscle_mass, specific_tension
-from warpmuscle.scene.muscles import given
+from warpmuscle.scene.muscles import given, law_of
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
-HILL = "hill"  # the law of muscles that ask for no other by a field of its name
+HILL = "hill"  # the law of muscles that ask for no other
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
 
@@ -67,7 +67,7 @@ class ActuationMap:
 def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKind:
     """What a step has compiled in for some muscles of a scene, the moment arms being in the state."""
     muscles = list(muscles)
-    name = next((law for law in LAWS if getattr(model, law, False)), HILL)
+    name = law_of(model)
     pulleys = any(muscle.pulleys for muscle in muscles)
     hill = name == HILL
     return MuscleKind(
@@ -197,7 +197,7 @@ def delay_steps(scene: Scene, chosen: tuple[str, ...]) -> Floats:
     The original program holds N = max(1, floor(2000 delay)) values, of which it hears the oldest: N - 1 of its steps.
     """
     delay = _of_muscles([scene.character.muscles[name] for name in chosen], "delay")
-    if scene.muscle_model.legacy:
+    if law_of(scene.muscle_model) == "legacy":
         delay = (np.maximum(np.floor(delay * LEGACY_RATE + 1e-9), 1.0) - 1.0) / LEGACY_RATE
     return np.asarray(np.rint(delay / scene.time_step))
 

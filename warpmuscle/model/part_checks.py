@@ -78,7 +78,7 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
     if part.parameters is not None:
         check_struct(part.parameters, f"the parameters of {entry!r}", key)
     check_count(part.memory, f"the memory of {entry!r}", key)
-    if part.sign not in ("cost", "earned"):
+    if part.sign not in ("", "cost", "earned"):
         raise SceneError(f"the sign of {entry!r} is 'cost' or 'earned', not {part.sign!r}", key=key)
     taken = arguments_of(part.function)
     if Decision in taken and "decision" in stages and part.stage != "decision":

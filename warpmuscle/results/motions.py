@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_integer, as_kind, in_words
+from warpmuscle.core.arguments import as_integer, as_kind, in_words, obtained_by
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.labelled import Labelled, to_xarray
@@ -37,6 +37,7 @@ TEXTS = (*NAMED.values(), *UNITS.values())  # fields of a recording that are tex
 INSTANCE = "instance"
 
 
+@obtained_by('wm.read_motions("walk.h5") reads them')
 @dataclass(frozen=True, repr=False)
 class Motions:
     """Motions of n instances of one character over F frames, with all or some quantities of a `Recording`.

@@ -30,6 +30,8 @@ class RawFrames:
     centers: Floats  # (B, 3) m, centres of mass from the joints, body axes
 
     def __getitem__(self, name: str) -> Floats:
+        if name not in self.arrays:
+            raise TypeError(f"a quantity is made of {name!r}, which nothing writes: there are {', '.join(self.arrays)}")
         return self.arrays[name]
 
     def recorded(self, name: str) -> Floats:

@@ -6,7 +6,7 @@ They are declared once; files, tables and figures take their labels from here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -158,7 +158,17 @@ NAMED = {axis: f"{axis}_names" for axis in COUNTED}
 UNITS = {  # of axes whose members have units of their own
     axis: f"{axis}_units" for axis in ("coordinate", "speed", "controller_value", "recorded")
 }
-_DECLARED = [one for one in fields(RecordedQuantities) if one.metadata]
+
+
+def declared(kind: type[Any]) -> list[Field[Any]]:
+    """Fields of a class that hold quantities; TypeError if an array does not say which, with its name."""
+    for one in fields(kind):
+        if one.type in ("Floats", "Integers") and "quantity" not in one.metadata:
+            raise TypeError(f"{one.name} of {kind.__name__} declares no quantity: give it a `quantity(...)`")
+    return [one for one in fields(kind) if one.metadata]
+
+
+_DECLARED = declared(RecordedQuantities)
 QUANTITIES: dict[str, Quantity] = {one.name: one.metadata["quantity"] for one in _DECLARED}
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words
+from warpmuscle.core.arguments import as_kind, as_number, as_texts, in_words, obtained_by
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, lacking
 from warpmuscle.core.html_table import html_table
@@ -68,6 +68,7 @@ INSTEAD = {
 LISTED = 8  # bodies, joints and muscles that a notebook's table names
 
 
+@obtained_by('wm.simulate(scene).recording is one, and wm.read("walk.h5") reads what files have')
 @dataclass(frozen=True, repr=False)
 class Recording(RecordedQuantities):
     """The motion of one instance: F frames, J joints, B bodies, M muscles; `QUANTITIES` lists the arrays.
@@ -244,6 +245,9 @@ class Recording(RecordedQuantities):
         """All quantities as an `xarray.Dataset`, with units, over `time`, `muscle_names`, `joint_names` and so on.
 
         The attribute `at` says when in a step a quantity is.
+
+        The dataset's own `to_dataframe()` would have a row for each combination of all axes, which is more than memory
+        holds: take that of the recording, a row a frame, or that of one quantity, `dataset["com"].to_dataframe()`.
 
         It is what `xarray.open_dataset` makes of the motion in a result file. Raises Error without xarray.
         """

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.core.arguments import obtained_by
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError, lacking
 from warpmuscle.core.html_table import html_table
@@ -215,6 +216,7 @@ class Fit:
     seconds: Floats  # (S,) since the begin, at the end of each stage
 
 
+@obtained_by('wm.read("walk.h5") reads one, and wm.optimize makes one')
 @dataclass(frozen=True, repr=False)
 class Result:
     """The contents of a result file; evaluations, best and searched are None where nothing was searched."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpmuscle.core import hdf5
-from warpmuscle.core.arguments import as_path, as_text, as_truth
+from warpmuscle.core.arguments import as_path, as_text, as_truth, obtained_by
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
@@ -43,6 +43,7 @@ ENTRY = "entry"  # what the axis of entries of `[[run]]` is called, since `run` 
 SHOWN = 10  # runs in a notebook
 
 
+@obtained_by('wm.read("sweep.h5") reads one, and wm.sweep makes one')
 @dataclass(frozen=True, repr=False)
 class Sweep:
     """Table of the results of a sweep of R runs.

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
+from warpmuscle.core.arguments import not_made_by_hand
 from warpmuscle.core.errors import lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.scene.body_contact.part import BodyContact
@@ -248,7 +249,19 @@ INSTEAD = {
 }  # by what is often tried
 
 
-class Scene(Part):
+class _SceneKind(msgspec.StructMeta):
+    """Says what to type where a scene is called with the name of one, or its file."""
+
+    if not TYPE_CHECKING:
+
+        def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+            try:
+                return super().__call__(*args, **kwargs)
+            except TypeError as error:
+                raise not_made_by_hand("Scene", "wm.load('walk56') reads one, from a name or a file", error) from None
+
+
+class Scene(Part, metaclass=_SceneKind):
     """A complete simulation experiment: character, muscles, controller, ground, objective and initial state."""
 
     name: str

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 import numpy as np
 
-from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, in_words
+from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, in_words, obtained_by
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, CommandWarning, Error, lacking
 from warpmuscle.core.html_table import html_table
@@ -161,6 +161,7 @@ PLOTTED = {
 STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 
+@obtained_by('wm.simulate("walk56") makes one')
 @dataclass(frozen=True, repr=False)
 class Run:
     """One simulation of a scene: its motion and how it ended; see `simulate`."""
@@ -224,12 +225,19 @@ class Run:
         keep(self.result, path, self.show)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The motion as an `xarray.Dataset`, see `Recording.to_xarray`."""
+        """The motion as an `xarray.Dataset`, see `Recording.to_xarray`; a table of it is `run.to_dataframe()`."""
         return self.recording.to_xarray()
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """The motion as a `pandas.DataFrame`, a row a frame, see `Recording.to_dataframe`."""
-        return self.recording.to_dataframe()
+    def to_dataframe(self, quantities: Sequence[str] | None = None) -> pandas.DataFrame:
+        """The motion as a `pandas.DataFrame`, a row a frame, see `Recording.to_dataframe`.
+
+        Args:
+            quantities: names of those that are wanted; all by default.
+
+        Raises:
+            ArgumentError: an unknown name. Error: pandas is not installed.
+        """
+        return self.recording.to_dataframe(quantities)
 
     def __getitem__(self, name: str) -> Any:
         """A quantity of `to_xarray`, such as run["joint_angle"], or a curve by its name, as `plot` draws it over time.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import conjugate, rotate
-from warpmuscle.gait.cycles import flexion_signs
+from warpmuscle.gait.cycles import ALONG_X, along_x, flexion_signs
 from warpmuscle.results.joint_poses import joint_angles
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Character, Scene
@@ -25,6 +25,11 @@ from warpmuscle.view.bones.limbs import Limbs
 LEG_TITLES = ("hip flexion", "knee flexion", "ankle dorsiflexion")
 # Turns of a trunk on the pelvis about x, which points to the left, y upwards and z ahead: all are positive.
 TRUNK_TITLES = {"x": "trunk flexion", "y": "trunk rotation to the left", "z": "trunk bending to the right"}
+WORDS = {
+    "mtp": "metatarsophalangeal", "elev": "elevation", "elv": "elevation", "flex": "flexion", "ext": "extension",
+    "add": "adduction", "rot": "rotation", "dev": "deviation",
+}  # that names of joints and coordinates shorten  # fmt: skip
+BESIDE = {"l": "left", "r": "right"}
 MIDDLE = 0.03  # m, from the plane of symmetry, of what is a neck rather than a shoulder
 ALONG_Z = 0.8  # of a unit axis, of an ankle that turns inwards and outwards
 STANDING = 1e-3  # rad/s, below which the power of a device says nothing of its torque
@@ -74,10 +79,14 @@ def panels_of(recording: Recording, scene: Scene, everything: bool = False) -> l
     joint's speed, with the signs of the joint's own.
     """
     legs = leg_curves(scene)
-    groups = [*_joints(recording, scene, legs, everything), *_muscles(recording, scene)]
-    groups += [*_devices(recording, scene, legs), *_body(recording)]
+    groups = [*_muscles(recording, scene), *_devices(recording, scene, legs), *_body(recording)]
     titles = {key: title for key, (title, _) in legs.items()}
-    panels = [panel for group, unit, curves, joints in groups for panel in _panels(group, unit, curves, joints, titles)]
+    panels = [
+        replace(panel, title=_in_full(panel.title))
+        for group in _joints(recording, scene, legs, everything)
+        for panel in _panels(*group, titles)
+    ]
+    panels += [panel for group in groups for panel in _panels(*group, titles)]
     return panels + _ground_forces(recording, everything)
 
 
@@ -122,7 +131,7 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
 
     Flexion and dorsiflexion are about the first axis. Of hips that are ball joints turns about y and z are rotation,
     positive inwards, and abduction, positive away from the other leg. Of ankles with a second axis that points ahead a
-    turn about it is inversion, positive where the sole looks at the other foot.
+    turn about it is inversion, positive where the sole looks at the other foot. Toes flex towards the sole.
     """
     found: dict[str, tuple[str, float]] = {}
     for name, sign in flexion_signs(scene).items():
@@ -131,6 +140,8 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
         kind = joint_type(scene.character.joints[name])
         words = list(kind.angles)
         found[f"{name} {words[0]}".strip()] = LEG_TITLES[place], sign
+        if place == 2:
+            found |= _toe_curves(scene.character, scene.character.joints[name].child)
         if place == 0 and words == ["x", "y", "z"]:
             outwards = 1.0 if side == 0 else -1.0
             found |= {f"{name} y": ("hip rotation", -outwards), f"{name} z": ("hip abduction", outwards)}
@@ -139,6 +150,20 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
             inwards = -1.0 if side == 0 else 1.0
             found[f"{name} b"] = "ankle inversion", inwards * float(np.sign(ahead))
     return found | _trunk_curves(scene) | _arm_curves(scene)
+
+
+def _toe_curves(character: Character, foot: str) -> dict[str, tuple[str, float]]:
+    """The same of the only hinge across a foot that hangs on it, or on a body below it: it bends the toes."""
+    below = [foot]
+    found: dict[str, tuple[str, float]] = {}
+    for body in below:
+        for name, joint in character.joints.items():
+            if joint.parent == body:
+                below.append(joint.child)
+                words, along = joint_type(joint).angles, along_x(joint)
+                if len(words) == 1 and abs(along) > ALONG_X:
+                    found[f"{name} {words[0]}".strip()] = "toe flexion", float(np.sign(along))
+    return found if len(found) == 1 else {}
 
 
 def _arm_curves(scene: Scene) -> dict[str, tuple[str, float]]:
@@ -303,3 +328,11 @@ def _plain(name: str) -> str:
     """A name of a scene in words: ToeJoint is toe joint; what stands in capitals, as SOL of a muscle, stays."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", name.replace("_", " ")).strip().split()
     return " ".join(word if word.upper() == word else word[0].lower() + word[1:] for word in words)
+
+
+def _in_full(title: str) -> str:
+    """A title of a joint without short words, and with its side ahead: r shoulder elev is right shoulder elevation."""
+    words = title.split()
+    side = next((word for word in (words[0], words[-1]) if word in BESIDE), "") if len(words) > 1 else ""
+    rest = [WORDS.get(word, word) for word in words if not side or word != side]
+    return " ".join([BESIDE[side], *rest] if side else rest)

@@ -202,3 +202,10 @@ def test_every_kind_of_feature_has_a_value():
     assert len(kinds) == senses.NOISIER + 1
     asked = set(re.findall(r"kind [=>]= ([A-Z_]+)", text))
     assert set(kinds) == asked
+
+
+def test_a_kind_of_feature_without_a_value_is_named():
+    source = inspect.getsource(senses)
+    assert source.count("LATER, NOISIER,\n") == 1
+    with pytest.raises(TypeError, match=r"the feature BREATH of .* has no value in feature_value"):
+        senses.check_kinds(source.replace("LATER, NOISIER,", "LATER, NOISIER, BREATH,"))

@@ -1,6 +1,8 @@
 """What terms weigh by default, against typed numbers: those with which the shipped policies were learnt."""
 
-from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS, TERMS
+import pytest
+
+from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS, TERMS, Term, signed
 
 WEIGHTS = {
     "speed": 10.0, "alive": 5.0, "upright": 0.0, "pose": 10.0, "imitation": 20.0, "force": 0.0, "effort": 3.0,
@@ -15,3 +17,9 @@ def test_rewards_weigh_by_default_what_they_did_when_policies_learnt():
 
 def test_no_term_of_an_objective_weighs_anything_by_default():
     assert {term.weight for term in TERMS.values()} == {0.0}
+
+
+def test_a_shipped_reward_without_a_sign_is_told():
+    assert all(term.sign for term in REWARDS.values())
+    with pytest.raises(TypeError, match=r"reward 'calm' in objective_terms.py has no sign"):
+        signed(Term("calm", "1/s", "how calm it is"))

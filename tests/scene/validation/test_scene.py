@@ -225,6 +225,8 @@ HERE = ViaPoint("pelvis", ZERO)
             "legacy muscles cannot share torques",
         ),
         ("muscle_model", MuscleModel(negative="drop", sharing="least_effort"), "muscle_model.negative", "leave it out"),
+        ("muscle_model", MuscleModel(ideal=True, law="legacy"), "muscle_model.law", "cannot be both ideal and legacy"),
+        ("muscle_model", MuscleModel(law="legacy", tendon="switch"), "muscle_model.tendon", "leave out `tendon`"),
         ("muscle_model", MuscleModel(legacy=True, tendon="switch"), "muscle_model.tendon", "leave out `tendon`"),
         ("muscle_model", MuscleModel(legacy=True, curves="millard"), "muscle_model.curves", "leave out `curves`"),
         ("actuation.neck", Actuation("torque"), "actuation.neck", "no joint is called 'neck'"),

@@ -13,9 +13,10 @@ from warpmuscle.cli.program import app
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, scene_names, toml
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.damping import damping_warnings
 from warpmuscle.scene.validation.muscles import SceneWarning
-from warpmuscle.scene.validation.start import start_depths, start_warnings
+from warpmuscle.scene.validation.start import doubts_of, start_depths, start_warnings
 from warpmuscle.simulation.rollout import Rollout
 
 FAMILIES = {
@@ -128,3 +129,11 @@ def test_files_of_the_original_program_run_or_are_refused_with_file_and_line(
         assert np.abs(rollout.recording().com_velocity).max() < 3.0
     assert ran >= len(controllers)
     assert all(re.fullmatch(r"\S+\.(rbs|sbc|rs):\d+: .+", refusal) for refusal in refusals), refusals
+
+
+def test_negative_weights_of_parts_of_ones_own_are_told_with_their_key():
+    scene = load("fwalk")
+    scene.objective.custom = {"m:near": -1.0, "m:far": 1.0, "m:free": Free(0.5, min=-1.0, max=1.0), "m:follows": 0.0}
+    doubts = [doubt for doubt in doubts_of(scene) if "negative weight" in doubt.message]
+    assert [doubt.key for doubt in doubts] == ["objective.custom.m:near", "objective.custom.m:free"]
+    assert all('declare sign="earned"' in doubt.message for doubt in doubts)

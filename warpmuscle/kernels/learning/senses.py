@@ -1,5 +1,9 @@
 """What a policy senses: numbers of the state as a body could know them, delayed and noisy as nerves have them."""
 
+import inspect
+import re
+import sys
+
 import warp as wp
 
 from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, NOISINESS, random_of
@@ -304,6 +308,17 @@ def feature_value(feature: Feature, instance: int, state: State, episodes: Episo
     if not (wp.abs(value) < wp.static(1.0e30)):
         return 0.0
     return wp.clamp(value, -GREATEST, GREATEST)
+
+
+def check_kinds(source: str) -> None:
+    """TypeError if nothing gives a value to a kind of feature, by the text of this file."""
+    if found := re.search(r"# Kinds of features\.\n\((.*?)\) = range", source, re.DOTALL):
+        given = set(re.findall(r"\bkind == (\w+)", source))
+        if missing := [name for name in re.findall(r"\w+", found[1]) if name not in given]:
+            raise TypeError(f"the feature {missing[0]} of learning/senses.py in kernels has no value in feature_value")
+
+
+check_kinds(inspect.getsource(sys.modules[__name__]))
 
 
 @wp.kernel

@@ -2,7 +2,7 @@
 
 May import: kernels.
 
-To add: a law of muscles as a file, and its name to `muscle_laws`.
+To add: a law of muscles as a file, and its name to `law_names`.
 """
 
 from warpmuscle.kernels.moved import of_former_module

@@ -11,8 +11,8 @@ from warpmuscle.kernels.path.stretch import PathKind
 class MuscleLaw(NamedTuple):
     """How force follows from excitation: three makers of Warp functions, each called with the `MuscleKind`.
 
-    A law is one file, `hill_law.py` for example, and one entry of `muscle_laws.LAWS`. See `muscle_pipeline.MuscleStep`
-    for what its functions read and write.
+    A law is one file, such as `hill_law.py`, whose `HILL` this is, and one name in `law_names.Law`, by which scenes
+    choose it (`muscle_model.law`). See `muscle_pipeline.MuscleStep` for what its functions read and write.
     """
 
     activate: Any  # of (instance, m, muscle, model, state): moves `activation` over a step

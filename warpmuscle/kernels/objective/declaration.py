@@ -34,7 +34,7 @@ class Declaration:
     unit: str = ""  # of the value, in a term after it was summed over time
     description: str = ""  # one line, which reports show
     scope: Scope = ""  # what the function is of; batch: the host makes it from sums; of one's own, by its arguments
-    sign: Sign = "cost"  # whether a search wants less of it, or more; of rewards, whether it is taken off, or earned
+    sign: Sign | Literal[""] = ""  # cost or earned: whether less of it is wanted, or more; a cost if nothing is said
     stage: Stage = "forces"  # when the function is called
     follows_cycles: bool = False  # asks where feet are in their gait cycles
     models: tuple[str, ...] = ()  # it has a function for each of these, of which the scene chooses one

@@ -70,15 +70,24 @@ _REWARDS = (
     Term("pose", "1/s", "exp(-mean squared error/pose_width^2) of wanted coordinates", sign="earned", weight=10.0),
     Term("imitation", "1/s", "weighted mean over joints of exp(-(angle/width)^2)", sign="earned", weight=20.0),
     Term("force", "1/s", "mean of exp(-((F - norm)/force_width)^2) over feet, F in body weights", sign="earned"),
-    Term("effort", "1/s", "mean of squared excitations, or of squared torques or activations", weight=3.0),
-    Term("action", "1/s", "mean squared action, at most 4", weight=1.0),
-    Term("action_rate", "1/s", "mean squared change of the action"),
-    Term("overload", "1/s", "vertical force on each foot beyond force_limit, body weights"),
-    Term("heading", "1/s", "1 - cos of the heading's error", weight=3.0),
-    Term("side", "1/(m s)", "distance to the side of the wanted way, m, at most 1", weight=3.0),
-    Term("objective", "1", "what the decision adds to the scene's weighted objective"),
-    Term("failure", "1", "1 where an episode ends by failing"),
+    Term("effort", "1/s", "mean of squared excitations, or of squared torques or activations", sign="cost", weight=3.0),
+    Term("action", "1/s", "mean squared action, at most 4", sign="cost", weight=1.0),
+    Term("action_rate", "1/s", "mean squared change of the action", sign="cost"),
+    Term("overload", "1/s", "vertical force on each foot beyond force_limit, body weights", sign="cost"),
+    Term("heading", "1/s", "1 - cos of the heading's error", sign="cost", weight=3.0),
+    Term("side", "1/(m s)", "distance to the side of the wanted way, m, at most 1", sign="cost", weight=3.0),
+    Term("objective", "1", "what the decision adds to the scene's weighted objective", sign="cost"),
+    Term("failure", "1", "1 where an episode ends by failing", sign="cost"),
 )  # fmt: skip
+
+
+def signed(reward: Term) -> Term:
+    """A reward that says whether it is earned; TypeError if it does not, since nothing else tells it from a cost."""
+    if not reward.sign:
+        raise TypeError(f'reward {reward.name!r} in objective_terms.py has no sign: add sign="earned" or sign="cost"')
+    return reward
+
+
 PER_DECISION = ("objective", "failure")
 TERMS = {term.name: term for term in _TERMS}
-REWARDS = {term.name: term for term in _REWARDS}
+REWARDS = {term.name: signed(term) for term in _REWARDS}

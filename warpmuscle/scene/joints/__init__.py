@@ -12,14 +12,14 @@ A joint whose pose is a function of one coordinate, as of a slide, a knee or a s
    are kept, is not the first of its `axes`; `check`, for what else can be wrong;
 2. a Warp function (instance, body, q, model) -> `joint_motion.JointMotion` with the same S(q) and dS/dq, which
    the entry names in `kernel`. It is compiled into models that have such joints and into no other;
-3. `register(entry)`, or the entry in `TYPES` if it is to be shipped.
+3. `register(entry)`, or the entry among those that are registered here if it is to be shipped.
 
 All else follows: kinematics, dynamics, limits, muscles across it, control, prescribed motion, inverse dynamics, files,
 viewer, figures. `tests/scene/joints/test_new_type.py` adds a screw so. A joint of several speeds, or with a quaternion,
 needs stages of its own in `kernels.body.kinematics`, `dynamics`, `integration`, `limits` and `control` besides.
 
 May import: core, scene, kernels.algebra.
-To add: a type, as a `JointType` in a file here, and into `TYPES`.
+To add: a type, as a `JointType` in a file here, and its name among those that are registered.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from warpmuscle.scene.joints.roots import FIXED_ROOT, FREE, PLANAR
 from warpmuscle.scene.joints.roots import RootType as RootType
 from warpmuscle.scene.joints.turning import BALL, FIXED, HINGE, UNIVERSAL
 
-TYPES: dict[str, JointType] = {entry.name: entry for entry in (BALL, UNIVERSAL, HINGE, FIXED, SLIDE, COUPLED)}
+TYPES: dict[str, JointType] = {}
 ROOT_TYPES: dict[str, RootType] = {entry.name: entry for entry in (FREE, PLANAR, FIXED_ROOT)}
 
 
@@ -52,6 +52,10 @@ def register(entry: JointType) -> None:
     if not entry.kernel and not entry.device:
         raise Error(f"joint type {entry.name!r} names no `kernel`, the 'module:function' of its motion on the device")
     TYPES[entry.name] = entry
+
+
+for _entry in (BALL, UNIVERSAL, HINGE, FIXED, SLIDE, COUPLED):
+    register(_entry)
 
 
 def joint_type(joint: Joint) -> JointType:

@@ -20,3 +20,4 @@ from warpmuscle.scene.muscles.muscle import ViaPoint as ViaPoint
 from warpmuscle.scene.muscles.muscle import Wrap as Wrap
 from warpmuscle.scene.muscles.muscle import given as given
 from warpmuscle.scene.muscles.muscle import is_cable as is_cable
+from warpmuscle.scene.muscles.muscle import law_of as law_of

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, cast
 
 from warpmuscle.kernels.curve.curve_sets import CurveSet
+from warpmuscle.kernels.muscle.law_names import Law
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles.cables import CABLES
 from warpmuscle.scene.muscles.curves import CurveShape
@@ -163,6 +164,7 @@ class MuscleModel(Part):
     compliant, with the fibre length as a state (Millard 2013). Fibre length, speed and force stay within physical
     bounds. `legacy`: exactly as the original program computed it, unbounded, with its switch and its old moment arms.
     `ideal`: a muscle's force is the desired one, without activation and contraction (Bergmann 2017, section 7.1).
+    `law`: the law of muscles by its name, see `kernels/muscle/law_names.py`; `legacy` and `ideal` are short for two.
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
     neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11); excited, the rate goes
     from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy; blended, it lies between the scaled ones, as in
@@ -207,12 +209,18 @@ class MuscleModel(Part):
     tendon_strain: Annotated[Number | None, "1", ABOVE_0] = None  # of the tendon at f_max; None: that of the curves
     passive_strain: Annotated[Number | None, "1", ABOVE_0] = None  # of the fibre whose passive force is f_max
     curve_shape: CurveShape | None = None
+    law: Law = "hill"
 
 
 def given(muscle: Muscle, model: MuscleModel, field: str) -> Any:
     """What a muscle has of a field of both: its own, or that of its model."""
     own = getattr(muscle, field)
     return getattr(model, field) if own is None else own
+
+
+def law_of(model: MuscleModel) -> str:
+    """The law of muscles, one of `law_names.NAMES`: by its name, or by the field that is short for it."""
+    return "legacy" if model.legacy else "ideal" if model.ideal else model.law
 
 
 def is_cable(muscle: Muscle) -> bool:

@@ -22,7 +22,7 @@ from warpmuscle.scene import (
     ThelenCurves,
 )
 from warpmuscle.scene.joints.displacement import rates
-from warpmuscle.scene.muscles import is_cable
+from warpmuscle.scene.muscles import is_cable, law_of
 from warpmuscle.scene.muscles.cables import LIGAMENTS
 from warpmuscle.scene.muscles.curves import SHAPED, SPECIAL, STRAINS, family
 from warpmuscle.scene.number import Free
@@ -75,8 +75,13 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
 
 def _smoothing(key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
     """Time constants that change smoothly are those of rates that depend on the activation."""
-    if (model.legacy or model.ideal or model.activation != "scaled") and part.activation_smoothing != 0.0:
+    if (law_of(model) != "hill" or model.activation != "scaled") and part.activation_smoothing != 0.0:
         raise SceneError('only `activation = "scaled"` is smoothed; leave it out', key=f"{key}.activation_smoothing")
+
+
+def those_of_law(model: MuscleModel) -> str:
+    """The muscles of a law that is not Hill's, as errors have them."""
+    return "legacy and ideal muscles" if law_of(model) in ("legacy", "ideal") else f"muscles of the law {law_of(model)}"
 
 
 def _shaped(part: Muscle | MuscleModel, model: MuscleModel) -> bool:
@@ -95,9 +100,9 @@ def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleMo
     given = [field for field in SHAPED if getattr(part, field) is not None]
     own_tendon = ["tendon"] if isinstance(part, Muscle) and part.tendon is not None else []
     floor = ["minimum_activation"] if part.minimum_activation not in (None, 0.0) else []
-    if model.legacy or model.ideal:
+    if law_of(model) != "hill":
         for field in [*given, *own_tendon, *floor]:
-            raise SceneError(f"legacy and ideal muscles have no `{field}`; leave it out", key=f"{key}.{field}")
+            raise SceneError(f"{those_of_law(model)} have no `{field}`; leave it out", key=f"{key}.{field}")
     if not given:
         return
     if any(getattr(model, field) for field in CURVE_FIELDS):
@@ -129,7 +134,7 @@ def _cable(checks: Checks, key: str, muscle: Muscle, model: MuscleModel) -> None
     for field in fibre:
         raise SceneError(f"a {what} has no `{field}`; leave it out", key=f"{key}.{field}")
     place = f"{key}.curve_shape.type"
-    if model.legacy or model.ideal or model.sharing != "each" or any(getattr(model, field) for field in CURVE_FIELDS):
+    if law_of(model) != "hill" or model.sharing != "each" or any(getattr(model, field) for field in CURVE_FIELDS):
         message = "needs muscles that are neither legacy nor ideal, share no torques and have OpenSim's curves"
         raise SceneError(f"a {what} {message}", key=place)
     if model.curves not in STRAINS:

@@ -14,12 +14,12 @@ from warpmuscle.scene import Actuation, Excitation, MujocoCurves, Muscle, Polyno
 from warpmuscle.scene.initial_pose import initial_pose, plain_number
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import mass_warnings
-from warpmuscle.scene.muscles import given, is_cable
+from warpmuscle.scene.muscles import given, is_cable, law_of
 from warpmuscle.scene.number import Number
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks, known
-from warpmuscle.scene.validation.muscle_values import check_common_values, check_special_values
+from warpmuscle.scene.validation.muscle_values import check_common_values, check_special_values, those_of_law
 from warpmuscle.scene.validation.paths import check_route, check_surfaces, usual_drive
 from warpmuscle.scene.wrapping.path import path_length
 from warpmuscle.scene.wrapping.route import route_stops
@@ -97,19 +97,22 @@ def _model(checks: Checks) -> None:
     key, model = "muscle_model", checks.checked.muscle_model
     _tension(checks, key, model.specific_tension)
     check_common_values(checks, key, model)
-    if model.sharing != "each" and model.legacy:
+    if model.sharing != "each" and law_of(model) == "legacy":
         raise SceneError("legacy muscles cannot share torques; leave out `sharing` or `legacy`", key=f"{key}.sharing")
     if model.sharing != "each" and model.negative != "keep":
         raise SceneError("has no effect on muscles that share torques; leave it out", key=f"{key}.negative")
-    if model.implicit_damping and (model.legacy or model.ideal or model.tendon != "rigid"):
+    if model.implicit_damping and (law_of(model) != "hill" or model.tendon != "rigid"):
         raise SceneError("implicit damping is for muscles with rigid tendons only", key=f"{key}.implicit_damping")
     for field in CURVE_FIELDS:
-        if getattr(model, field) and (model.legacy or model.ideal):
-            raise SceneError("legacy and ideal muscles take no curve of one's own; leave it out", key=f"{key}.{field}")
+        if getattr(model, field) and law_of(model) != "hill":
+            message = f"{those_of_law(model)} take no curve of one's own; leave it out"
+            raise SceneError(message, key=f"{key}.{field}")
     if model.legacy and model.ideal:
         raise SceneError("muscles cannot be both legacy and ideal", key=f"{key}.ideal")
+    if model.law not in ("hill", law_of(model)):
+        raise SceneError(f"muscles cannot be both {law_of(model)} and {model.law}; leave one out", key=f"{key}.law")
     for field, default in (("tendon", "rigid"), ("curves", "lee")):
-        if model.legacy and getattr(model, field) != default:
+        if law_of(model) == "legacy" and getattr(model, field) != default:
             message = f"legacy muscles have a law of their own, tendon and curves included; leave out `{field}`"
             raise SceneError(message, key=f"{key}.{field}")
 
@@ -149,7 +152,7 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
     Returns:
         Errors that are not raised, so that a reader can give them file and line; their keys name the muscles.
     """
-    if scene.muscle_model.legacy or scene.muscle_model.ideal or not scene.character.muscles:
+    if law_of(scene.muscle_model) != "hill" or not scene.character.muscles:
         return []
     plain = at_start(scene)
     lengths = initial_path_lengths(plain)

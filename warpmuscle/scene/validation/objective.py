@@ -5,6 +5,7 @@ from __future__ import annotations
 import fnmatch
 
 import msgspec
+import numpy as np
 
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
@@ -13,6 +14,7 @@ from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene import Failure, Objective, Robustness, Scene, SearchStage
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.norms import LEG_ANGLES, NORM_TERMS
+from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
 from warpmuscle.scene.stage_scene import freed
 from warpmuscle.scene.validation.checks import Checks, join, known, near
@@ -35,6 +37,19 @@ def check_objective(checks: Checks, key: str, objective: Objective) -> None:
         if ":" not in name:
             known(name, TERMS, "term", f"{key}.reported.{index}")
             check_needs(scene, name, f"{key}.reported.{index}")
+
+
+def sign_warnings(scene: Scene) -> list[SceneError]:
+    """Negative weights of terms of one's own: errors that are not raised, so that a reader can give them a place."""
+    found = []
+    for name, weight in scene.objective.custom.items():
+        lowest = (weight.value if weight.min is None else weight.min) if isinstance(weight, Free) else weight
+        if lowest is not None and np.any(np.asarray(lowest) < 0.0):
+            message = (
+                'a negative weight turns the sign round: declare sign="earned", or "cost", and give a positive weight'
+            )
+            found.append(SceneError(message, key=f"objective.custom.{name}"))
+    return found
 
 
 def check_needs(scene: Scene, term: str, key: str) -> None:
