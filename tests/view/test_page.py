@@ -281,6 +281,12 @@ def test_curves_follow_the_cursor_and_set_it(opened):
     assert opened.locator("#curves").evaluate(pixels) > 10
 
 
+def test_places_are_those_of_the_last_picture(opened):
+    opened.evaluate("warpmuscle.play(false); warpmuscle.seek(0.1)")
+    before = drawn(opened)["places"]
+    assert opened.evaluate("(warpmuscle.seek(0.5), warpmuscle.state().places)") == before
+
+
 def test_picture_shows_figure_ground_and_muscles(opened, tmp_path):
     opened.evaluate("warpmuscle.play(false); warpmuscle.seek(0.3)")
     drawn(opened)

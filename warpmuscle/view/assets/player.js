@@ -381,7 +381,8 @@ class Player {
     this.seen = this.boxes().map((box, k) => {
       const bipeds = shown.split ? [this.bipeds[k]] : this.bipeds, pixels = this.pixels(box);
       const middle = shown.split && this.followed?.biped !== bipeds[0] ? bipeds[0].com(bipeds[0].moment(time)) : this.middle();
-      return { box, pixels, bipeds, ...this.camera.view(middle, pixels[2] / Math.max(pixels[3], 1)) };
+      const coms = bipeds.map((one) => one.com(one.moment(time)));
+      return { box, pixels, bipeds, coms, ...this.camera.view(middle, pixels[2] / Math.max(pixels[3], 1)) };
     });
     renderer.draw(this.seen, shown);
     this.labels.draw(this.seen);
@@ -397,9 +398,9 @@ class Player {
     this.plots.draw(this.time);
   }
 
-  // Where the parts of the picture have a motion's centre of mass, from the left and the top of its part, 0 to 1.
+  // Where the parts of the last picture have a motion's centre of mass, from the left and the top of its part, 0 to 1.
   places() {
-    return this.seen.flatMap(({ matrix, bipeds }) => bipeds.map((one) => onScreen(matrix, one.com(one.moment(this.time)), 1, 1)));
+    return this.seen.flatMap(({ matrix, coms }) => coms.map((com) => onScreen(matrix, com, 1, 1)));
   }
 
   // What the page holds now.
