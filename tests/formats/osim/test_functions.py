@@ -111,6 +111,17 @@ def test_splines_of_fifth_degree_have_their_slopes(tmp_path):
     np.testing.assert_allclose(function.slopes(q), spline(q, 1), rtol=0.0, atol=1e-6 * np.abs(spline(q, 1)).max())
 
 
+def test_knots_that_were_chosen_here_may_be_fewer_and_others_stay():
+    steep = read_function(knots("GCVSpline", element("half_order", "3")))
+    few = steep.sparse(300)
+    assert len(few.x) <= 300 < len(steep.x)
+    assert (few.x[0], few.x[-1]) == (steep.x[0], steep.x[-1])
+    np.testing.assert_allclose(few.values(AT), steep.values(AT), atol=1e-5)
+    assert steep.sparse(len(steep.x)) is steep
+    read = read_function(knots("SimmSpline"))
+    assert read.sparse(3) is read
+
+
 def test_a_quick_sine_is_refused(tmp_path):
     file = tmp_path / "one.osim"
     file.write_text("<Sine><amplitude>1</amplitude><omega>16</omega></Sine>")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from warpmuscle.core.limits import LIMITS
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.functions import Function, resampled
 from warpmuscle.formats.osim.records import Muscle as Record
@@ -59,7 +60,8 @@ def _blankevoort(one: Record) -> tuple[Muscle | None, str]:
 def _ligament(function: Function) -> tuple[Ligament, str]:
     """The curve of a ligament, a function that is no spline through knots; and by how much it is off."""
     if function.x:
-        return Ligament([*function.x], [*function.y], function.ends), ""
+        curve = function.sparse(LIMITS["knots"].most)
+        return Ligament([*curve.x], [*curve.y], curve.ends), ""
     if function.line is not None:
         return Ligament([1.0, 2.0], [function.at(1.0), function.at(2.0)], "linear"), ""
     spline, error = resampled(function.values, 1.0, LONGEST)

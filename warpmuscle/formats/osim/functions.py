@@ -38,6 +38,7 @@ class Function:
     x: tuple[float, ...] = ()
     y: tuple[float, ...] = ()
     ends: Literal["simm", "natural", "linear"] = "simm"
+    sampled: bool = False  # its knots were chosen here, of a function that is no such spline
 
     @property
     def constant(self) -> bool:
@@ -68,6 +69,14 @@ class Function:
     def slopes(self, q: Floats) -> Floats:
         """The slopes of a smooth spline at coordinates (n,)."""
         return rates(Displacement((1.0, 0.0, 0.0), x=list(self.x), y=list(self.y), ends=self.ends), q)[1]
+
+    def sparse(self, most: int) -> Function:
+        """It with no more knots than so many, if they were chosen here: with every second one, or fewer."""
+        if not self.sampled or len(self.x) <= most:
+            return self
+        last = len(self.x) - 1
+        kept = [*range(0, last, math.ceil(last / (most - 1))), last]
+        return replace(self, x=tuple(self.x[k] for k in kept), y=tuple(self.y[k] for k in kept))
 
     def scaled(self, factor: float) -> Function:
         """It times a factor."""
@@ -187,7 +196,8 @@ def _sine(element: Element) -> Function:
     out = LEAST_REACH + (reach - LEAST_REACH) * np.linspace(0.0, 1.0, 2 + math.ceil(beyond * PER_TURN))
     sides = out[1:] if reach > LEAST_REACH else out[:0]
     x = np.concatenate([-sides[::-1], np.linspace(-LEAST_REACH, LEAST_REACH, inner), sides])
-    return Function(x=tuple(map(float, x)), y=tuple(map(float, offset + size * np.sin(speed * x + phase))))
+    y = offset + size * np.sin(speed * x + phase)
+    return Function(x=tuple(map(float, x)), y=tuple(map(float, y)), sampled=True)
 
 
 def _step(element: Element) -> Function:
@@ -275,7 +285,8 @@ def _gcv(element: Element) -> Function:
     for doubling in range(DOUBLED + 1):
         inner = np.linspace(low, high, (KNOTS - 1) * 2**doubling + 1)
         x = np.concatenate([low - sides[::-1], inner, high + sides])
-        found = Function(x=tuple(map(float, x)), y=tuple(map(float, _beyond(spline, x, low, high, order))), ends="simm")
+        values = _beyond(spline, x, low, high, order)
+        found = Function(x=tuple(map(float, x)), y=tuple(map(float, values)), ends="simm", sampled=True)
         between = inner[:-1] + FARTHEST_OFF * np.diff(inner)
         slope = spline(between, 1)
         if np.max(np.abs(found.slopes(between) - slope)) <= SLOPE_OFF * np.max(np.abs(slope)):

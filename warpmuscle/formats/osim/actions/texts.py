@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.limits import LIMITS
 from warpmuscle.formats.osim.functions import Function
 from warpmuscle.scene.expressions.part import ExpressionCurve
 
@@ -18,7 +20,8 @@ def function_text(function: Function, variable: str, name: str, curves: dict[str
         return repr(function.at(0.0)) if not function.x else repr(float(function.y[0]))
     if function.x:
         first = max(sum(x < 0.0 for x in function.x) - BEFORE, 0) if variable == "t" else 0
-        curves[name] = ExpressionCurve([*function.x[first:]], [*function.y[first:]], function.ends)
+        later = replace(function, x=function.x[first:], y=function.y[first:]).sparse(LIMITS["knots"].most)
+        curves[name] = ExpressionCurve([*later.x], [*later.y], later.ends)
         return f"{name}({variable})"
     terms = [
         repr(float(c)) if power == 0 else f"{float(c)!r}*{variable}" + (f"^{power}" if power > 1 else "")

@@ -75,6 +75,7 @@ def _curve(element: Element, own: Properties, name: str) -> Function | None:
         _without_repeated_knots(part)
     function = read_function(inner[0])
     if function.x:
+        function = function.sparse(MANY)
         return function if len(function.x) <= MANY else None
     x = np.linspace(0.0, 3.0, FEW)
     return Function(x=tuple(map(float, x)), y=tuple(map(float, function.values(x))), ends="natural")
