@@ -8,9 +8,12 @@ from warpmuscle.scene.anatomy import joint_place
 from warpmuscle.scene.initial_pose import plain_vector
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.topology import topology
+from warpmuscle.view.bones.directions import AHEAD, ASIDE, DOWN, perpendicular
 from warpmuscle.view.bones.head import skull
 from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
+from warpmuscle.view.bones.skeleton import forearm_bones, hand_bones, upper_arm_bone
+from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.figure import figure_of
 from warpmuscle.view.hulls import Mesh
 from warpmuscle.view.pieces import Hull
@@ -106,3 +109,22 @@ def test_a_skull_is_as_high_as_its_sphere_and_looks_ahead():
     bone, hollow = skull(np.zeros(3), np.array([0.0, 0.2, 0.0]), 0.1)
     assert bone[0][:, 1].max() == pytest.approx(0.3, abs=0.01)
     assert hollow[0][:, 2].min() > 0.0
+
+
+@pytest.mark.parametrize("wanted", [ASIDE, DOWN, AHEAD])
+@pytest.mark.parametrize("axis", [ASIDE, DOWN, AHEAD, -AHEAD, np.array([0.6, 0.0, 0.8])])
+def test_a_direction_across_an_axis_is_found_wherever_that_points(axis: np.ndarray, wanted: np.ndarray):
+    found = perpendicular(axis, wanted)
+    assert np.linalg.norm(found) == pytest.approx(1.0)
+    assert found @ axis == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("bone", [upper_arm_bone, forearm_bones, hand_bones])
+def test_bones_of_an_arm_that_points_ahead_are_as_thick_as_those_of_one_that_hangs(bone):
+    ahead, down = (np.sort(np.ptp(bone(np.zeros(3), 0.3 * along, 1.0)[0], axis=0)) for along in (AHEAD, DOWN))
+    np.testing.assert_allclose(ahead, down, atol=0.012)
+
+
+def test_a_spine_may_lie_along_any_axis():
+    for along in (ASIDE, DOWN, AHEAD):
+        assert np.isfinite(vertebrae(np.array([np.zeros(3), 0.3 * along]), 1.0)[0]).all()

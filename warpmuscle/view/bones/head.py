@@ -8,6 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.view.bones.blended import Part, blended, egg, fan, rod
+from warpmuscle.view.bones.directions import AHEAD, perpendicular, unit
 from warpmuscle.view.bones.meshes import ellipsoid, merged
 from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.hulls import Mesh
@@ -17,10 +18,8 @@ CELL, BLEND = 0.08, 0.022  # of a skull whose half height is 1
 
 def skull(joint: Floats, center: Floats, radius: float) -> tuple[Mesh, Mesh]:
     """Skull, jaw and spine of the neck, as high as a sphere; and its hollows, which are dark."""
-    up = (center - joint) / max(float(np.linalg.norm(center - joint)), 1e-9)
-    wanted = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.98 else np.array([0.0, -1.0, 0.0])
-    ahead = wanted - np.dot(wanted, up) * up
-    ahead = ahead / float(np.linalg.norm(ahead))
+    up = unit(center - joint)
+    ahead = perpendicular(up, AHEAD)
     axes = np.stack([np.cross(up, ahead), up, ahead], axis=1)
 
     def placed(mesh: Mesh) -> Mesh:

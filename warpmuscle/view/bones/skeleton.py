@@ -13,31 +13,15 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized
 from warpmuscle.view.bones.blended import Part, blended, egg, fan, rod
+from warpmuscle.view.bones.directions import AHEAD, ASIDE, perpendicular, turned, unit
 from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
 from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.hulls import Mesh
 
-AHEAD = np.array([0.0, 0.0, 1.0])
-ASIDE = np.array([1.0, 0.0, 0.0])
 MIRROR = np.array([-1.0, 1.0, 1.0])
 RIBS, TRUE_RIBS = 10, 6  # pairs, and those that end at the breastbone
 LIMB_CELL, LIMB_BLEND = 0.0098, 0.0024  # m, of the surfaces of long bones
 ARM = 0.11  # m, shortest of a limb with a form of its own
-
-
-def _unit(vector: Floats) -> Floats:
-    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-9))
-
-
-def _perpendicular(axis: Floats, wanted: Floats) -> Floats:
-    """The direction across an axis that is nearest to a wanted one."""
-    across = wanted - np.dot(wanted, axis) * axis
-    return _unit(across) if np.linalg.norm(across) > 0.2 else _unit(np.cross(axis, AHEAD))
-
-
-def _turned(axis: Floats, aside: Floats) -> Floats:
-    """Axes (3, 3), as columns, of which y is along a bone and x aside."""
-    return np.stack([aside, axis, np.cross(aside, axis)], axis=1)
 
 
 def _mirrored(mesh: Mesh) -> Mesh:
@@ -63,14 +47,14 @@ def thigh_bone(start: Floats, end: Floats, sign: float, scale: float, capped: bo
     """A femur from the middle of its head to the knee, with a kneecap if `capped`; `sign` is 1 on the left."""
     if sign < 0.0:
         return _mirrored(thigh_bone(start * MIRROR, end * MIRROR, 1.0, scale, capped))
-    down, s = _unit(end - start), scale
-    out = _perpendicular(down, ASIDE)
+    down, s = unit(end - start), scale
+    out = perpendicular(down, ASIDE)
     front = np.cross(down, out)
     trochanter = start + s * (0.046 * out + 0.018 * down - 0.004 * front)
     below = start + s * 0.02 * out + 0.2 * (end - start) + s * 0.012 * out
     middle = start + 0.55 * (end - start) + s * (0.014 * out + 0.008 * front)
     above = start + 0.88 * (end - start) + s * 0.002 * out
-    axes = _turned(-down, _unit(np.cross(-down, front)))
+    axes = turned(-down, unit(np.cross(-down, front)))
     parts: list[Part] = [
         egg(start, (0.0235 * s,) * 3),
         rod([start, start + s * (0.024 * out + 0.013 * down), below], s * np.array([0.016, 0.0145, 0.0145])),
@@ -94,10 +78,10 @@ def shank_bones(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
     """Tibia and fibula from the knee to the ankle."""
     if sign < 0.0:
         return _mirrored(shank_bones(start * MIRROR, end * MIRROR, 1.0, scale))
-    down, s, reach = _unit(end - start), scale, end - start
-    out = _perpendicular(down, ASIDE)
+    down, s, reach = unit(end - start), scale, end - start
+    out = perpendicular(down, ASIDE)
     front = np.cross(down, out)
-    axes = _turned(-down, _unit(np.cross(-down, front)))
+    axes = turned(-down, unit(np.cross(-down, front)))
     top = start + s * 0.028 * down
     part = np.array([0.0, 0.1, 0.3, 0.65, 0.92, 1.0])
     bow = np.array([0.0, 0.006, 0.008, 0.004, 0.0, 0.0])
@@ -121,9 +105,9 @@ def shank_bones(start: Floats, end: Floats, sign: float, scale: float) -> Mesh:
 
 def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
     """A humerus from the shoulder to the elbow."""
-    along, s = _unit(end - start), scale
-    side = _perpendicular(along, AHEAD)
-    axes = _turned(-along, side)
+    along, s = unit(end - start), scale
+    side = perpendicular(along, AHEAD)
+    axes = turned(-along, side)
     part = np.array([0.06, 0.15, 0.4, 0.75, 0.92, 1.0])
     shaft = start + part[:, None] * (end - start)
     above = start + 0.8 * (end - start)
@@ -144,8 +128,8 @@ def upper_arm_bone(start: Floats, end: Floats, scale: float) -> Mesh:
 
 def forearm_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     """Radius and ulna from the elbow to the wrist."""
-    along, s, reach = _unit(end - start), scale, end - start
-    side = _perpendicular(along, AHEAD)
+    along, s, reach = unit(end - start), scale, end - start
+    side = perpendicular(along, AHEAD)
     part = np.array([0.02, 0.14, 0.5, 0.88, 0.98])[:, None]
     apart = np.array([0.012, 0.014, 0.019, 0.015, 0.013])[:, None]
     first, second = (start + part * reach + s * way * apart * side for way in (1.0, -1.0))
@@ -153,14 +137,14 @@ def forearm_bones(start: Floats, end: Floats, scale: float) -> Mesh:
         rod(first, s * np.array([0.0105, 0.0075, 0.0075, 0.01, 0.0135])),
         rod([second[0] - 0.014 * s * along, *second], s * np.array([0.011, 0.0135, 0.0105, 0.007, 0.0062, 0.0078])),
     ]
-    return blended(parts, 0.0078 * s, 0.0012 * s, axes=_turned(-along, side))
+    return blended(parts, 0.0078 * s, 0.0012 * s, axes=turned(-along, side))
 
 
 def hand_bones(start: Floats, end: Floats, scale: float) -> Mesh:
     """Wrist, palm and fingers from the wrist to the finger tips."""
-    along, s, reach = _unit(end - start), scale, end - start
-    side = _perpendicular(along, AHEAD)
-    parts = [ellipsoid(start + 0.08 * reach, (0.024 * s, 0.012 * s, 0.014 * s), _turned(along, side))]
+    along, s, reach = unit(end - start), scale, end - start
+    side = perpendicular(along, AHEAD)
+    parts = [ellipsoid(start + 0.08 * reach, (0.024 * s, 0.012 * s, 0.014 * s), turned(along, side))]
     part = np.array([0.1, 0.28, 0.46, 0.5, 0.62, 0.7, 0.74, 0.82, 0.87, 0.91, 1.0])
     thick = np.array([0.0058, 0.0045, 0.0068, 0.0066, 0.0045, 0.0056, 0.0055, 0.004, 0.0046, 0.0042, 0.0032])
     for k, length in enumerate((0.93, 1.0, 0.95, 0.82)):
@@ -181,8 +165,8 @@ def hand_bones(start: Floats, end: Floats, scale: float) -> Mesh:
 def trunk_bones(start: Floats, neck: Floats, shoulders: Sequence[Floats], scale: float) -> Mesh:
     """Spine and ribs between the joints of loin and neck, breastbone, collar bones and shoulder blades."""
     reach, s = neck - start, scale
-    tall, up = float(np.linalg.norm(reach)), _unit(reach)
-    ahead = _perpendicular(up, AHEAD)
+    tall, up = float(np.linalg.norm(reach)), unit(reach)
+    ahead = perpendicular(up, AHEAD)
     wide = float(np.clip(max((abs(x[0]) for x in shoulders), default=0.2 * s) * 0.68, 0.09 * s, 0.15 * s))
     deep = 0.74 * wide
     aside = np.cross(up, ahead)

@@ -6,6 +6,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized
+from warpmuscle.view.bones.directions import ASIDE, perpendicular
 from warpmuscle.view.bones.meshes import merged, tube
 from warpmuscle.view.hulls import Mesh
 
@@ -26,8 +27,7 @@ def vertebrae(line: Floats, scale: float, thin: float = 1.0) -> Mesh:
     along = normalized(np.gradient(points, axis=0))
     for k in range(2, 4 * count + 1, 4):
         up, middle, t = along[k], points[k], thin * s
-        aside = np.array([1.0, 0.0, 0.0]) - up[0] * up
-        aside = aside / np.linalg.norm(aside)
+        aside = perpendicular(up, ASIDE)
         back = np.cross(up, aside)
         back = back if back[2] < 0.0 else -back
         arch, end = middle + 0.012 * t * back, middle + t * (0.043 * back - 0.022 * up)
