@@ -129,9 +129,6 @@ _ELSEWHERE = {
         ("viewer", "Viewer", "visualize", "launch", "launch_viewer", "gui"),
         "wm.show shows a motion, `warpmuscle view SCENE --live` runs one",
     ),
-    **dict.fromkeys(
-        ("envs", "vec_env", "VecEnv"), "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')"
-    ),
     **dict.fromkeys(("PPO", "ppo", "agent"), "wm.learn trains a policy"),
     **dict.fromkeys(("cma", "CMA", "cmaes"), "wm.optimize(scene, search='cma') searches"),
     **dict.fromkeys(("cuda", "get_device", "is_available", "gpu"), "wm.Rollout(scene).device says where it runs"),
@@ -142,7 +139,7 @@ _ELSEWHERE = {
     **dict.fromkeys(("moco", "Moco"), "wm.track follows a recorded motion, wm.optimize searches for one"),
     **dict.fromkeys(("read_osim", "load_osim", "from_file", "from_xml", "from_toml", "read_model"), "wm.load reads it"),
     **dict.fromkeys(
-        ("make", "env", "Env", "Environment", "make_env", "Gym"),
+        ("make", "env", "envs", "Env", "Environment", "Environments", "make_env", "vec_env", "VecEnv", "Gym"),
         "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')",
     ),
     **dict.fromkeys(("device", "set_device", "devices"), "device='cuda:0' of wm.simulate and others names it"),
@@ -151,9 +148,6 @@ _ELSEWHERE = {
     **dict.fromkeys(("minimize", "fit", "solve"), "wm.optimize searches"),
     **dict.fromkeys(("figure", "draw"), "wm.plot draws"),
     **dict.fromkeys(("read_mot", "read_sto", "load_mot"), "warpmuscle.inverse.files.read_coordinates reads motions"),
-    **dict.fromkeys(
-        ("Environment", "Environments"), "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0')"
-    ),
     "Declaration": "from warpmuscle.kernels.objective.declaration import Declaration",
     "Free": "from warpmuscle.scene.number import Free",
     "Parameter": "wm.Rollout(scene).parameters are the free ones",
