@@ -99,6 +99,12 @@ def leg_length(scene: Scene) -> float:
     return length + sole
 
 
+def is_explicit(scene: Scene) -> bool:
+    """Whether a controller damps the joints by torques, explicit in the step."""
+    driven = scene.controller is not None and scene.controller.type in STABLE
+    return driven and not scene.implicit_pd and not scene.character.muscles
+
+
 def damping_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
     """Damping of each speed of the joints that a controller drives, N m s/rad, and the key of the scene that gives it.
 
@@ -107,7 +113,7 @@ def damping_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
     """
     controller = scene.controller
     found: dict[str, tuple[str, Floats]] = {}
-    if controller is None or scene.implicit_pd or scene.character.muscles or controller.type not in STABLE:
+    if controller is None or not is_explicit(scene):
         return found
     unit = 1.0
     if controller.type == "walking":
@@ -154,8 +160,9 @@ def damping_warnings(scene: Scene) -> list[SceneError]:
 
     Free parameters count with their start values.
     """
-    plain = at_start(scene)
-    worst = max(explicit_damping(plain), key=lambda one: one.share, default=None)
+    if not is_explicit(scene):
+        return []
+    worst = max(explicit_damping(at_start(scene)), key=lambda one: one.share, default=None)
     if worst is None or not worst.share > 1.0:
         return []
     message = (
