@@ -1,11 +1,13 @@
 """Properties of muscles fitted to a skeleton and its gait."""
 
+import math
+
 import msgspec
 import numpy as np
 import pytest
 
 from small_result import march
-from warpmuscle.core.errors import SceneError
+from warpmuscle.core.errors import ArgumentError, SceneError
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints.symmetry import counterpart
@@ -88,6 +90,13 @@ def test_strength_and_mean_length_do_what_they_say():
         assert own.l_slack + 1.1 * own.l_opt == pytest.approx(
             weak.character.muscles[name].l_slack + weak.character.muscles[name].l_opt, abs=3e-4
         )
+
+
+@pytest.mark.parametrize("argument", ["mean_length", "fibre_per_arm", "strength", "settle"])
+@pytest.mark.parametrize("value", [math.inf, math.nan, -1.0])
+def test_numbers_that_are_not_finite_or_negative_are_refused_by_name(argument: str, value: float):
+    with pytest.raises(ArgumentError, match=argument):
+        fit_muscles(load("walk56_legacy"), **{argument: value}, device="cpu")
 
 
 @pytest.mark.parametrize(

@@ -33,9 +33,9 @@ def tried(
     Raises:
         Error: no pushes, or an impulse that is not a positive number.
     """
-    pushed = push_trials(walker, impulses, pushes, seed=seed)
     inclines = np.radians([-slope, slope]).tolist()
-    return Trials(name, pushed, slope_trials(walker, inclines, duration))
+    walked = slope_trials(walker, inclines, duration)  # first, so that a duration that cannot be costs no pushes
+    return Trials(name, push_trials(walker, impulses, pushes, seed=seed), walked)
 
 
 def table(trials: Sequence[Trials], slope: float, duration: float) -> list[tuple[str, ...]]:

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from warpmuscle.core.arguments import as_number
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.results.recording import Recording
@@ -81,8 +82,13 @@ def fit_muscles(
         device: see `make_rollout`; of several the first one.
 
     Raises:
+        ArgumentError: a number is not finite, or not positive.
         SceneError: the scene has no muscles, or the motion fails on torques before anything could be measured.
     """
+    mean_length = as_number(mean_length, "mean_length", above=0)
+    fibre_per_arm = as_number(fibre_per_arm, "fibre_per_arm", least=0)
+    strength = as_number(strength, "strength", above=0)
+    settle = as_number(settle, "settle", least=0)
     scene = at_start(scene)
     muscles = scene.character.muscles
     if not muscles:

@@ -47,3 +47,9 @@ def test_nothing_is_written_of_what_could_not_be_read_again(tmp_path: Path, row:
     with pytest.raises(SceneError):
         write_parameters(tmp_path / "a.par", [Parameter(*row)])
     assert not (tmp_path / "a.par").exists()
+
+
+def test_no_file_is_written_for_a_scene_without_a_number_that_scone_names(tmp_path: Path):
+    with pytest.raises(SceneError, match="no parameter to write"):
+        write_parameters(tmp_path / "a.par", [])
+    assert not (tmp_path / "a.par").exists()

@@ -56,11 +56,13 @@ def write_parameters(path: str | Path, parameters: Iterable[Parameter]) -> None:
     """Write a .par file, whole or not at all.
 
     Raises:
-        SceneError: a name is empty or has blanks, a number is not finite, a spread is below 0, or the file cannot be
-            written.
+        SceneError: there are none, a name is empty or has blanks, a number is not finite, a spread is below 0, or the
+            file cannot be written.
     """
     path = Path(path)
     rows = list(parameters)
+    if not rows:
+        raise SceneError("there is no parameter to write: none of the free numbers has a name in SCONE", file=path)
     for one in rows:
         if len(one.name.split()) != 1 or one.name.split()[0] != one.name or one.name.startswith("#"):
             raise SceneError(f"{one.name!r} cannot be the name of a parameter: it is one word", file=path)
