@@ -35,7 +35,7 @@ SIDES = ("_l", "_r")
 def rows(file: Path) -> list[tuple[float, str, list[float]]]:
     """Of every pair of muscles: J/(kg m), its name, mean activations of the left one; the costliest first."""
     result = read(file, replay=0)
-    motion, scene = motion_of(result, file, 0), at_start(scene_in(result))
+    motion, scene = motion_of(result, str(file), 0), at_start(scene_in(result))
     scene = replace(scene, objective=replace(scene.objective, metabolic_model="bhargava", metabolic_work=None))
     power = muscle_power(motion, scene)[motion.time > SETTLED].mean(axis=0) / body_mass(scene.character)
     speed = gait_measures(motion, scene)["speed"]
