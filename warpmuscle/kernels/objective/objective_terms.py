@@ -15,6 +15,12 @@ _TERMS = (
     Term("effort_squared", "s", "activation squared, summed over muscles and time", "muscle"),
     Term("effort_cubed", "s", "activation cubed, summed over muscles and time", "muscle"),
     Term(
+        "mass_effort_squared", "kg s", "activation squared times the muscle's mass, summed over muscles and time", "muscle"
+    ),
+    Term(
+        "mass_effort_cubed", "kg s", "activation cubed times the muscle's mass, summed over muscles and time", "muscle"
+    ),
+    Term(
         "metabolic", "J", "metabolic energy of the muscles, and of the body at rest", "muscle",
         models=("wang", "umberger", "bhargava", "margaria"),
     ),
