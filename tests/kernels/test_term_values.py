@@ -97,6 +97,8 @@ def test_efforts_and_passive_forces_are_their_formulas(muscles: SimpleNamespace)
     m = muscles
     np.testing.assert_allclose(value_of("effort_squared", m), m.activation**2, rtol=1e-5)
     np.testing.assert_allclose(value_of("effort_cubed", m), m.activation**3, rtol=1e-5)
+    np.testing.assert_allclose(value_of("mass_effort_squared", m), m.mass * m.activation**2, rtol=1e-5)
+    np.testing.assert_allclose(value_of("mass_effort_cubed", m), m.mass * m.activation**3, rtol=1e-5)
     passive = np.where(m.over > 1.0, np.expm1(4.0 * (m.over - 1.0) / 0.6) / np.expm1(4.0), 0.0)
     np.testing.assert_allclose(value_of("passive_force", m), m.f_max * passive, rtol=1e-3, atol=1e-2)
     beyond = np.maximum(np.maximum(0.5 - m.over, m.over - 1.5), 0.0)

@@ -25,13 +25,13 @@ from warpmuscle.learning.imitation import (
     with_norm,
     with_step_width,
 )  # fmt: skip
-from warpmuscle.learning.imitation.pelvis import obliquity
+from warpmuscle.learning.imitation.pelvis import obliquity, tilt
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import reduced
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.norms import PERCENT_OF_BIN, WALKING, walking_force
+from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, PERCENT_OF_BIN, WALKING, walking_force
 from warpmuscle.simulation.rollout import Rollout
 
 SCENE = "walk56_person"
@@ -92,7 +92,7 @@ def test_both_sides_of_an_even_gait_are_each_others_images(walker: Rollout):
         )
 
 
-@pytest.mark.parametrize("norm", WALKING)
+@pytest.mark.parametrize("norm", IMITATED, ids=lambda norm: norm.source)
 def test_hips_knees_and_ankles_bend_as_a_norm_says(walker: Rollout, norm):
     gait = gait_in(walker, Imitation(norm=norm.source, settle=1.0))
     percent = PERCENT_OF_BIN - 0.5
@@ -239,6 +239,29 @@ def test_a_pelvis_turns_as_peoples_while_legs_and_trunk_lean_as_they_did(walker:
     np.testing.assert_allclose(with_width.up, people.up, atol=1e-12)
 
 
+def test_a_pelvis_leans_forwards_while_legs_and_trunk_lean_as_they_did(walker: Rollout):
+    mirrored = BodySymmetry(walker)
+    even = gait_in(walker, Imitation(settle=1.0), mirrored)
+    leaning = gait_in(walker, Imitation(settle=1.0, pelvis_tilt=11.0), mirrored)
+    np.testing.assert_allclose(np.degrees(tilt(leaning.up)), 11.0, atol=1e-9)
+    before, after = (directions(walker, one.coordinate, one.up) for one in (even, leaning))
+    for name, ways in before.items():
+        np.testing.assert_allclose(after[name], ways, atol=1e-9, err_msg=name)
+    bent = gait_in(walker, Imitation(settle=1.0, pelvis_tilt=11.0, norm="Pinzone 2014"), mirrored)
+    hip = slice(*[walker.coordinate_names.index(f"lHip.{part}") for part in ("qx", "qw")])
+    angle = 2.0 * np.arctan2(bent.coordinate[:, hip.start], bent.coordinate[:, hip.stop])
+    assert -np.degrees(angle[0]) == pytest.approx(36.74, abs=1e-6)  # Pinzone 2014, centre two, at contact
+
+
+def test_feet_are_flat_in_mid_stance_where_the_pelvis_leans_as_far_as_the_documentation_says():
+    percent = np.arange(12.0, 33.0)
+    for norm, wanted in zip(IMITATED, (4.0, 11.1, 10.8), strict=True):
+        hip, knee, ankle = (norm.angles[name].mean(percent) for name in LEG_ANGLES)
+        pitch = hip - knee + ankle  # of the foot, toes up, over a pelvis that does not lean
+        assert pitch.mean() == pytest.approx(wanted, abs=0.05), norm.source
+        assert pitch.std() < 1.0, norm.source
+
+
 def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Floats]:
     """The vertical (n, 3) in every body that a ball joint hangs on the root; only its rotation matters."""
     found = {}
@@ -256,6 +279,7 @@ def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Fl
         (Imitation(norm="Winter"), "learning.imitation.norm", "no norm is called"),
         (Imitation(weights={"lElbo": 1.0}), "learning.imitation.weights.lElbo", "did you mean 'lElbow'"),
         (Imitation(weights={"lElbow": -1.0}), "learning.imitation.weights.lElbow", "must not be negative"),
+        (Imitation(pelvis_tilt=60.0), "learning.imitation.pelvis_tilt", "must be within 45 degrees, is 60"),
         (Imitation(cycle_time=0.0), "learning.imitation.cycle_time", "greater than 0"),
         (Imitation(moving=True), "learning.imitation.moving", "name one in `norm`"),
         (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),

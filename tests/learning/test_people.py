@@ -81,8 +81,10 @@ def test_a_knee_that_two_coordinates_bend_is_bent_by_the_first_of_them():
     assert wanted.min() < -1.0
 
 
-def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Rollout):
-    states = people_states(people_gait(rollout, IMITATION), rollout, SPEED, BINS)
+@pytest.mark.parametrize("tilt", [0.0, 11.0])
+def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Rollout, tilt: float):
+    imitation = msgspec.structs.replace(IMITATION, pelvis_tilt=tilt)
+    states = people_states(people_gait(rollout, imitation), rollout, SPEED, BINS)
     assert len(states.coordinates) == BINS
     assert (states.speeds[:, :6] == [0.0, 0.0, SPEED, 0.0, 0.0, 0.0]).all()
     moved, character = body_motions(imported(), states.coordinates, states.speeds), imported().character
@@ -101,7 +103,10 @@ def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Ro
         np.testing.assert_allclose(body.angular_velocity, turning, atol=0.05, err_msg=name)
         fastest[name] = np.abs(turning).max()
     assert fastest["tibia_l"] > 4.0  # rad/s, in swing
-    assert fastest["torso"] == 0.0
+    assert fastest["torso"] < 1e-9
+    turned = {name: Rotation.from_quat(moved[name].orientation).as_rotvec(degrees=True) for name in ("pelvis", "torso")}
+    np.testing.assert_allclose(turned["pelvis"], np.tile([tilt, 0.0, 0.0], (BINS, 1)), atol=1e-9)
+    np.testing.assert_allclose(turned["torso"], 0.0, atol=1e-9)
 
 
 def test_a_norm_needs_feet_and_nothing_without_shapes_can_stand_on_them():

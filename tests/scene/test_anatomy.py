@@ -63,6 +63,19 @@ def test_a_knee_that_rolls_is_taken_before_a_hinge_to_the_side_below_it():
     assert leg_joints(msgspec.structs.replace(scene, character=character), 0) == ["flexion_l", "knee_l", "ankle_l"]
 
 
+def test_a_knee_below_a_massless_part_of_the_thigh_is_no_part_of_the_hip():
+    """As in models of knee loads, whose condyles are welded to the thigh and have no mass of their own."""
+    scene = legs_of(["flexion"])
+    joints = dict(scene.character.joints)
+    knee = msgspec.structs.replace(joints["knee_l"], parent="condyle_l", position_in_parent=(0.0, 0.0, 0.0))
+    weld = Joint("fixed", "thigh_l", "condyle_l", (0.0, -0.1, 0.0), (0.0, 0.0, 0.0))
+    bodies = scene.character.bodies | {"condyle_l": Body(0.0, (0.0, 0.0, 0.0))}
+    character = msgspec.structs.replace(
+        scene.character, joints={"weld_l": weld} | joints | {"knee_l": knee}, bodies=bodies
+    )
+    assert leg_joints(msgspec.structs.replace(scene, character=character), 0) == ["flexion_l", "knee_l", "ankle_l"]
+
+
 @pytest.mark.parametrize("foot", ["talus", "calcn"])
 def test_a_foot_below_a_subtalar_joint_has_the_same_hip_knee_and_ankle(foot: str):
     scene = load("gait2392")

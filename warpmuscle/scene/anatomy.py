@@ -110,14 +110,18 @@ def _turns_otherwise(joint: Joint) -> bool:
 def _bending(character: Character, joints: Sequence[str]) -> list[str]:
     """Of joints one below the other, of each row through massless bodies that which turns most about x."""
     rows_of: list[list[str]] = []
+    light = False  # whether there are only massless bodies below the last joint that moves, welded to each other or not
     for name in joints:
-        if not joint_type(character.joints[name]).speeds:
+        joint = character.joints[name]
+        below = massless(character.bodies[joint.child])
+        if not joint_type(joint).speeds:
+            light = light and below
             continue
-        parent = character.bodies[character.joints[name].parent]
-        if rows_of and massless(parent):
+        if rows_of and light:
             rows_of[-1].append(name)
         else:
             rows_of.append([name])
+        light = below
     return [max(row, key=lambda name: _along_x(character.joints[name])) for row in rows_of]
 
 

@@ -16,7 +16,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.people.fukuchi import RUN, WALK
-from warpmuscle.scene.people.pinzone_two import SEARCHED_MOMENTS
+from warpmuscle.scene.people.pinzone_two import SEARCHED_ANGLES, SEARCHED_MOMENTS
 from warpmuscle.scene.topology import Topology
 
 SOURCE = "norm curves in SCONE Studio"
@@ -90,6 +90,7 @@ WALKING = (
     GaitNorm(KEY_POINTS, "walking at a comfortable speed", {name: NORMS[name] for name in LEG_ANGLES}),
     GaitNorm("Fukuchi 2018", "walking at 1.26 m/s", WALK),
 )
+IMITATED = (*WALKING, GaitNorm("Pinzone 2014", "walking at their own speed, centre two", SEARCHED_ANGLES))
 RUNNING = (GaitNorm("Fukuchi 2017", "running at 2.5 m/s", RUN),)
 
 

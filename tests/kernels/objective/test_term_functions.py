@@ -25,7 +25,7 @@ from warpmuscle.kernels.structs import HINGE, Model, Scratch, Skeleton, State
 from warpmuscle.model.objective import counted_terms, objective_kind
 from warpmuscle.scene import InitialState, JointState, MuscleModel, Objective, Scene
 from warpmuscle.scene.accounting import FORMULAS
-from warpmuscle.scene.masses import DENSITY
+from warpmuscle.scene.masses import DENSITY, muscle_mass
 from warpmuscle.scene.norms import NORMS, PERCENT_OF_BIN, RUNNING_FORCE_BAND, running_force
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.people.pinzone_two import SEARCHED_MOMENTS
@@ -81,6 +81,9 @@ def test_efforts_of_two_muscles_at_constant_activation():
     terms = values(held())
     np.testing.assert_allclose(terms["effort_squared"], 2.0 * ACTIVE**2, rtol=1e-5)
     np.testing.assert_allclose(terms["effort_cubed"], 2.0 * ACTIVE**3, rtol=1e-5)
+    mass = sum(muscle_mass(muscle, 6e5) for muscle in held().character.muscles.values())
+    np.testing.assert_allclose(terms["mass_effort_squared"], mass * ACTIVE**2, rtol=1e-5)
+    np.testing.assert_allclose(terms["mass_effort_cubed"], mass * ACTIVE**3, rtol=1e-5)
 
 
 @pytest.mark.parametrize(("slow", "tensions"), [(0.5, [6e5, 6e5]), (1.0, [6e5, 6e5]), (0.5, [3e5, 1.5e6])])

@@ -14,6 +14,8 @@ _TERMS = (
     Term("applied_torque", "N m s", "torque that drives the joints, summed over joints and time", "body"),
     Term("effort_squared", "s", "activation squared, summed over muscles and time", "muscle"),
     Term("effort_cubed", "s", "activation cubed, summed over muscles and time", "muscle"),
+    Term("mass_effort_squared", "kg s", "activation squared times muscle mass, summed over muscles and time", "muscle"),
+    Term("mass_effort_cubed", "kg s", "activation cubed times muscle mass, summed over muscles and time", "muscle"),
     Term(
         "metabolic", "J", "metabolic energy of the muscles, and of the body at rest", "muscle",
         models=("wang", "umberger", "bhargava", "margaria"),

@@ -56,6 +56,18 @@ def effort_cubed(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float
 
 
 @func
+def mass_effort_squared(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
+    """a^2 of every kilogram of muscle, as of its volume."""
+    return at(model.muscles.mass, instance, m) * w.activation * w.activation
+
+
+@func
+def mass_effort_cubed(instance: int, m: int, w: MuscleWork, model: ModelRef) -> float:
+    """a^3 of every kilogram of muscle, as of its volume."""
+    return at(model.muscles.mass, instance, m) * w.activation * w.activation * w.activation
+
+
+@func
 def curves_of(instance: int, m: int, model: ModelRef) -> int:
     """The curves of a muscle: those of all muscles, unless they have shapes of their own (see `shaped_curves.py`)."""
     return model.muscles.model

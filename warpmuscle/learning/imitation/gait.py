@@ -21,7 +21,7 @@ from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels.learning import rewards as kernels
-from warpmuscle.learning.imitation.pelvis import people_obliquity, turn_sideways, with_obliquity
+from warpmuscle.learning.imitation.pelvis import people_obliquity, turn_sideways, with_obliquity, with_tilt
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import motion_of
 from warpmuscle.results.recording import Recording
@@ -31,7 +31,7 @@ from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.norms import FLEXION, LEG_ANGLES, PERCENT_OF_BIN, WALKING, walking_force
+from warpmuscle.scene.norms import FLEXION, IMITATED, LEG_ANGLES, PERCENT_OF_BIN, walking_force
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
@@ -149,6 +149,9 @@ def recorded_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | N
 def changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None) -> Gait:
     """The gait with all that a task changes of it."""
     gait = gait if body is None else evened(gait, body, rollout)
+    if imitation.pelvis_tilt is not None:
+        coordinate, up = with_tilt(gait.coordinate, gait.up, np.radians(imitation.pelvis_tilt), rollout)
+        gait = replace(gait, coordinate=coordinate, up=up)
     if imitation.pelvis:
         gait = _leaning(gait, np.zeros(BINS), rollout)  # so that its axes are those of the ground
     if imitation.step_width is not None:
@@ -190,7 +193,7 @@ def cycle_means(values: Floats, balls: list[slice[int, int, None]], time: Floats
 
 def with_norm(gait: Gait, source: str, rollout: Rollout, speed: float | None = None) -> Gait:
     """The gait, whose hips, knees and ankles bend as in a norm of that name, moved to a speed, m/s, if one is given."""
-    angles = next(norm.angles for norm in WALKING if norm.source == source)
+    angles = next(norm.angles for norm in IMITATED if norm.source == source)
     scene, names = rollout.numeric, rollout.names
     relative = None if speed is None else dimensionless_speed(speed, leg_length(scene))
     coordinate = gait.coordinate.copy()

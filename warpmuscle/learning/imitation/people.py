@@ -13,7 +13,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.learning.imitation.gait import BINS, Gait, changed
-from warpmuscle.learning.imitation.pelvis import FORWARD
+from warpmuscle.learning.imitation.pelvis import FORWARD, UP, orientation_of
 from warpmuscle.learning.poses import States, started
 from warpmuscle.learning.starts import ControllerGait
 from warpmuscle.learning.symmetry import BodySymmetry
@@ -27,7 +27,6 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper
 
 CYCLE_TIME = 2.0 * 60.0 / REFERENCES["cadence"].low  # s, two of people's steps
-UPRIGHT, UP = np.array([0.0, 0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
 def by_norm_alone(scene: Scene, imitation: Imitation | None) -> bool:
@@ -59,9 +58,10 @@ def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> Sta
     """
     chosen = np.arange(0, BINS, max(BINS // max(count, 1), 1))
     root, names, zero = root_type(rollout.numeric.character), rollout.names, np.zeros((BINS, 3))
-    height = first_number(rollout.numeric.ground.height) - lowest_points(gait.coordinate, rollout)
+    orientation = orientation_of(gait.up)
+    height = first_number(rollout.numeric.ground.height) - lowest_points(gait.coordinate, rollout, orientation)
     place, velocity = zero + height[:, None] * UP, zero + speed * FORWARD
-    at, moving = root.coordinates_of(place, np.tile(UPRIGHT, (BINS, 1)), velocity, zero)
+    at, moving = root.coordinates_of(place, orientation, velocity, zero)
     at[:, list(root.on_ground)] = gait.coordinate[:, list(root.on_ground)]
     coordinates = np.concatenate([at, gait.coordinate[:, names.coordinate_start[1] :]], axis=1)
     speeds = np.concatenate([moving, joint_speeds(gait, rollout)[:, names.speed_start[1] :]], axis=1)
@@ -86,11 +86,11 @@ def joint_speeds(gait: Gait, rollout: Rollout) -> Floats:
     return found
 
 
-def lowest_points(coordinates: Floats, rollout: Rollout) -> Floats:
-    """Heights (n,) of the lowest point of all shapes over an upright root, m, at coordinates (n, C)."""
+def lowest_points(coordinates: Floats, rollout: Rollout, orientation: Floats) -> Floats:
+    """Heights (n,) of the lowest point of all shapes over a root of orientations (n, 4), m, at coordinates (n, C)."""
     character, names = rollout.numeric.character, rollout.names
     n = len(coordinates)
-    poses: Poses = {character.root: (np.zeros((n, 3)), np.tile(UPRIGHT, (n, 1)))}
+    poses: Poses = {character.root: (np.zeros((n, 3)), orientation)}
     for body, name in enumerate(names.joints, start=1):
         joint, (moving, speeds) = character.joints[name], names.arguments_of(body)
         motion = joint_type(joint).motion(joint, coordinates[:, moving], np.zeros((n, len(speeds))))

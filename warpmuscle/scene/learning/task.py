@@ -87,7 +87,7 @@ class Imitation(Part):
 
     file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
     replay: Annotated[int, FROM_0] = 0  # which motion of the file
-    norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.WALKING`; by default those of the gait
+    norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.IMITATED`; by default those of the gait
     cycle_time: Annotated[float | None, "s", ABOVE_0] = None  # by default that of the gait
     clock_speed: Annotated[float, "m/s", ABOVE_0] = 1.25  # at which a cycle takes that time
     cadence_power: Annotated[float, "1", FROM_0] = 0.0
@@ -95,6 +95,9 @@ class Imitation(Part):
     step_width: Annotated[float | None, "m", FROM_0] = None  # hips and ankles turn sideways so; by default the gait's
     pelvis: bool = False  # it turns sideways as people's in one centre (Pinzone 2014), below a trunk and over legs that
     # lean as in the gait
+    pelvis_tilt: Annotated[float | None, "deg"] = None  # by which it leans forwards, below a trunk that leans as in the
+    # gait; a norm's hips bend from there: 4 with "key points", 11 with the others put the foot flat on the ground in
+    # mid-stance; by default as in the gait
     settle: Annotated[float, "s", FROM_0] = 2.0  # at the start, in which the gait does not count
     uneven: Annotated[float, "m", FROM_0] = 0.0  # where the way rises or falls by this within 10 cm, from 0.3 m behind
     # the root to 0.6 m ahead, the gait and its force count as met, for stairs ask for other steps; by half of it, they

@@ -10,7 +10,7 @@ from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval
-from warpmuscle.scene.norms import WALKING
+from warpmuscle.scene.norms import IMITATED
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.objective import check_needs
@@ -18,6 +18,7 @@ from warpmuscle.scene.validation.objective import check_needs
 LONGEST_HISTORY = 100  # decisions
 LONGEST_DELAY = 1.0  # s, longer than of any nerve; what was felt meanwhile is kept
 HIGHER_IS_WIDER = ("heading", "leg_crossing", "self_collision")  # limits of failure; of the others lower ones are
+STEEPEST_PELVIS = 45.0  # deg, forwards or backwards
 LARGEST_COUNT = 65536  # of starts and variants, which lie in the memory of the device
 
 
@@ -92,8 +93,11 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
         raise SceneError("the ground is even everywhere: it has no terrain", key=f"{key}.uneven")
     if imitation.moving and not imitation.norm:
         raise SceneError("only the angles of a norm change with the speed; name one in `norm`", key=f"{key}.moving")
+    tilt = imitation.pelvis_tilt
+    if tilt is not None and abs(tilt) > STEEPEST_PELVIS:
+        raise SceneError(f"must be within {STEEPEST_PELVIS:g} degrees, is {tilt:g}", key=f"{key}.pelvis_tilt")
     if imitation.norm:
-        known(imitation.norm, [norm.source for norm in WALKING], "norm", f"{key}.norm")
+        known(imitation.norm, [norm.source for norm in IMITATED], "norm", f"{key}.norm")
     for name in imitation.weights:
         known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
 

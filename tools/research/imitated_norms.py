@@ -1,0 +1,42 @@
+"""How far a pelvis has to lean for the legs of a norm to put the foot flat on the ground, and where these then reach.
+
+For docs/how-to/learn-from-python.md.
+
+python tools/research/imitated_norms.py
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
+from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, GaitNorm
+
+PART = 0.43  # m, thigh and shank of a person of 1.75 m
+CYCLE = 1.03  # s
+PERCENT = np.arange(101.0)
+FLAT, BACK = slice(12, 33), slice(12, 41)  # % of the cycle in which the foot is flat, and in which it carries
+
+
+def ankle_places(norm: GaitNorm, tilt: float) -> Floats:
+    """How far ahead of the hip the ankle is over the cycle (101,), m, if the pelvis leans forwards by degrees."""
+    hip, knee, _ = (norm.angles[name].mean(PERCENT) for name in LEG_ANGLES)
+    thigh = np.radians(hip - tilt)
+    return np.asarray(PART * (np.sin(thigh) + np.sin(thigh - np.radians(knee))))
+
+
+def main() -> None:
+    """Print a table."""
+    print("| `norm` | degrees, and their spread | ahead at contact, m | behind at 50 % | moves back, m/s |")
+    print("|---|---|---|---|---|")
+    for norm in IMITATED:
+        hip, knee, ankle = (norm.angles[name].mean(PERCENT) for name in LEG_ANGLES)
+        pitch = (hip - knee + ankle)[FLAT]  # of the foot over an upright pelvis, toes up
+        place = ankle_places(norm, float(pitch.mean()))
+        speed = -np.gradient(place, CYCLE / 100.0)[BACK].mean()
+        row = f"{pitch.mean():.1f}, {pitch.std():.1f} | {place[0]:.2f} | {-place[50]:.2f} | {speed:.2f}"
+        print(f"| `{norm.source}` | {row} |")
+
+
+if __name__ == "__main__":
+    main()
