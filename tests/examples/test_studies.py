@@ -38,7 +38,7 @@ def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
-        ("objective.cost_of_transport", "objective.cost_of_transprot", "objective.cost_of_transprot"),
+        ("impairments.calves.f_max", "impairments.calfs.f_max", "impairments.calfs.f_max"),
         ('muscles = ["?SOL", "?GAS"] }', 'muscles = ["?SOLE"] }', "impairments.calves"),
         ('change = "falls"', 'chance = "falls"', "study.expected.0.chance"),
         ("damping = 0.5", "dumping = 0.5", "forces.left_brace"),
@@ -47,8 +47,9 @@ def test_a_shipped_study_has_conditions_seeds_and_expectations_with_sources(name
 def test_a_wrong_key_of_a_study_is_named_with_its_line(old: str, new: str, key: str, tmp_path: Path):
     text = study_text("brace").replace(old, new, 1)
     line = text[: text.index(new)].count("\n") + 1
+    for name, content in (study_files("brace") | {"brace.toml": text}).items():
+        (tmp_path / name).write_text(content)
     file = tmp_path / "brace.toml"
-    file.write_text(text)
     with pytest.raises(SceneError, match=re.escape(key)) as caught:
         read(file)
     assert caught.value.line == line
