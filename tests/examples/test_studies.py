@@ -9,7 +9,11 @@ import pytest
 import command_line
 from warpmuscle.cli.sweep import study_file
 from warpmuscle.core.errors import SceneError
-from warpmuscle.examples.studies import STUDIES, study_files, study_text
+from warpmuscle.examples.studies import LEVEL_WALK, STUDIES, study_files, study_text
+from warpmuscle.formats import load
+from warpmuscle.model.muscles import driven
+from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene.topology import topology
 from warpmuscle.sweep.plan import read
 from warpmuscle.sweep.union import groups
 
@@ -63,6 +67,19 @@ def test_a_study_is_written_with_the_walk_that_it_begins_with(tmp_path: Path, mo
     (tmp_path / "level_walk.toml").unlink()
     study_file(Path("slopes"))
     assert {file.name: file.read_text() for file in tmp_path.iterdir()} == study_files("slopes")
+
+
+def test_legs_of_planar_studies_have_joints_in_the_plane_that_muscles_alone_drive(tmp_path: Path):
+    """Torques that turn a hip out of the plane of the root give the walk energy that no cost counts."""
+    for file, text in study_files("slopes").items():
+        (tmp_path / file).write_text(text)
+    scene = load(tmp_path / LEVEL_WALK)
+    drives = driven(scene, topology(scene.character)).drives
+    for joint in (name for side in (0, 1) for name in leg_joints(scene, side)):
+        assert scene.character.joints[joint].axes == [(1.0, 0.0, 0.0)]
+        assert drives[joint] == ["muscle"]
+    planar = {name for name in STUDIES if LEVEL_WALK in study_files(name)}
+    assert planar == STUDIES.keys() - {"weakness"}
 
 
 def test_an_unknown_study_is_answered_by_those_that_there_are(tmp_path: Path):
