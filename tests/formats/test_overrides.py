@@ -118,6 +118,7 @@ def test_muscles_follow_the_scale_of_bodies_if_they_shall():
         ("objective", {"sped": 1.0}, "objective.sped: unknown key; did you mean 'speed'?"),
         ("objective.speed", {"value": 1.0}, "a free parameter needs value, min and max"),
         ("character.muscles.?SOL.f_max", {"factor": 0.5}, "a.toml:7: character.muscles.?SOL.f_max: no number has"),
+        ("character.bodies.?Foot.mas", {"factor": 0.5}, "of this pattern: nothing fits 'mas'; did you mean 'mass'"),
         ("character.muscles.*.f_max", {"factor": "half"}, "the factor must be a number"),
         ("character.muscles.*.f_max", {"factor": -1.0}, "must be greater than 0"),
         ("character.muscles.HFL.path", {"factor": 2.0}, "a.toml:7: character.muscles.HFL.path: no number has"),

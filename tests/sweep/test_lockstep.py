@@ -8,7 +8,7 @@ import pytest
 from small_sweep import assert_same_file
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.result import read, write
-from warpmuscle.sweep import lockstep
+from warpmuscle.sweep import board, lockstep
 from warpmuscle.sweep.plan import read as plan_of
 from warpmuscle.sweep.run import sweep
 
@@ -50,7 +50,10 @@ def test_runs_of_several_windows_are_as_alone_to_the_last_bit(tmp_path: Path, sm
         assert_same_file(tmp_path / "a.sweep" / f"{run.name}.h5", tmp_path / "alone.h5")
 
 
-def test_window_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path: Path, small_windows: None):
+def test_window_that_was_interrupted_goes_on_as_if_it_had_not_been(
+    tmp_path: Path, small_windows: None, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(board, "TELL_EVERY", 0.0)
     for name in ("whole", "parts"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "a.toml").write_text(TEXT)
@@ -68,6 +71,9 @@ def test_window_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path: Pat
             sweep(tmp_path / "parts" / "a.toml", output, device="cpu", progress=interrupt)
         assert len(at) < before
         assert list((tmp_path / "parts" / "a.sweep").glob("*.rounds"))
-    sweep(tmp_path / "parts" / "a.toml", output, device="cpu")
+    told: list[int] = []
+    sweep(tmp_path / "parts" / "a.toml", output, device="cpu", progress=lambda now: told.append(now.evaluated))
+    assert told[0] > 0
+    assert told == sorted(told)  # what is known from before is counted from the beginning
     assert_same_file(output, tmp_path / "whole" / "a.h5")
     assert not list((tmp_path / "parts" / "a.sweep").glob("*.rounds"))

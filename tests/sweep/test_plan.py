@@ -84,6 +84,8 @@ def test_names_are_unique_readable_and_fit_for_files(tmp_path):
         ('scene = "fwalk"\n[grid]\nobjective.speed = 1\n', "a.toml:3: grid.objective.speed: an axis is a list"),
         ('scene = "fwalk"\n[grid]\nx = { keys = ["gravity"] }\n', "a.toml:3: grid.x: an axis has keys, and either"),
         ('scene = "fwalk"\n[grid]\nx = { keys = ["gravity"], factor = [1] }\n', "did you mean 'factors'?"),
+        ('scene = "fwalk"\n[grid]\nx = { keys = ["gravity"], factors = [] }\n', "factors, which are not empty"),
+        ('scene = "fwalk"\n[grid]\nx = { keys = ["gravity"], factors = [2, 2] }\n', "has the factor 2 twice"),
         ('scene = "fwalk"\n[set]\nx = 1\n', "a.toml:3: x: unknown key: there is no 'x' in a scene"),
         ('scene = "fwalk"\n[[run]]\nname = "a"\n\n[[run]]\ngravit = 3\n', "a.toml:6: gravit: unknown key"),
         ('scene = "fwalk"\n[[run]]\nname = 3\n', "a.toml:3: run.0.name: the name of a run is text"),

@@ -141,13 +141,24 @@ def _applied(scene: Scene, override: Override) -> tuple[Scene, Iterable[str]]:
     matched = matching(names, every)
     if not matched:
         check_exists(scene, names)
-        raise SceneError("no number has a path of this pattern")
+        raise SceneError(f"no number has a path of this pattern{_fitting(names, every)}")
     paths = [".".join(path) for path in matched]
     if not is_factor(value):
         return _with(scene, [(list(path), value) for path in matched]), paths
     if not isinstance(value["factor"], int | float) or isinstance(value["factor"], bool):
         raise SceneError("the factor must be a number")
     return multiplied(scene, dict.fromkeys(paths, float(value["factor"]))), paths
+
+
+def _fitting(pattern: Sequence[str], paths: Iterable[tuple[str, ...]]) -> str:
+    """A hint at the first part of a pattern that fits no path, and at what is there in its place."""
+    left = list(paths)
+    for depth, part in enumerate(pattern):
+        known = sorted({path[depth] for path in left if len(path) > depth})
+        left = [path for path in left if len(path) > depth and fnmatchcase(path[depth], part)]
+        if not left:
+            return f": nothing fits {part!r}{near(part, known)}" if known else ""
+    return ""
 
 
 def _size(value: Any) -> tuple[float, bool]:

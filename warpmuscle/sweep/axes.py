@@ -74,7 +74,7 @@ def _choices(source: Source, place: str, key: str, value: Any) -> list[Choice]:
     if isinstance(value, dict):
         axis = to_type(value, _Axis, key=place)
         if bool(axis.values) == bool(axis.factors) or not axis.keys:
-            raise SceneError("an axis has keys, and either values or factors", key=place)
+            raise SceneError("an axis has keys, and either values or factors, which are not empty", key=place)
         name, keys = key, axis.keys
         values: list[Any] = axis.values or [{"factor": factor} for factor in axis.factors]
         part = "values" if axis.values else "factors"
@@ -88,7 +88,8 @@ def _choices(source: Source, place: str, key: str, value: Any) -> list[Choice]:
         line = source.line(f"{place}.{part}.{index}" if part else f"{place}.{index}")
         overrides = tuple(Override(each, one, line) for each in keys)
         if (mark := repr(one)) in seen:
-            raise SceneError(f"the axis has the value {one} twice: a run is not computed twice", key=place)
+            said = f"the factor {shown(one['factor'])}" if is_factor(one) else f"the value {one}"
+            raise SceneError(f"the axis has {said} twice: a run is not computed twice", key=place)
         seen.add(mark)
         choices.append(Choice(name, _shown_value(one, index), overrides, part == "factors"))
     return choices

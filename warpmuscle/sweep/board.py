@@ -67,7 +67,8 @@ class Board:
         """One run has come so far; or, without a name, the batch that several of them share."""
         if name:
             row = self._place[name]
-            self._done[row], self._best[row] = progress.done, progress.best
+            if progress.done >= self._done[row]:  # a search that goes on begins by asking for what is known of it
+                self._done[row], self._best[row] = progress.done, progress.best
             self._ended[row] |= progress.done >= self._asked[row]
         self._alive = progress.alive
         if time.monotonic() >= self._last + TELL_EVERY:
