@@ -80,13 +80,30 @@ def test_a_scene_gives_its_parameters_back_in_scones_names(tmp_path: Path):
     save(scene, tmp_path / "out.par", lost)
     found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
     assert lost == []
-    assert found == {
+    begun = {f"{name}.offset": 0.0 for name in ("tilt", "thigh_r", "foot_r", "thigh_l", "foot_l")}
+    assert list(found)[:5] == list(begun)  # SCONE has them first
+    assert found == begun | {
         "stance_load_threshold": 0.1,
         "S00111.calf.KF": 1.2,
         "S00111.seat-tilt.KP": 1.9,
         "S11000.seat-calf.KL": 2.0,
         "S11000.calf-foot.pos_max": -0.1,
     }
+
+
+def test_offsets_and_load_of_the_start_come_back_as_they_were_given(tmp_path: Path):
+    """Without them SCONE would start from another pose with the parameters that a search has found."""
+    scenario = small_scone.SCENARIO.replace("initial_state_offset =", "initial_load = ~0.4<0,1> initial_state_offset =")
+    path = small_scone.write(tmp_path, scenario)
+    begun = {"initial_load": 0.6, "tilt.offset": 0.02, "thigh_l.offset": -0.03}
+    write_parameters(tmp_path / "best.par", [Parameter(name, value, value, 0.01) for name, value in begun.items()])
+    scene = loads(dumps(load(path, tmp_path / "best.par", ignored=[])))
+    save(scene, tmp_path / "out.par")
+    found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
+    assert {name: found[name] for name in begun} == begun
+    assert found["foot_r.offset"] == 0.0
+    again = load(path, tmp_path / "out.par", ignored=[])
+    assert again.initial_state == scene.initial_state
 
 
 def test_a_scene_stays_the_same_as_toml(tmp_path: Path):

@@ -44,7 +44,8 @@ def test_excitations_are_those_of_spindles_and_activations_a_delay_ago(tmp_path:
     scene = load(path, tmp_path / "best.par", ignored=[])
     assert loads(dumps(scene)) == scene
     save(scene, tmp_path / "out.par")
-    assert {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()} == VALUES
+    found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
+    assert {name: value for name, value in found.items() if not name.endswith(".offset")} == VALUES
     rollout = Rollout(scene, record=[0], record_rate=1.0 / scene.time_step, device="cpu")
     rollout.run()
     motion = rollout.recording(0)

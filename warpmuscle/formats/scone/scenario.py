@@ -100,6 +100,7 @@ class _Scenario:
     def __init__(self, top: Node, path: Path, notes: Notes, parameters: Mapping[str, Parameter]) -> None:
         self._top, self._path, self._notes = top, path, notes
         self._bindings = Bindings(parameters)
+        self._begun: dict[str, float] = {}  # parameters that say how it starts
 
     def scene(self) -> tuple[Scene, Bindings]:
         """The scene, and where its parameters are."""
@@ -229,6 +230,7 @@ class _Scenario:
         usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
         put_start(found.scene, found.coordinates, values, speeds)
         put_load(found.scene, self._fixed("initial_load", usual))
+        found.scene.initial_state.scone_parameters = self._begun
         self._activations(node, found.scene, activations)
 
     def _activations(self, node: Node, scene: Scene, given: Mapping[str, float]) -> None:
@@ -248,8 +250,12 @@ class _Scenario:
         known = self._bindings.values.get(name)
         self._bindings.places.setdefault(name, "")
         if known is not None:
+            self._begun[name] = known.best
             return known.best
-        return usual.mean if isinstance(usual, FreeNumber) else usual
+        if not isinstance(usual, FreeNumber):
+            return usual
+        self._begun[name] = usual.mean
+        return usual.mean
 
 
 def _tell_unknown_parts(node: Node) -> None:
