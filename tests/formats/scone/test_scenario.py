@@ -106,6 +106,18 @@ def test_offsets_and_load_of_the_start_come_back_as_they_were_given(tmp_path: Pa
     assert again.initial_state == scene.initial_state
 
 
+def test_settings_of_a_search_are_noted_with_the_options_that_are_the_same_and_blocks_are_refused(tmp_path: Path):
+    before, ignored = "min_progress = 1e-4", []
+    settings = "lambda = 40 random_seed = 5 min_progress_samples = 200 optimizations = 6"
+    load(small_scone.write(tmp_path, small_scone.SCENARIO.replace(before, settings, 1)), ignored=ignored)
+    said = {one.text: one.reason for one in ignored}
+    assert said["lambda"] == "--population 40 of `warpmuscle optimize` is the same; not used"
+    assert said["random_seed"] == "--seed 5 of `warpmuscle optimize` is the same; not used"
+    assert said["min_progress_samples"] == said["optimizations"] != said["lambda"]
+    with pytest.raises(SceneError, match=r"pair.scone:3: Mystery: not known in `CmaOptimizer`"):
+        read(tmp_path, scenario=small_scone.SCENARIO.replace(before, "Mystery { a = 1 }", 1))
+
+
 def test_a_scene_stays_the_same_as_toml(tmp_path: Path):
     scene = read(tmp_path)
     assert loads(dumps(scene)) == scene
