@@ -7,6 +7,7 @@ from warpmuscle.kernels.reflex_structs import ReflexSpan
 UNKNOWN, EARLY_STANCE, LATE_STANCE, LIFTOFF, SWING, LANDING = 0, 1, 2, 3, 4, 5  # states of a leg
 FIBRE_LENGTH, FIBRE_VELOCITY, FIBRE_FORCE, ANGLE, ANGLE_RATE, LEAN, LEAN_RATE = 0, 1, 2, 3, 4, 5, 6  # what is sensed
 POSITION, SPEED, TURN, TURN_RATE, BALANCE, BALANCE_SPEED, TURN_ANGLE = 7, 8, 9, 10, 11, 12, 13
+SPINDLE, ACTIVATION = 14, 15  # of muscles, too
 NOTHING = -1  # in the place of a sensor, or of the pivot of a balance: the middle between both feet
 LINEAR, FLAT, CONSTANT, POLYNOMIAL = 0, 1, 2, 3  # shapes of patterns
 
@@ -15,7 +16,7 @@ LINEAR, FLAT, CONSTANT, POLYNOMIAL = 0, 1, 2, 3  # shapes of patterns
 class GaitSensor:
     """What is sensed once a control step, and remembered for late reflexes."""
 
-    kind: int  # FIBRE_LENGTH ... TURN_ANGLE
+    kind: int  # FIBRE_LENGTH ... ACTIVATION
     source: int  # the muscle, the body on the joint, or the body
     place: wp.vec3  # m, of a point from the body's centre of mass, in its axes
     along: wp.vec3  # a point's direction in the world, an axis in the body, or a direction in the root

@@ -187,6 +187,7 @@ class InitialState(Part):
     file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
     time: Annotated[float, "s"] = 0.0  # in that motion
     replay: int = 0  # which motion of the file
+    scone_parameters: Annotated[dict[str, float], "1"] = {}  # offsets and load in it, for a .par; no effect
 
 
 class Ground(Part):

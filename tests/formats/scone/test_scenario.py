@@ -80,13 +80,42 @@ def test_a_scene_gives_its_parameters_back_in_scones_names(tmp_path: Path):
     save(scene, tmp_path / "out.par", lost)
     found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
     assert lost == []
-    assert found == {
+    begun = {f"{name}.offset": 0.0 for name in ("tilt", "thigh_r", "foot_r", "thigh_l", "foot_l")}
+    assert list(found)[:5] == list(begun)  # SCONE has them first
+    assert found == begun | {
         "stance_load_threshold": 0.1,
         "S00111.calf.KF": 1.2,
         "S00111.seat-tilt.KP": 1.9,
         "S11000.seat-calf.KL": 2.0,
         "S11000.calf-foot.pos_max": -0.1,
     }
+
+
+def test_offsets_and_load_of_the_start_come_back_as_they_were_given(tmp_path: Path):
+    """Without them SCONE would start from another pose with the parameters that a search has found."""
+    scenario = small_scone.SCENARIO.replace("initial_state_offset =", "initial_load = ~0.4<0,1> initial_state_offset =")
+    path = small_scone.write(tmp_path, scenario)
+    begun = {"initial_load": 0.6, "tilt.offset": 0.02, "thigh_l.offset": -0.03}
+    write_parameters(tmp_path / "best.par", [Parameter(name, value, value, 0.01) for name, value in begun.items()])
+    scene = loads(dumps(load(path, tmp_path / "best.par", ignored=[])))
+    save(scene, tmp_path / "out.par")
+    found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
+    assert {name: found[name] for name in begun} == begun
+    assert found["foot_r.offset"] == 0.0
+    again = load(path, tmp_path / "out.par", ignored=[])
+    assert again.initial_state == scene.initial_state
+
+
+def test_settings_of_a_search_are_noted_with_the_options_that_are_the_same_and_blocks_are_refused(tmp_path: Path):
+    before, ignored = "min_progress = 1e-4", []
+    settings = "lambda = 40 random_seed = 5 min_progress_samples = 200 optimizations = 6"
+    load(small_scone.write(tmp_path, small_scone.SCENARIO.replace(before, settings, 1)), ignored=ignored)
+    said = {one.text: one.reason for one in ignored}
+    assert said["lambda"] == "--population 40 of `warpmuscle optimize` is the same; not used"
+    assert said["random_seed"] == "--seed 5 of `warpmuscle optimize` is the same; not used"
+    assert said["min_progress_samples"] == said["optimizations"] != said["lambda"]
+    with pytest.raises(SceneError, match=r"pair.scone:3: Mystery: not known in `CmaOptimizer`"):
+        read(tmp_path, scenario=small_scone.SCENARIO.replace(before, "Mystery { a = 1 }", 1))
 
 
 def test_a_scene_stays_the_same_as_toml(tmp_path: Path):

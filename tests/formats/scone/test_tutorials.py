@@ -158,7 +158,7 @@ def test_numbers_of_controllers_with_a_name_and_of_several_reflexes_alike_are_wr
     assert {name for name in found if name.startswith("Hop.")} == {
         f"Hop.{muscle}.{number}" for muscle in ("calf", "seat") for number in ("Y0", "Y1", "DT0")
     }
-    assert len(found) == 7
+    assert len([name for name in found if not name.endswith(".offset")]) == 7
     assert not lost
     scene = load(tmp_path / "pair.scone", ignored=[])
     assert scene.gait_states is not None

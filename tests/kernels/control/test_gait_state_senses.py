@@ -68,7 +68,8 @@ def test_legs_of_their_own_have_numbers_of_their_own_and_give_them_back(scene: S
     lost: list = []
     save(scene, tmp_path / "out.par", lost)
     assert lost == []
-    assert {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()} == VALUES
+    found = {name: one.best for name, one in read_parameters(tmp_path / "out.par").items()}
+    assert {name: value for name, value in found.items() if not name.endswith(".offset")} == VALUES
     assert loads(dumps(scene)) == scene
 
 

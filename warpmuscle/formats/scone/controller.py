@@ -304,4 +304,5 @@ CONTROLLERS: dict[str, Callable[[_Reader, Node], None]] = {
     "NoiseController": _Reader.noise,
     "PerturbationController": _Reader.perturbation,
     "CompositeController": _Reader.composite,
+    "MirrorController": _Reader.composite,  # one for each side, which all are here
 }

@@ -20,7 +20,8 @@ from warpmuscle.scene.number import Number
 
 OF_MUSCLE = {  # numbers of a MuscleReflex
     "C0": "constant", "KL": "length_gain", "L0": "length_offset", "KV": "velocity_gain", "V0": "velocity_offset",
-    "KF": "force_gain", "F0": "force_offset",
+    "KF": "force_gain", "F0": "force_offset", "KS": "spindle_gain", "S0": "spindle_offset", "KA": "activation_gain",
+    "A0": "activation_offset",
 }  # fmt: skip
 OF_ANGLE = {
     "C0": "constant", "KP": "angle_gain", "P0": "angle_target", "KV": "rate_gain", "V0": "rate_target",
@@ -32,7 +33,9 @@ OF_POINT = {**OF_POSITION, "KA": "acceleration_gain", "A0": "acceleration_target
 Negative = Mapping[str, tuple[Signal, bool]]  # the signal, and whether it may be negative where nothing is said
 NEGATIVE_MUSCLE: Negative = {
     "allow_neg_L": ("length", True), "allow_neg_V": ("velocity", False), "allow_neg_F": ("force", True),
+    "allow_neg_S": ("spindle", False), "allow_neg_A": ("activation", False),
 }  # fmt: skip
+RARE = ("spindle", "activation")  # signals that are said to be cut only where they are sensed
 NEGATIVE_ANGLE: Negative = {"allow_neg_P": ("angle", True), "allow_neg_V": ("rate", True)}
 NEGATIVE_POSITION: Negative = {"allow_neg_P": ("position", True), "allow_neg_V": ("speed", True)}
 OPPOSITE = "_o"  # ends the name of what belongs to the other leg
@@ -142,7 +145,8 @@ class ReflexReader:
             found = node.find(word)
             if found is not None:
                 setattr(reflex, name, self._bindings.number(found, f"{acting.prefix}{own}.{word}", f"{place}.{name}"))
-        reflex.positive = [signal for word, (signal, usual) in kind.negative.items() if not node.truth_of(word, usual)]
+        cut = [signal for word, (signal, usual) in kind.negative.items() if not node.truth_of(word, usual)]
+        reflex.positive = [one for one in cut if one not in RARE or getattr(reflex, f"{one}_gain") != 0.0]
         if (delay := node.find("delay")) is not None:
             reflex.delay = self._bindings.number(delay, f"{acting.prefix}{own}.delay", f"{place}.delay")
         if node.key == "ConditionalMuscleReflex":

@@ -24,21 +24,18 @@ from warpmuscle.scene.gait_states.part import sided
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.validation.scene import check_scene
 
-OPTIMIZERS = ("CmaOptimizer", "CmaOptimizerSpot", "CmaPoolOptimizer", "EvaOptimizer", "SimilarityOptimizer")
+OPTIMIZERS = (
+    "CmaOptimizer", "CmaOptimizerSpot", "CmaPoolOptimizer", "EvaOptimizer", "EsOptimizer", "MesOptimizer",
+    "SimilarityOptimizer",
+)  # fmt: skip
 OBJECTIVES = ("SimulationObjective",)
 MODELS = (  # the last ones by names of older and newer versions
     "ModelHyfydy", "ModelOpenSim3", "ModelOpenSim4", "ModelHyfydyPrecise", "ModelHfd", "OpenSimModel", "Simbody",
 )  # fmt: skip
-SEARCH = (  # what a search says of itself, which `warpmuscle optimize` has options for
-    "signature_prefix", "signature_postfix", "min_progress", "max_generations", "random_seed", "output_root", "lambda",
-    "init_file", "init", "use_init_file", "max_errors", "name", "global_std_factor", "global_std_offset", "sigma", "mu",
-    "max_attempts", "show_optimization_time", "log_level", "maximize", "target_fitness", "window_size", "minimize",
-    "use_init_file_std", "init_file_std_factor", "init_file_std_offset", "max_threads", "population_size",
-    "min_improvement_for_file_output", "max_generations_without_file_output", "output_mode", "progress_samples_begin",
-    "progress_samples_end", "flat_fitness_tolerance", "std_factor", "std_offset", "use_best_as_mean",
-)  # fmt: skip
 INIT = ("init", "init_file")
+NAMES = ("signature_prefix", "signature_postfix", "name", "output_root")
 UNUSED = "the search has options of its own here, see `warpmuscle optimize --help`; not used"
+OPTIONS = {"lambda": "--population", "population_size": "--population", "random_seed": "--seed"}  # of `optimize`
 FORCES = (
     "planar_joint_force_pnld", "joint_force_pnld", "simple_collision_detection", "joint_motor_force", "gravity",
 )  # fmt: skip
@@ -100,6 +97,7 @@ class _Scenario:
     def __init__(self, top: Node, path: Path, notes: Notes, parameters: Mapping[str, Parameter]) -> None:
         self._top, self._path, self._notes = top, path, notes
         self._bindings = Bindings(parameters)
+        self._begun: dict[str, float] = {}  # parameters that say how it starts
 
     def scene(self) -> tuple[Scene, Bindings]:
         """The scene, and where its parameters are."""
@@ -118,11 +116,8 @@ class _Scenario:
                     refuse(one, "objectives", OBJECTIVES)
             self._top.fail(f"there is no {OBJECTIVES[0]} in it, nor a model of Hyfydy")
         self._init(optimizer)
-        for option in optimizer.every(*SEARCH):
-            if option.key not in ("signature_prefix", "signature_postfix", "name", *INIT):
-                self._notes.ignore(option.file, option.line, option.key, UNUSED)
         if optimizer is not self._top:
-            optimizer.tell_unused()
+            self._search(optimizer)
         for key in ("signature_prefix", "signature_postfix", "name", "auto_std_minimum", "start_time", "minimize"):
             objective.find(key)
         self._bindings.std_factor = objective.number_of("auto_std_factor", self._bindings.std_factor)
@@ -155,6 +150,18 @@ class _Scenario:
             self._notes.ignore(one.file, one.line, one.key, f"not known here, and not used: {UNFELT[one.key]}")
         _tell_unknown_parts(node)
         return scene, self._bindings
+
+    def _search(self, optimizer: Node) -> None:
+        """Note how SCONE would search, which no scene says; SceneError at what else stands beside the objective."""
+        for option in optimizer.children:
+            if option.key in NAMES:
+                option.used = True
+            elif option.value is not None and option.key not in INIT:
+                option.used = True
+                same = OPTIONS.get(option.key)
+                reason = f"{same} {option.value} of `warpmuscle optimize` is the same; not used" if same else UNUSED
+                self._notes.ignore(option.file, option.line, option.key, reason)
+        optimizer.tell_unused()
 
     def _init(self, optimizer: Node) -> None:
         """Let numbers start from the file that a search starts from, unless another one was given."""
@@ -229,6 +236,7 @@ class _Scenario:
         usual = 0.2 if load is None else read_number(load, self._bindings.std_factor)
         put_start(found.scene, found.coordinates, values, speeds)
         put_load(found.scene, self._fixed("initial_load", usual))
+        found.scene.initial_state.scone_parameters = self._begun
         self._activations(node, found.scene, activations)
 
     def _activations(self, node: Node, scene: Scene, given: Mapping[str, float]) -> None:
@@ -248,8 +256,12 @@ class _Scenario:
         known = self._bindings.values.get(name)
         self._bindings.places.setdefault(name, "")
         if known is not None:
+            self._begun[name] = known.best
             return known.best
-        return usual.mean if isinstance(usual, FreeNumber) else usual
+        if not isinstance(usual, FreeNumber):
+            return usual
+        self._begun[name] = usual.mean
+        return usual.mean
 
 
 def _tell_unknown_parts(node: Node) -> None:

@@ -88,19 +88,26 @@ def _word(reflex: GaitReflex, field: str) -> str:
 def write_scene_parameters(scene: Scene, path: Path) -> list[Ignored]:
     """Write the free numbers of a scene as a .par file; those that SCONE has no name for.
 
-    Best value and mean are those that the scene starts from, the spread that which SCONE gives where there is none.
+    Before them stand the offsets and the load by which its scenario came to its start. Best value and mean are those
+    that the scene starts from, the spread that which SCONE gives where there is none.
 
     Raises:
         SceneError: the file cannot be written.
     """
     rows, lost = dict[str, Parameter](), []
+    for name, value in scene.initial_state.scone_parameters.items():
+        rows[name] = _row(name, value)
     for one in free_parameters(scene):
         name = parameter_name(one.name, scene)
         if not name:
             lost.append(Ignored(path, 0, one.name, UNNAMED))
         elif name not in rows:
-            rows[name] = Parameter(name, one.value, one.value, max(AUTO_FACTOR * abs(one.value), LEAST_SPREAD))
+            rows[name] = _row(name, one.value)
         elif rows[name].best != one.value:
             lost.append(Ignored(path, 0, one.name, f"SCONE has one number {name} for several of them; the first stays"))
     write_parameters(path, rows.values())
     return lost
+
+
+def _row(name: str, value: float) -> Parameter:
+    return Parameter(name, value, value, max(AUTO_FACTOR * abs(value), LEAST_SPREAD))

@@ -9,6 +9,7 @@ from warpmuscle.kernels.algebra.spatial import heading
 from warpmuscle.kernels.control.reflex import forward_lean
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.gait_state_structs import (
+    ACTIVATION,
     ANGLE,
     ANGLE_RATE,
     BALANCE_SPEED,
@@ -17,6 +18,7 @@ from warpmuscle.kernels.gait_state_structs import (
     LEAN_RATE,
     NOTHING,
     SPEED,
+    SPINDLE,
     TURN,
     TURN_ANGLE,
     TURN_RATE,
@@ -116,6 +118,24 @@ def of_joint(instance: int, sensor: GaitSensor, model: ModelRef, state: StateRef
 
 
 @func
+def spindle_rate(length: float, velocity: float) -> float:
+    """What a spindle tells of a fibre's length, l_opt, and its velocity, l_opt/s, as SCONE has it after Prochazka 1999.
+
+    Source: scone-core, `scone/model/Muscle.cpp`, GetNormalizedSpindleRate.
+    """
+    return wp.max(length + 0.325 * wp.sign(velocity) * wp.sqrt(wp.abs(velocity)), 0.0)
+
+
+@func
+def of_muscle(instance: int, sensor: GaitSensor, state: StateRef) -> float:
+    """What a spindle tells of a muscle's fibres, or how active the muscle is."""
+    if sensor.kind == ACTIVATION:
+        return state.muscles.activation[instance, sensor.source]
+    fibre = state.muscles.sensed[instance, sensor.source]
+    return spindle_rate(fibre[0], fibre[1])
+
+
+@func
 def sensed(instance: int, sensor: GaitSensor, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """What a sensor tells: of muscles as they were in the step before, else as it is."""
     kind = sensor.kind
@@ -123,6 +143,8 @@ def sensed(instance: int, sensor: GaitSensor, model: ModelRef, state: StateRef, 
     if kind < ANGLE:
         fibre = state.muscles.sensed[instance, source]
         return wp.where(kind == FIBRE_LENGTH, fibre[0], wp.where(kind == FIBRE_VELOCITY, fibre[1], fibre[2]))
+    if kind >= SPINDLE:
+        return of_muscle(instance, sensor, state)
     if kind <= LEAN_RATE:
         return of_joint(instance, sensor, model, state, work)
     if kind <= SPEED:

@@ -28,7 +28,10 @@ SIDES = (("l", LEFT), ("r", RIGHT))
 MEANT = {"both": "lr", "left": "l", "right": "r"}
 HERE = (0.0, 0.0, 0.0)
 TURNS, MOVES = ("angle", "rate"), ("position", "speed")  # signals of a turn, and of a point or the centre of mass
-OF_FIBRES = {"length": structs.FIBRE_LENGTH, "velocity": structs.FIBRE_VELOCITY, "force": structs.FIBRE_FORCE}
+OF_MUSCLES = {
+    "length": structs.FIBRE_LENGTH, "velocity": structs.FIBRE_VELOCITY, "force": structs.FIBRE_FORCE,
+    "spindle": structs.SPINDLE, "activation": structs.ACTIVATION,
+}  # fmt: skip
 
 
 class Sensor(NamedTuple):
@@ -93,11 +96,11 @@ class Terms:
         ) -> None:
             limits = (angle, rate) if within else (structs.NOTHING, structs.NOTHING)
             numbers = (gain, offset, reflex.within_low, reflex.within_high, reflex.delay)
-            positive = (2 if signal in OF_FIBRES else 1) if signal in reflex.positive else 0
+            positive = (2 if signal in OF_MUSCLES else 1) if signal in reflex.positive else 0
             own.append(Term(sensor, states, positive, change, *limits, *numbers))
 
         add(structs.NOTHING, "", reflex.constant, 0.0, within=False)
-        for signal, kind in OF_FIBRES.items():
+        for signal, kind in OF_MUSCLES.items():
             gain = getattr(reflex, f"{signal}_gain")
             if not is_zero(gain):
                 add(self._sensor(kind, source), signal, gain, getattr(reflex, f"{signal}_offset"))
@@ -278,7 +281,7 @@ def state_arrays(scene: Scene, instances: int, names: Topology, zeros: Zeros) ->
     # A change takes what was sensed one control step earlier, too.
     changes = any(not is_zero(reflex.acceleration_gain) for reflex in states.reflexes.values())
     steps = int(2 ** math.ceil(math.log2(longest / states.control_step + (3.0 if changes else 2.0))))
-    sensors = 9 * max(len(states.reflexes), 1)  # of each reflex on each side, at most, with those that silence it
+    sensors = 11 * max(len(states.reflexes), 1)  # of each reflex on each side, at most, with those that silence it
     return {
         "gait.began": zeros(instances, max(2 * len(states.patterns), 1), dtype=int),
         "gait.phase": zeros(instances, 2, dtype=int),

@@ -14,7 +14,9 @@ from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part
 
 State = Literal["early_stance", "late_stance", "liftoff", "swing", "landing"]
 STATES: tuple[State, ...] = ("early_stance", "late_stance", "liftoff", "swing", "landing")  # in their order
-Signal = Literal["length", "velocity", "force", "angle", "rate", "position", "speed", "acceleration"]
+Signal = Literal[
+    "length", "velocity", "force", "spindle", "activation", "angle", "rate", "position", "speed", "acceleration"
+]
 Side = Literal["both", "left", "right"]
 Shape = Literal["linear", "constant", "polynomial"]
 Fixed = tuple[float, float, float]
@@ -57,11 +59,12 @@ class SensedBalance(Part):
 class GaitReflex(Part):
     """What some signals add to a muscle's excitation while its leg is in some states.
 
-    It is constant + length_gain (length - length_offset) and the same of velocity and force of muscle `of`, and
+    It is constant + length_gain (length - length_offset) and the same of velocity, force, spindle and activation of
+    muscle `of`, where a spindle tells length + 0.325 sqrt(velocity), the root with its sign, and 0 below that, and
     angle_gain (angle_target - angle) + rate_gain (rate_target - rate) of `joint` or `turn`, and
     position_gain (position_target - position) + speed_gain (speed_target - speed) of `point` or `balance`, and
     acceleration_gain (acceleration_target - acceleration) of `point`, all sensed `delay` ago. Of signals in `positive`
-    only what they add beyond 0 counts, and of length, velocity and force only what they exceed their offset by.
+    only what they add beyond 0 counts, and of those of muscles only what they exceed their offset by.
     Names are without their side: `soleus` stands for `soleus_l` and `soleus_r`, or for `lsoleus` and `rsoleus`.
     """
 
@@ -78,6 +81,10 @@ class GaitReflex(Part):
     velocity_offset: Annotated[Number, "l_opt/s"] = 0.0
     force_gain: Annotated[Number, "1"] = 0.0  # per f_max
     force_offset: Annotated[Number, "1"] = 0.0  # f_max
+    spindle_gain: Annotated[Number, "1"] = 0.0
+    spindle_offset: Annotated[Number, "1"] = 0.0
+    activation_gain: Annotated[Number, "1"] = 0.0
+    activation_offset: Annotated[Number, "1"] = 0.0
     joint: str = ""  # of one coordinate, or `root`, whose angle is how far it leans backwards
     angle_gain: Annotated[Number, "1/rad"] = 0.0
     angle_target: Annotated[Number, "rad"] = 0.0
