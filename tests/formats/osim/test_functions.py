@@ -8,7 +8,9 @@ from scipy.interpolate import make_interp_spline
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.osim.elements import Element, parse
-from warpmuscle.formats.osim.functions import Function, composed, read_function
+from warpmuscle.formats.osim.functions import MOST_KNOTS, Function, composed, read_function
+from warpmuscle.scene import Displacement
+from warpmuscle.scene.joints.displacement import rates
 
 X, Y = "-1 -0.5 0 0.4 0.9 1.5 2 2.4", "0 0.2 0.1 -0.3 0.5 0.6 0.1 0"
 AT = np.array([-0.8, 0.2, 0.7, 1.2, 2.2])
@@ -163,3 +165,20 @@ def test_a_spline_of_a_spline_has_its_values_beyond_the_range_too():
     at = np.linspace(-1.9, 2.3, 1000)
     assert error < 1e-5
     np.testing.assert_allclose(made.values(at), outer.values(inner.values(at)), atol=1e-5)
+
+
+def test_a_spline_of_a_spline_bends_as_it_does_where_it_turns_sharply():
+    inner = Function(x=(-2.0, -1.0, 0.0, 0.1, 0.2, 1.0, 2.0), y=(-1.9, -1.0, 0.0, 0.12, 0.19, 0.9, 2.2))
+    outer = Function(x=(-2.0, -0.5, 0.0, 0.1, 0.22, 0.9, 2.5), y=(0.0, 0.1, 0.12, 0.11, 0.12, 0.0, -0.1))
+    made, _ = composed(outer, inner, -1.5, 1.5)
+    at = np.linspace(-1.5, 1.5, 2003)
+    value, slope, bend = (rates(smooth(inner), at)[k] for k in range(3))
+    _, outer_slope, outer_bend = (rates(smooth(outer), value)[k] for k in range(3))
+    expected = outer_bend * slope**2 + outer_slope * bend  # the chain rule
+    found = rates(smooth(made), at)[2]
+    assert np.max(np.abs(found - expected)) < 3e-3 * np.max(np.abs(expected))
+    assert len(made.x) <= MOST_KNOTS
+
+
+def smooth(function: Function) -> Displacement:
+    return Displacement((1.0, 0.0, 0.0), x=list(function.x), y=list(function.y), ends=function.ends)

@@ -24,7 +24,9 @@ NEAR_TURN, NEAR_KNOTS = 128, 3200  # the knots of a turn within the least reach,
 LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
-KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
+KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree, at least
+MIDWAY_OFF, CLOSER = 1.0e-10, 8  # of its values and of 1 rad or m, by which it may be off between; doublings at most
+MOST_KNOTS = 1000  # then: as many as a ligament's function may have
 FARTHEST_OFF = 0.21  # of the way between two knots, where the slope of a cubic is
 DOUBLED, SLOPE_OFF = 2, 1e-7  # how often they are doubled for one of another degree, until its slope is so close
 BEYOND = 0.5  # of a range, as far as such a spline reaches on each side of it
@@ -116,15 +118,25 @@ def resampled(
 ) -> tuple[Function, float]:
     """A spline through many values of a function, and how far it is off between its knots from low to high.
 
+    Knots are twice as close wherever it is off by more than `MIDWAY_OFF`, as often as `CLOSER`, so that its second
+    derivative, which accelerations need, is close, too.
+
     Args:
         beyond: part of the way from low to high, by which knots reach beyond both, since a free run leaves ranges.
     """
-    x = np.linspace(low, high, KNOTS)
-    between = 0.5 * (x[1:] + x[:-1])
-    out = (x[1] - x[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
-    x = np.concatenate([low - out[::-1], x, high + out])
-    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
-    return spline, float(np.max(np.abs(spline.values(between) - function(between))))
+    inner = np.linspace(low, high, KNOTS)
+    out = (inner[1] - inner[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
+    x = np.concatenate([low - out[::-1], inner, high + out])
+    for closer in range(CLOSER + 1):
+        spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
+        between = 0.5 * (x[1:] + x[:-1])
+        off = np.abs(spline.values(between) - function(between))
+        far = off > MIDWAY_OFF * max(1.0, float(np.max(np.abs(spline.y))))
+        if closer == CLOSER or not np.any(far) or len(x) >= MOST_KNOTS:
+            break
+        worst = np.argsort(np.where(far, off, 0.0))[-min(MOST_KNOTS - len(x), np.count_nonzero(far)) :]
+        x = np.sort(np.concatenate([x, between[worst]]))
+    return spline, float(np.max(off[(between > low) & (between < high)]))
 
 
 def read_function(element: Element) -> Function:
