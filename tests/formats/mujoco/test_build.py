@@ -16,6 +16,7 @@ from small_models import ARM, HOPPER  # noqa: E402
 import warpmuscle as wm  # noqa: E402
 from warpmuscle.core.errors import SceneError  # noqa: E402
 from warpmuscle.formats import Ignored, load, mjcf  # noqa: E402
+from warpmuscle.scene.validation.scene import check_scene  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 
@@ -163,3 +164,20 @@ def test_what_cannot_be_represented_is_said_in_one_line(tmp_path: Path, old: str
         load(path)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_mocap_bodies_stay_and_bodies_may_be_as_small_as_a_fly(tmp_path: Path):
+    """A target of a task is such a body, with what is welded to it."""
+    target = '<body name="target" mocap="true"><geom size=".1"/><body pos="1 0 0"><geom size=".1"/></body></body>'
+    leg = '<body name="leg"><joint name="hip" axis="0 1 0"/>'
+    leg += '<inertial pos="0 0 -1e-3" mass="1e-7" diaginertia="2e-14 2e-14 1e-14"/>'
+    ignored: list[Ignored] = []
+    path = saved(tmp_path, f"<mujoco><worldbody>{target}{leg}</body></worldbody></mujoco>")
+    scene = load(path, ignored=ignored)
+    assert list(scene.character.joints) == ["hip"]
+    assert set(scene.character.bodies) == {"ground", "leg"}
+    assert "a mocap body stays where it is here" in [one.reason for one in ignored]
+    check_scene(scene)
+    scene.character.bodies["leg"].inertia = (1e-19, 1e-19, 1e-19)
+    with pytest.raises(SceneError, match=r"leg\.inertia\.0: must be at least 1e-18"):
+        check_scene(scene)

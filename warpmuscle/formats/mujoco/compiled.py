@@ -12,10 +12,12 @@ from xml.parsers import expat
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.limits import check_size
+from warpmuscle.formats.osim.elements import mended
 
 NEEDED = "reading a model of MuJoCo needs the mujoco package: pip install 'warpmuscle[mujoco]'"
 FOLDERS = ("meshdir", "texturedir", "assetdir")  # attributes that name folders; those of files begin with "file"
 REFUSED = {"extension": "plugins", "plugin": "plugins"}  # elements that run code, by what they bring
+CLOSE = re.compile(r"""=\s*("[^"<]*"|'[^'<]*')(?=[A-Za-z_])""")  # a value right before the next attribute
 MOST_FILES = 1000  # that a model consists of
 
 
@@ -77,22 +79,36 @@ def _look(path: Path, folder: Path) -> None:
             left += near[:1]  # the compiler tells what is not there
 
 
+def as_mujoco_takes(text: bytes) -> str:
+    """The text of a model as MuJoCo's parser takes it: also with attributes that no blank parts."""
+    return CLOSE.sub(r"\g<0> ", mended(text.decode("utf-8", "replace")))
+
+
 class _Look:
     """Goes through the elements of one file."""
 
     def __init__(self, path: Path, root: bool) -> None:
+        self._path, self._root = path, root
+        try:
+            text = read_file(path, "model")
+        except (OSError, ValueError) as error:
+            raise SceneError(unreadable(error), file=path) from None
+        try:
+            self._go_through(text)
+        except expat.ExpatError as error:
+            try:
+                self._go_through(as_mujoco_takes(text))
+            except expat.ExpatError:
+                raise self._error(f"not sound XML: {expat.ErrorString(error.code)}", error.lineno) from None
+
+    def _go_through(self, text: bytes | str) -> None:
         self.included: list[str] = []
-        self._path, self._depth, self._count, self._root = path, 0, 0, root
+        self._depth, self._count = 0, 0
         self._expat = expat.ParserCreate()
         self._expat.StartElementHandler = self._start
         self._expat.EndElementHandler = self._end
         self._expat.StartDoctypeDeclHandler = self._doctype
-        try:
-            self._expat.Parse(read_file(path, "model"), True)
-        except (OSError, ValueError) as error:
-            raise SceneError(unreadable(error), file=path) from None
-        except expat.ExpatError as error:
-            raise self._error(f"not sound XML: {expat.ErrorString(error.code)}", error.lineno) from None
+        self._expat.Parse(text, True)
 
     def _error(self, message: str, line: int = 0) -> SceneError:
         return SceneError(message, file=self._path, line=line or self._expat.CurrentLineNumber)
