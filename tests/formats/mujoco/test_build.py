@@ -181,3 +181,38 @@ def test_mocap_bodies_stay_and_bodies_may_be_as_small_as_a_fly(tmp_path: Path):
     scene.character.bodies["leg"].inertia = (1e-19, 1e-19, 1e-19)
     with pytest.raises(SceneError, match=r"leg\.inertia\.0: must be at least 1e-18"):
         check_scene(scene)
+
+
+OTHER_PASSIVE = """<general name="front" tendon="front" dyntype="muscle" gaintype="muscle" biastype="muscle"
+    dynprm="0.01 0.04" gainprm="0.6 1.4 500 200 0.4 1.7 1.5 1.3 1.2" biasprm="0.3 1.9 300 200 0.4 1.5 1.5 1.6 1.2"
+    ctrlrange="0 1" lengthrange="0.3 0.6"/>"""  # as MyoSim's supraspinatus, whose bias has numbers of its own
+
+
+def test_the_passive_force_may_have_another_range_and_strength_than_the_active_one(tmp_path: Path):
+    usual = (
+        '<muscle name="front" tendon="front" force="500" range="0.6 1.4" lengthrange="0.3 0.6" lmin="0.4" lmax="1.7"/>'
+    )
+    assert usual in ARM
+    path = saved(tmp_path, ARM.replace(usual, OTHER_PASSIVE))
+    theirs, ignored = Oracle(path).poses(40, 3), []
+    scene = load(path, ignored=ignored)
+    assert not [one for one in ignored if "front" in str(one)]
+    force, acceleration = computed(scene, theirs)[3:]
+    np.testing.assert_allclose(force, theirs.force, atol=2e-4 * np.abs(theirs.force).max())
+    most = np.abs(theirs.acceleration).max(axis=0)
+    np.testing.assert_allclose(acceleration / most, theirs.acceleration / most, atol=2e-4)
+    for name in [name for name, muscle in scene.character.muscles.items() if muscle.polynomial is not None]:
+        del scene.character.muscles[name]  # of which a file of MuJoCo has none
+        scene.actuation.pop(name, None)
+    again = mujoco.MjModel.from_xml_path(str(saved(tmp_path, mjcf.dumps(scene), "again.xml")))
+    first = mujoco.MjModel.from_xml_path(str(path))
+    for length in np.linspace(0.2, 0.7, 51):
+        found = [
+            f(length, *speed, m.actuator("front").lengthrange, 1.0, prm[:9])
+            for m in (first, again)
+            for f, speed, prm in (
+                (mujoco.mju_muscleGain, (-0.1 * 0.5625 / m.actuator("front").gainprm[6],), m.actuator("front").gainprm),
+                (mujoco.mju_muscleBias, (), m.actuator("front").biasprm),
+            )
+        ]
+        np.testing.assert_allclose(found[2:], found[:2], atol=1e-3)
