@@ -11,8 +11,12 @@ from typing import Any, Literal
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.limits import GREATEST_NUMBER
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
+from warpmuscle.formats.osim.expressions import of_one
 from warpmuscle.scene import Displacement
+from warpmuscle.scene.expressions.parse import BadExpression
 from warpmuscle.scene.joints.displacement import rates
 
 MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
@@ -131,10 +135,11 @@ def resampled(
         spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
         between = 0.5 * (x[1:] + x[:-1])
         off = np.abs(spline.values(between) - function(between))
-        far = off > MIDWAY_OFF * max(1.0, float(np.max(np.abs(spline.y))))
+        off_for = off / np.maximum(1.0, np.abs(function(between)))
+        far = off_for > MIDWAY_OFF
         if closer == CLOSER or not np.any(far) or len(x) >= MOST_KNOTS:
             break
-        worst = np.argsort(np.where(far, off, 0.0))[-min(MOST_KNOTS - len(x), np.count_nonzero(far)) :]
+        worst = np.argsort(off_for)[-min(MOST_KNOTS - len(x), np.count_nonzero(far)) :]
         x = np.sort(np.concatenate([x, between[worst]]))
     return spline, float(np.max(off[(between > low) & (between < high)]))
 
@@ -174,8 +179,32 @@ def read_function(element: Element) -> Function:
         return _step(element)
     if kind == "piecewiseconstantfunction":
         return _stairs(_knots(element, "linear"))
-    message = "lines, polynomials, sines, steps and splines through knots are"
+    if kind == "expressionbasedfunction":
+        return _expression(element)
+    message = "lines, polynomials, sines, steps, expressions and splines through knots are"
     element.fail(f"functions of this class are not known; {message}")
+
+
+def _expression(element: Element) -> Function:
+    """An expression of one variable: the polynomial that it is, or a spline through knots about 0."""
+    text, names = element.child("expression"), element.child("variables")
+    variables = [] if names is None else names.text.split()
+    if text is None or not text.text.strip():
+        element.fail("has no expression")
+    if len(variables) != 1:
+        element.fail(f"is of {number_of(len(variables), 'variable')}, where one is known")
+    try:
+        found = of_one(text.text.strip(), variables[0])
+    except BadExpression as error:
+        text.fail(str(error))
+    if isinstance(found, list):
+        return Function(tuple(found))
+    with np.errstate(all="ignore"):
+        reach = np.linspace(-LEAST_REACH, LEAST_REACH, 2 * KNOTS)
+        if wrong := [float(q) for q in reach[~(np.abs(found(reach)) <= GREATEST_NUMBER)]]:
+            nearest = min(wrong, key=abs)
+            text.fail(f"it has no number at {nearest:.3g}, and must have from {-LEAST_REACH:g} to {LEAST_REACH:g}")
+        return replace(resampled(found, -LEAST_REACH, LEAST_REACH)[0], sampled=True)
 
 
 def _of_one(element: Element) -> Function:
