@@ -53,7 +53,9 @@ ARM = f"""<?xml version="1.0"?>
     )
 }
 <transmission name="t"><actuator name="m"/></transmission>
-<gazebo><plugin name="p" filename="lib.so"/></gazebo>
+<gazebo><plugin name="p" filename="lib.so"/></gazebo> <sensor:camera name="c"/>
+<link name="camera"><inertial><mass value="0"/></inertial></link>
+{joint("mount", "fixed", "finger", "camera", "")}
 </robot>"""
 
 
