@@ -46,7 +46,9 @@ def compiled(path: Path) -> Any:
             compiler's own errors; or the package is not installed.
     """
     skeleton = path.suffix.lower() == URDF
-    looked = _look_at_skeleton(path) if skeleton else _look(path, path.parent)
+    looked = _look_at_skeleton(path) if skeleton else None
+    if not skeleton:
+        _look(path, path.parent)
     mujoco = mujoco_package()
     try:
         with _without_log(mujoco):

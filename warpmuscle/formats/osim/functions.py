@@ -139,7 +139,7 @@ def resampled(
         far = off_for > MIDWAY_OFF
         if closer == CLOSER or not np.any(far) or len(x) >= MOST_KNOTS:
             break
-        worst = np.argsort(off_for)[-min(MOST_KNOTS - len(x), np.count_nonzero(far)) :]
+        worst = np.argsort(-off_for)[: min(MOST_KNOTS - len(x), int(np.count_nonzero(far)))]
         x = np.sort(np.concatenate([x, between[worst]]))
     return spline, float(np.max(off[(between > low) & (between < high)]))
 
