@@ -187,7 +187,7 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("wm.scenes().fwalk", "wm.load('fwalk') reads it"),
     ("wm.load('fwalk').to_xml()", "wm.convert(scene, 'scene.xml')"),
     ("wm.load('fwalk').nbody", "len(scene.character.bodies)"),
-    ("wm.load('a.urdf')", "a.urdf: there is no such file, and a scene is read from .toml"),
+    ("wm.load('a.urdf')", "a.urdf: there is no such file"),
     ("wm.load('a.mot')", "wm.inverse_dynamics(model, 'walk.mot') takes a motion"),
     ("wm.load('a.trc')", "wm.inverse_kinematics(model, 'walk.trc') takes markers"),
     ("wm.load('gone.h5')", "wm.read opens a result"),

@@ -31,7 +31,7 @@ Sources = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENE...",
-        help="Scene name, TOML file, .rbs .sbc [.rs], .osim, .xml, .hfd, or .scone [.par].",
+        help="Scene name, TOML file, .rbs .sbc [.rs], .osim, .xml, .urdf, .hfd, or .scone [.par].",
         autocompletion=scene_names_like,
     ),
 ]

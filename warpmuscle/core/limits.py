@@ -63,6 +63,7 @@ LIMITS: dict[str, Limit] = {
 
 GREATEST_NUMBER = 1e12  # of a scene, in its own unit: products of three are finite in single precision
 LEAST_NUMBER = 1e-12  # of a scene, where it must be positive: so is what is divided by it
+LEAST_MOMENT = 1e-18  # kg m^2, of a body's inertia: legs of a fly have 1e-13
 
 
 def check_size(name: str, size: float, error: Callable[[str], Exception] = Error) -> None:

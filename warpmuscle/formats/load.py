@@ -26,14 +26,13 @@ from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
 SUFFIXES = (".toml", ".rbs", ".sbc", ".rs")
-MODELS = (".osim", ".xml")  # each a scene by itself
+MODELS = (".osim", ".xml", ".urdf")  # each a scene by itself
 SCONE = (".scone", ".hfd")
 READ = (*SUFFIXES, *MODELS, *SCONE)
 NOT_SCENES = {
     **dict.fromkeys((".h5", ".hdf5"), "; wm.read opens a result"),
     **dict.fromkeys((".mot", ".sto", ".csv"), "; wm.inverse_dynamics(model, 'walk.mot') takes a motion"),
     **dict.fromkeys((".trc", ".c3d"), "; wm.inverse_kinematics(model, 'walk.trc') takes markers"),
-    ".urdf": "; MuJoCo reads a .urdf and saves it as .xml",
 }  # what is said of files that are often taken for scenes
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
@@ -55,7 +54,7 @@ def load(
         sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
             any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
             that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`. Or one of
-            MuJoCo, `.xml`, for which the package `mujoco` must be installed.
+            MuJoCo, `.xml`, or a skeleton, `.urdf`, for which the package `mujoco` must be installed.
         set: other values in the scene, by their paths, as `--set` of the command takes them, such as
             `{"objective.target_speed": 1.25, "character.muscles.?SOL.f_max": {"factor": 0.5}}`; see `overrides`.
         ignored: gets what was not used; without it, that is summed up in a warning.
@@ -112,7 +111,7 @@ def load(
     notes = Notes()
     if suffixes == [".osim"]:
         scene = _model(paths[0], notes, ball_joints, hard_points, merge_welds, limit_stiffness)
-    elif suffixes == [".xml"]:
+    elif suffixes in ([".xml"], [".urdf"]):
         scene = _mujoco_model(paths[0], notes)
     else:
         scene = _combine(paths, suffixes, keyword_rule, notes)

@@ -53,7 +53,8 @@ def add_muscles(model: Element, scene: Scene) -> int:
     for name in acting:
         muscle = muscles[name]
         if not is_cable(muscle):
-            SubElement(actuators, "muscle", _actuator(muscle, scene.muscle_model), name=name, tendon=name)
+            tag, numbers_of_it = _actuator(muscle, scene.muscle_model)
+            SubElement(actuators, tag, numbers_of_it, name=name, tendon=name)
         elif isinstance(muscle.curve_shape, PathActuator):
             pull = {"gear": text(-plain_number(muscle.f_max)), "ctrlrange": "0 1"}
             SubElement(actuators, "motor", pull, name=name, tendon=name)
@@ -93,8 +94,8 @@ def _length_in_reference_pose(muscle: Muscle) -> float:
     )
 
 
-def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
-    """Attributes of MuJoCo's muscle actuator.
+def _actuator(muscle: Muscle, model: MuscleModel) -> tuple[str, dict[str, str]]:
+    """Tag and attributes of MuJoCo's muscle actuator, or a general one where its passive force begins elsewhere.
 
     It knows a muscle's lengths by the path lengths, m, at which its fibre has the lengths `range`. With pennation the
     fibre counts as it acts along the tendon about its optimal length.
@@ -103,7 +104,7 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
     optimal = plain_number(muscle.l_slack) + plain_number(muscle.l_opt) * cosine - _length_in_reference_pose(muscle)
     shape = given(muscle, model, "curve_shape")
     lengths = (optimal + (relative - 1.0) * plain_number(muscle.l_opt) / cosine for relative in _OPERATING)
-    return (
+    plain = (
         {
             "ctrlrange": "0 1",
             "force": text(plain_number(muscle.f_max) * cosine),
@@ -115,6 +116,25 @@ def _actuator(muscle: Muscle, model: MuscleModel) -> dict[str, str]:
         | _smoothing(muscle, model)
         | (_curves(shape) if isinstance(shape, MujocoCurves) else {})
     )
+    if not isinstance(shape, MujocoCurves) or (shape.passive_until is None and shape.passive_from == 1.0):
+        return "muscle", plain
+    return "general", _with_bias(plain, shape)
+
+
+def _with_bias(plain: dict[str, str], shape: MujocoCurves) -> dict[str, str]:
+    """The same as attributes of a general actuator, whose bias counts lengths from where the passive force begins."""
+    usual = {"scale": "200"}
+    gain = [(plain | usual)[name] for name in ("force", "scale", "lmin", "lmax", "vmax", "fpmax", "fvmax")]
+    begins = plain_number(shape.passive_from)
+    ends = plain_number(shape.active_until if shape.passive_until is None else shape.passive_until)
+    bias = [*gain[:3], text(1.0 + ends - begins), *gain[4:]]
+    lengths = [texts(relative + off for relative in _OPERATING) for off in (0.0, 1.0 - begins)]
+    times = " ".join([plain["timeconst"], *([plain["tausmooth"]] if "tausmooth" in plain else [])])
+    return {
+        "ctrlrange": plain["ctrlrange"], "dyntype": "muscle", "gaintype": "muscle", "biastype": "muscle",
+        "dynprm": times, "gainprm": f"{lengths[0]} {' '.join(gain)}", "biasprm": f"{lengths[1]} {' '.join(bias)}",
+        "lengthrange": plain["lengthrange"],
+    }  # fmt: skip
 
 
 def _smoothing(muscle: Muscle, model: MuscleModel) -> dict[str, str]:

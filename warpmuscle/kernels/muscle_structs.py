@@ -149,9 +149,9 @@ class CurveRow:
     shortest: float  # l_opt, of the fibre
     tendon_rate: float  # 1 over the tendon's strain at f_max
     active_width: float  # Thelen: of the bell; De Groote: 1 over the scale of its widths; MuJoCo: where it ends, l_opt
-    passive_rate: float  # of the exponential over length
-    passive_floor: float
-    passive_scale: float  # of MuJoCo: the force where the active one ends
+    passive_rate: float  # of the exponential over length; of MuJoCo: lmax of the passive force, l_opt
+    passive_floor: float  # of MuJoCo: where the passive force begins, l_opt
+    passive_scale: float  # of MuJoCo: twice the force half-way from there to that lmax
     velocity_shape: float  # of Thelen's hyperbolas; of curves through knots: above 0 for Schutte's
     lengthening_force: float
     straight_speed: float  # beyond which they are straight, over v_max at full activation

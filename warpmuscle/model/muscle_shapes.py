@@ -139,6 +139,8 @@ def _entry(muscle: Muscle, model: MuscleModel, shaped: bool, tables: _Tables) ->
         return entry | {
             "shortest": shape.active_from,
             "active_width": shape.active_until,
+            "passive_floor": shape.passive_from,
+            "passive_rate": shape.active_until if shape.passive_until is None else shape.passive_until,
             "passive_scale": shape.passive_force,
             "lengthening_force": shape.lengthening_force,
         }

@@ -16,6 +16,7 @@ from small_models import ARM, HOPPER  # noqa: E402
 import warpmuscle as wm  # noqa: E402
 from warpmuscle.core.errors import SceneError  # noqa: E402
 from warpmuscle.formats import Ignored, load, mjcf  # noqa: E402
+from warpmuscle.scene.validation.scene import check_scene  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 
@@ -163,3 +164,55 @@ def test_what_cannot_be_represented_is_said_in_one_line(tmp_path: Path, old: str
         load(path)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_mocap_bodies_stay_and_bodies_may_be_as_small_as_a_fly(tmp_path: Path):
+    """A target of a task is such a body, with what is welded to it."""
+    target = '<body name="target" mocap="true"><geom size=".1"/><body pos="1 0 0"><geom size=".1"/></body></body>'
+    leg = '<body name="leg"><joint name="hip" axis="0 1 0"/>'
+    leg += '<inertial pos="0 0 -1e-3" mass="1e-7" diaginertia="2e-14 2e-14 1e-14"/>'
+    ignored: list[Ignored] = []
+    path = saved(tmp_path, f"<mujoco><worldbody>{target}{leg}</body></worldbody></mujoco>")
+    scene = load(path, ignored=ignored)
+    assert list(scene.character.joints) == ["hip"]
+    assert set(scene.character.bodies) == {"ground", "leg"}
+    assert "a mocap body stays where it is here" in [one.reason for one in ignored]
+    check_scene(scene)
+    scene.character.bodies["leg"].inertia = (1e-19, 1e-19, 1e-19)
+    with pytest.raises(SceneError, match=r"leg\.inertia\.0: must be at least 1e-18"):
+        check_scene(scene)
+
+
+OTHER_PASSIVE = """<general name="front" tendon="front" dyntype="muscle" gaintype="muscle" biastype="muscle"
+    dynprm="0.01 0.04" gainprm="0.6 1.4 500 200 0.4 1.7 1.5 1.3 1.2" biasprm="0.3 1.9 300 200 0.4 1.5 1.5 1.6 1.2"
+    ctrlrange="0 1" lengthrange="0.3 0.6"/>"""  # as MyoSim's supraspinatus, whose bias has numbers of its own
+
+
+def test_the_passive_force_may_have_another_range_and_strength_than_the_active_one(tmp_path: Path):
+    usual = (
+        '<muscle name="front" tendon="front" force="500" range="0.6 1.4" lengthrange="0.3 0.6" lmin="0.4" lmax="1.7"/>'
+    )
+    assert usual in ARM
+    path = saved(tmp_path, ARM.replace(usual, OTHER_PASSIVE))
+    theirs, ignored = Oracle(path).poses(40, 3), []
+    scene = load(path, ignored=ignored)
+    assert not [one for one in ignored if "front" in str(one)]
+    force, acceleration = computed(scene, theirs)[3:]
+    np.testing.assert_allclose(force, theirs.force, atol=2e-4 * np.abs(theirs.force).max())
+    most = np.abs(theirs.acceleration).max(axis=0)
+    np.testing.assert_allclose(acceleration / most, theirs.acceleration / most, atol=2e-4)
+    for name in [name for name, muscle in scene.character.muscles.items() if muscle.polynomial is not None]:
+        del scene.character.muscles[name]  # of which a file of MuJoCo has none
+        scene.actuation.pop(name, None)
+    again = mujoco.MjModel.from_xml_path(str(saved(tmp_path, mjcf.dumps(scene), "again.xml")))
+    first = mujoco.MjModel.from_xml_path(str(path))
+    for length in np.linspace(0.2, 0.7, 51):
+        found = [
+            f(length, *speed, m.actuator("front").lengthrange, 1.0, prm[:9])
+            for m in (first, again)
+            for f, speed, prm in (
+                (mujoco.mju_muscleGain, (-0.1 * 0.5625 / m.actuator("front").gainprm[6],), m.actuator("front").gainprm),
+                (mujoco.mju_muscleBias, (), m.actuator("front").biasprm),
+            )
+        ]
+        np.testing.assert_allclose(found[2:], found[:2], atol=1e-3)

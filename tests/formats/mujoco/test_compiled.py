@@ -38,6 +38,19 @@ def test_what_no_model_says_is_refused_with_its_line(tmp_path: Path, text: str, 
     assert message in said
 
 
+def test_what_only_mujocos_parser_takes_is_taken_and_looked_at(tmp_path: Path):
+    """Two hyphens within a comment, and attributes that no blank parts: published models have them."""
+    pytest.importorskip("mujoco")
+    head, path = "<mujoco>\n<!-- yaw -- see <a> & the log -->\n", tmp_path / "model.xml"
+    path.write_text(head + '<worldbody><body name="b"pos="0 0 1"><joint/><geom size="1"/></body></worldbody></mujoco>')
+    assert compiled(path).nv == 1
+    for asset in ("<mesh name=\"a\"file='/etc/passwd'/>", "<mesh name='a'file=\"/etc/passwd\"/>"):
+        assert "model.xml:3: file '/etc/passwd' is not a path" in refused(
+            path, f"{head}<asset>{asset}</asset></mujoco>"
+        )
+    assert "brings plugins" in refused(path, f"{head}<extension><plugin plugin='a'name='b'/></extension></mujoco>")
+
+
 def test_what_is_included_is_looked_at_too(tmp_path: Path):
     (tmp_path / "part.xml").write_text("<mujocoinclude>\n<include file='more.xml'/></mujocoinclude>")
     (tmp_path / "more.xml").write_text("<mujocoinclude>\n\n<texture fileup='/a.png'/></mujocoinclude>")

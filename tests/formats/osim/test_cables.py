@@ -34,6 +34,11 @@ OPENSIM = {  # class, what is in it, and accelerations of the rod in OpenSim 4.6
         (0.116319, 2.078534, -1.707070),
     ),
     "cable": ("PathActuator", "<optimal_force>30</optimal_force>", (0.175627, 1.854164, -0.641542)),
+    "told": (
+        "ExpressionBasedPathForce", f"{REST}<expression>(150*s + 900*s^2)*(1 + 0.3*ldot)</expression>",
+        (-0.438547, 1.860038, -1.707070),
+    ),
+    "short": ("ExpressionBasedPathForce", "<expression>exp(3*s) - 1</expression>", (-0.585213, 1.835860, -1.656808)),
 }  # fmt: skip
 CONTROL = 0.6
 
@@ -72,15 +77,19 @@ def test_rods_accelerate_as_in_opensim(tmp_path: Path):
     found = (rollout.state.speeds.numpy() - speeds)[:, columns] / 1e-4
     np.testing.assert_allclose(found, np.transpose([expected for *_, expected in OPENSIM.values()]), atol=1e-3)
     activation = dict(zip(scene.character.muscles, rollout.state.muscles.activation.numpy()[0], strict=True))
-    assert activation == {"plain": 0.0, "curved": 0.0, "spring": 0.0, "toe": 0.0, "cable": pytest.approx(CONTROL)}
+    assert activation == dict.fromkeys(OPENSIM, 0.0) | {"cable": pytest.approx(CONTROL)}
 
 
 @pytest.mark.parametrize("name", OPENSIM)
 def test_what_is_written_is_read_again(tmp_path: Path, name: str):
     kind, inner, _ = OPENSIM[name]
     scene, _ = one(tmp_path, kind, inner)
-    save(scene, tmp_path / "again.osim", [])
-    assert f"<{kind} " in (tmp_path / "again.osim").read_text()
+    lost: list[Ignored] = []
+    save(scene, tmp_path / "again.osim", lost)
+    assert f"<{kind.replace('ExpressionBasedPathForce', 'Ligament')} " in (tmp_path / "again.osim").read_text()
+    if name == "told":
+        assert [told for told in lost if "only a tension that is straight over length has a dissipation" in told.reason]
+        scene.character.muscles["one"].curve_shape.dissipation = 0.0
     assert load(tmp_path / "again.osim", ignored=[]).character.muscles == scene.character.muscles
     kinds = {"cable": PathActuator, "toe": BlankevoortLigament}
     assert isinstance(scene.character.muscles["one"].curve_shape, kinds.get(name, Ligament))
@@ -133,3 +142,34 @@ def test_other_functions_of_a_ligament_become_splines_or_lines(tmp_path: Path):
         assert isinstance(shape, Ligament)
         assert len(shape.x) == count
         assert np.interp(2.0, shape.x, shape.y) == pytest.approx(3.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("inner", "note"),
+    [
+        (f"{REST}<expression>90*s + 20*ldot</expression>", "its tension depends on speed otherwise than by a factor"),
+        (f"{REST}<expression>90*s*(1 - 2*ldot)</expression>", "its tension depends on speed otherwise than"),
+        (f"{REST}<expression>90*s - 5</expression>", "its tension pushes where it is negative"),
+        (f"{REST}<expression>90*s + 5</expression>", "pulls on paths that are shorter than at rest"),
+        (f"{REST}<clamp_stretch>false</clamp_stretch><expression>s</expression>", "pulls on paths that are shorter"),
+    ],
+)  # fmt: skip
+def test_what_is_not_kept_of_a_tension_that_is_an_expression_is_told(tmp_path: Path, inner: str, note: str):
+    scene, ignored = one(tmp_path, "ExpressionBasedPathForce", inner)
+    assert isinstance(scene.character.muscles["one"].curve_shape, Ligament)
+    assert [told for told in ignored if note in told.reason]
+
+
+@pytest.mark.parametrize(
+    ("inner", "message"),
+    [
+        ("", "has no <expression>"), ("<expression>90*x</expression>", "<expression>"),
+        ("<expression>1/s</expression>", "has no number at some stretch"),
+        ("<resting_length>-1</resting_length><expression>s</expression>", "must not be negative, is -1"),
+        ("<expression>open('a')</expression>", "<expression>"),
+    ],
+)  # fmt: skip
+def test_a_tension_that_is_no_expression_is_refused_in_one_line(tmp_path: Path, inner: str, message: str):
+    with pytest.raises(SceneError, match=message) as error:
+        one(tmp_path, "ExpressionBasedPathForce", inner)
+    assert "\n" not in str(error.value)

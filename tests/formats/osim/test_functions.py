@@ -8,7 +8,9 @@ from scipy.interpolate import make_interp_spline
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.osim.elements import Element, parse
-from warpmuscle.formats.osim.functions import Function, composed, read_function
+from warpmuscle.formats.osim.functions import MOST_KNOTS, Function, composed, read_function
+from warpmuscle.scene import Displacement
+from warpmuscle.scene.joints.displacement import rates
 
 X, Y = "-1 -0.5 0 0.4 0.9 1.5 2 2.4", "0 0.2 0.1 -0.3 0.5 0.6 0.1 0"
 AT = np.array([-0.8, 0.2, 0.7, 1.2, 2.2])
@@ -37,8 +39,8 @@ def test_a_spline_through_its_knots_has_opensims_values(half_order: str, expecte
 def test_one_that_smooths_or_of_another_class_is_refused():
     with pytest.raises(SceneError, match=r"a\.osim:7: <error_variance>: smooths"):
         read_function(knots("GCVSpline", element("error_variance", "0.1")))
-    with pytest.raises(SceneError, match=r"a\.osim:7: <ExpressionBasedFunction>: functions of this class are not"):
-        read_function(element("ExpressionBasedFunction"))
+    with pytest.raises(SceneError, match=r"a\.osim:7: <SignalGenerator>: functions of this class are not"):
+        read_function(element("SignalGenerator"))
 
 
 def test_lines_polynomials_and_broken_lines():
@@ -163,3 +165,53 @@ def test_a_spline_of_a_spline_has_its_values_beyond_the_range_too():
     at = np.linspace(-1.9, 2.3, 1000)
     assert error < 1e-5
     np.testing.assert_allclose(made.values(at), outer.values(inner.values(at)), atol=1e-5)
+
+
+def test_a_spline_of_a_spline_bends_as_it_does_where_it_turns_sharply():
+    inner = Function(x=(-2.0, -1.0, 0.0, 0.1, 0.2, 1.0, 2.0), y=(-1.9, -1.0, 0.0, 0.12, 0.19, 0.9, 2.2))
+    outer = Function(x=(-2.0, -0.5, 0.0, 0.1, 0.22, 0.9, 2.5), y=(0.0, 0.1, 0.12, 0.11, 0.12, 0.0, -0.1))
+    made, _ = composed(outer, inner, -1.5, 1.5)
+    at = np.linspace(-1.5, 1.5, 2003)
+    value, slope, bend = (rates(smooth(inner), at)[k] for k in range(3))
+    _, outer_slope, outer_bend = (rates(smooth(outer), value)[k] for k in range(3))
+    expected = outer_bend * slope**2 + outer_slope * bend  # the chain rule
+    found = rates(smooth(made), at)[2]
+    assert np.max(np.abs(found - expected)) < 3e-3 * np.max(np.abs(expected))
+    assert len(made.x) <= MOST_KNOTS
+
+
+def smooth(function: Function) -> Displacement:
+    return Displacement((1.0, 0.0, 0.0), x=list(function.x), y=list(function.y), ends=function.ends)
+
+
+def expression(text: str, variables: str = "x") -> Element:
+    return element("ExpressionBasedFunction", "", element("expression", text), element("variables", variables))
+
+
+def test_an_expression_is_the_polynomial_that_it_is_or_a_spline():
+    whole = read_function(expression("0.5 - (q - 1)^2*q/4", "q"))
+    np.testing.assert_allclose(whole.coefficients, [0.5, -0.25, 0.5, -0.25], atol=1e-15)
+    for text, value, slope in (
+        ("0.2*x^2 + sin(2*x)", 0.2 * AT**2 + np.sin(2.0 * AT), 0.4 * AT + 2.0 * np.cos(2.0 * AT)),
+        ("exp(-x)/(1 + x^2)", np.exp(-AT) / (1.0 + AT**2), None),
+        ("0.3", 0.3 + 0.0 * AT, 0.0 * AT),
+    ):
+        found = read_function(expression(text))
+        np.testing.assert_allclose(found.values(AT), value, rtol=1e-7, atol=1e-9)
+        if slope is not None and found.x:
+            np.testing.assert_allclose(found.slopes(AT), slope, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "variables", "message"),
+    [
+        ("x + y", "x y", "is of 2 variables, where one is known"), ("x", "", "is of 0 variables"),
+        ("", "x", "has no expression"), ("__import__('os')", "x", "<expression>"), ("x +", "x", "<expression>"),
+        ("y", "x", "<expression>"), ("sqrt(x)", "x", "has no number at -"), ("x/0", "x", "has no number at"),
+        ("(" * 90 + "x" + ")" * 90, "x", "<expression>"),
+    ],
+)  # fmt: skip
+def test_expressions_that_are_none_are_refused_in_one_line(text: str, variables: str, message: str):
+    with pytest.raises(SceneError, match=message) as error:
+        read_function(expression(text, variables))
+    assert "\n" not in str(error.value)

@@ -73,10 +73,13 @@ def test_without_lengthening_force_the_multiplier_is_one_beyond_rest():
 def test_numbers_are_the_defaults_of_mujoco_or_a_muscles_own():
     assert evaluate(CURVES.passive, MOST) == pytest.approx(1.5 * PASSIVE)
     assert evaluate(CURVES.velocity, 1.0, 1.0)[0, 0] == pytest.approx(LENGTHENING)
-    row = filled(CurveRow, shortest=0.3, active_width=2.0, passive_scale=0.7, lengthening_force=1.5)
+    row = filled(
+        CurveRow, shortest=0.3, active_width=2.0, passive_floor=1.2, passive_rate=1.8, passive_scale=0.7,
+        lengthening_force=1.5,
+    )  # fmt: skip
     own = filled(ShapedCurves, row=row)
     np.testing.assert_allclose(_of(own, shaped_active, L), bump_of(L, 0.3, 2.0), atol=3e-6)
-    np.testing.assert_allclose(_of(own, shaped_passive, L), passive_of(L, 2.0, 0.7), atol=3e-6)
+    np.testing.assert_allclose(_of(own, shaped_passive, L), passive_of(L - 0.2, 1.6, 0.7), atol=4e-6)
     np.testing.assert_allclose(_of(own, shaped_velocity, V, 1.0)[:, 0], multiplier_of(V, 1.5), atol=1e-6)
 
 

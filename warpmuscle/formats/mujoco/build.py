@@ -11,7 +11,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.mujoco.actuators import driven_joint, put_drives
-from warpmuscle.formats.mujoco.compiled import compiled
+from warpmuscle.formats.mujoco.compiled import URDF, compiled
 from warpmuscle.formats.mujoco.contact import build_contact
 from warpmuscle.formats.mujoco.loops import loops_on_world, put_loops
 from warpmuscle.formats.mujoco.muscles import build_muscles
@@ -27,7 +27,7 @@ from warpmuscle.scene.validation.scene import check_scene
 
 
 def load_mujoco(path: Path, notes: Notes) -> Scene:
-    """A checked scene from a model of MuJoCo.
+    """A checked scene from a model of MuJoCo, or from a URDF as MuJoCo reads it.
 
     Args:
         notes: gets what is not kept.
@@ -57,7 +57,7 @@ def _build(path: Path, notes: Notes) -> Scene:
     common, character.muscles = build_muscles(reference, tendons, moving, drives)
     character.surfaces = tendons.surfaces
     scene = Scene(name=path.stem, character=character, muscle_model=common, gravity=reference.gravity)
-    scene.description = f"MuJoCo model {path.name}"
+    scene.description = f"{'URDF' if path.suffix.lower() == URDF else 'MuJoCo model'} {path.name}"
     scene.time_step = float(model.opt.timestep)
     scene.ground = build_contact(reference, character)
     scene.initial_state = _start(reference, root, follows)

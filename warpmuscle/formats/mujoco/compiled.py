@@ -12,10 +12,14 @@ from xml.parsers import expat
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.limits import check_size
+from warpmuscle.formats.mujoco.urdf import without_files
+from warpmuscle.formats.osim.elements import mended
 
 NEEDED = "reading a model of MuJoCo needs the mujoco package: pip install 'warpmuscle[mujoco]'"
 FOLDERS = ("meshdir", "texturedir", "assetdir")  # attributes that name folders; those of files begin with "file"
 REFUSED = {"extension": "plugins", "plugin": "plugins"}  # elements that run code, by what they bring
+CLOSE = re.compile(r"""=\s*("[^"<]*"|'[^'<]*')(?=[A-Za-z_])""")  # a value right before the next attribute
+URDF = ".urdf"
 MOST_FILES = 1000  # that a model consists of
 
 
@@ -35,20 +39,27 @@ def mujoco_package() -> Any:
 def compiled(path: Path) -> Any:
     """MuJoCo's compiled model of a file; it follows what the file includes, and meshes, by paths from its folder.
 
+    Of a URDF the skeleton is compiled, without meshes and what else it names.
+
     Raises:
         SceneError: it is no model of MuJoCo, names files by paths from the root of the disk, or brings plugins; the
             compiler's own errors; or the package is not installed.
     """
-    _look(path, path.parent)
+    skeleton = path.suffix.lower() == URDF
+    looked = _look_at_skeleton(path) if skeleton else None
+    if not skeleton:
+        _look(path, path.parent)
     mujoco = mujoco_package()
     try:
         with _without_log(mujoco):
+            if looked is not None:
+                return mujoco.MjModel.from_xml_string(looked)
             return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, RuntimeError, OSError) as error:
         text = " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
         line = re.search(r"\bline (\d+)\b", text)
         message = f"MuJoCo cannot compile it: {shortened(text)}"
-        raise SceneError(message, file=path, line=int(line.group(1)) if line else 0) from None
+        raise SceneError(message, file=path, line=int(line.group(1)) if line and not skeleton else 0) from None
 
 
 @contextlib.contextmanager
@@ -62,6 +73,15 @@ def _without_log(mujoco: Any) -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
+def _look_at_skeleton(path: Path) -> str:
+    """The text of a URDF that names no file."""
+    text = _Look(path, "robot", "a URDF").text
+    try:
+        return without_files(text)
+    except ValueError as error:
+        raise SceneError(shortened(str(error)), file=path) from None
+
+
 def _look(path: Path, folder: Path) -> None:
     """Raise SceneError unless a file and all that it includes are such as `compiled` takes."""
     left, seen = [path], set[Path]()
@@ -72,38 +92,64 @@ def _look(path: Path, folder: Path) -> None:
         seen.add(file)
         if len(seen) > MOST_FILES:
             raise SceneError(f"it includes more than {MOST_FILES} files", file=path)
-        for name in _Look(file, root=file == path).included:
+        for name in _Look(file, "mujoco" if file == path else "", "a model of MuJoCo").included:
             near = [base / name for base in (folder, file.parent) if (base / name).is_file()]
             left += near[:1]  # the compiler tells what is not there
+
+
+def as_mujoco_takes(text: bytes) -> str:
+    """The text of a model as MuJoCo's parser takes it: also with attributes that no blank parts."""
+    return CLOSE.sub(r"\g<0> ", mended(text.decode("utf-8", "replace")))
 
 
 class _Look:
     """Goes through the elements of one file."""
 
-    def __init__(self, path: Path, root: bool) -> None:
+    def __init__(self, path: Path, root: str, what: str) -> None:
+        """Look.
+
+        Args:
+            root: tag of the first element; empty: any. what: what the file is.
+
+        Raises:
+            SceneError: what `_look` raises.
+        """
+        self._path, self._root, self._what = path, root, what
+        try:
+            text = read_file(path, "model")
+        except (OSError, ValueError) as error:
+            raise SceneError(unreadable(error), file=path) from None
+        self.text: bytes | str = text  # as it is sound
+        try:
+            self._go_through(text)
+        except expat.ExpatError as error:
+            try:
+                self.text = as_mujoco_takes(text)
+                self._go_through(self.text)
+            except expat.ExpatError:
+                raise self._error(f"not sound XML: {expat.ErrorString(error.code)}", error.lineno) from None
+
+    def _go_through(self, text: bytes | str) -> None:
         self.included: list[str] = []
-        self._path, self._depth, self._count, self._root = path, 0, 0, root
+        self._depth, self._count = 0, 0
         self._expat = expat.ParserCreate()
         self._expat.StartElementHandler = self._start
         self._expat.EndElementHandler = self._end
         self._expat.StartDoctypeDeclHandler = self._doctype
-        try:
-            self._expat.Parse(read_file(path, "model"), True)
-        except (OSError, ValueError) as error:
-            raise SceneError(unreadable(error), file=path) from None
-        except expat.ExpatError as error:
-            raise self._error(f"not sound XML: {expat.ErrorString(error.code)}", error.lineno) from None
+        self._expat.Parse(text, True)
 
     def _error(self, message: str, line: int = 0) -> SceneError:
         return SceneError(message, file=self._path, line=line or self._expat.CurrentLineNumber)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        if self._root and self._depth == 0 and tag != "mujoco":
-            raise self._error(f"a model of MuJoCo begins with <mujoco>, not <{shortened(tag)}>")
+        if self._root and self._depth == 0 and tag != self._root:
+            raise self._error(f"{self._what} begins with <{self._root}>, not <{shortened(tag)}>")
         self._depth += 1
         self._count += 1
         check_size("elements", self._count, self._error)
         check_size("nesting", self._depth, self._error)
+        if self._root == "robot":
+            return  # files and programmes are left out of it
         if tag in REFUSED:
             raise self._error(f"<{tag}> brings {REFUSED[tag]}, which are not run; remove it")
         for name, value in attributes.items():

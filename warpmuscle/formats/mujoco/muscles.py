@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import msgspec
+
 from warpmuscle.formats.mujoco.reference import Reference
 from warpmuscle.formats.mujoco.tendons import Route, Tendons
 from warpmuscle.scene import Ligament, MujocoCurves, Muscle, MuscleModel
@@ -11,6 +13,7 @@ from warpmuscle.scene import Ligament, MujocoCurves, Muscle, MuscleModel
 MUSCLE_DYNAMICS, MUSCLE_GAIN, MUSCLE_BIAS = 4, 2, 2  # mjtDyn, mjtGain and mjtBias
 ON_JOINT, ON_TENDON = 0, 3  # mjtTrn
 SMALLEST = 1.0e-9  # of what is divided by
+PASSIVE = [0, 1, 2, 3, 5, 7]  # numbers of a bias that its force depends on: range, force, scale, lmax, fpmax
 TIMES = 1.0e-6  # s, least time constant
 
 
@@ -36,8 +39,6 @@ def build_muscles(
         if isinstance(found, str):
             reference.lose(f"actuator {name}", f"{found}; it is left out, and pulls on nothing")
             continue
-        if not (model.actuator_gainprm[actuator, :9] == model.actuator_biasprm[actuator, :9]).all():
-            reference.lose(f"actuator {name}", "its passive force has other numbers (biasprm) than its active one")
         muscles[name] = found
     if muscles:
         _settle(common, list(muscles.values()))
@@ -83,17 +84,38 @@ def _hill(model: Any, actuator: int, route: Route, gear: float) -> Muscle:
 
     MuJoCo's "Muscle actuators": over the range of lengths that the joints allow, L goes through the actuator's `range`.
     """
-    low, high, force, scale, lmin, lmax, v_max, fpmax, fvmax = (float(p) for p in model.actuator_gainprm[actuator, :9])
-    first, last = (float(length) for length in model.actuator_lengthrange[actuator])
-    l_opt = max((last - first) / max(high - low, SMALLEST), SMALLEST)
-    f_max = force if force >= 0.0 else scale / max(float(model.actuator_acc0[actuator]), SMALLEST)
+    lmin, lmax, v_max, fpmax, fvmax = (float(p) for p in model.actuator_gainprm[actuator, 4:9])
+    l_opt, l_slack, f_max = _sizes(model, actuator, model.actuator_gainprm[actuator])
+    curves = MujocoCurves(lmin, lmax, fpmax, fvmax)
+    if tuple(model.actuator_biasprm[actuator, PASSIVE]) != tuple(model.actuator_gainprm[actuator, PASSIVE]):
+        curves = _other_passive(model, actuator, curves, l_opt, l_slack, f_max)
     rise, fall = (max(float(time), TIMES) for time in model.actuator_dynprm[actuator, :2])
     return Muscle(
         path=route.path, wraps=route.wraps, branches=route.branches, polynomial=route.polynomial,
-        f_max=max(f_max, SMALLEST) * gear, l_opt=l_opt / gear, l_slack=(first - low * l_opt) / gear, v_max=v_max,
+        f_max=max(f_max, SMALLEST) * gear, l_opt=l_opt / gear, l_slack=l_slack / gear, v_max=v_max,
         rise_time=rise, fall_time=fall, activation_smoothing=float(model.actuator_dynprm[actuator, 2]),
-        curve_shape=MujocoCurves(lmin, lmax, fpmax, fvmax),
+        curve_shape=curves,
     )  # fmt: skip
+
+
+def _sizes(model: Any, actuator: int, numbers: Any) -> tuple[float, float, float]:
+    """Length and force, m and N, for which 1 stands in the numbers of a gain or bias, and the length for 0, m."""
+    low, high, force, scale = (float(p) for p in numbers[:4])
+    first, last = (float(length) for length in model.actuator_lengthrange[actuator])
+    l_opt = max((last - first) / max(high - low, SMALLEST), SMALLEST)
+    f_max = force if force >= 0.0 else scale / max(float(model.actuator_acc0[actuator]), SMALLEST)
+    return l_opt, first - low * l_opt, f_max
+
+
+def _other_passive(
+    model: Any, actuator: int, curves: MujocoCurves, l_opt: float, l_slack: float, f_max: float
+) -> MujocoCurves:
+    """The curves with a passive force as the numbers of the bias have it, over lengths and force of the active one."""
+    numbers = model.actuator_biasprm[actuator]
+    unit, zero, force = _sizes(model, actuator, numbers)
+    begins, ends = ((zero + place * unit - l_slack) / l_opt for place in (1.0, float(numbers[5])))
+    strength = float(numbers[7]) * force / max(f_max, SMALLEST)
+    return msgspec.structs.replace(curves, passive_from=begins, passive_until=ends, passive_force=strength)
 
 
 def _ligaments(reference: Reference, tendons: Tendons, taken: set[str]) -> dict[str, Muscle]:

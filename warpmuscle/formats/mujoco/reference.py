@@ -67,8 +67,9 @@ class Reference:
         return self._names[kind][number]
 
     def lead(self, body: int) -> int:
-        """The body that another one is welded to, or itself: 0 of what does not move."""
-        return int(self.model.body_weldid[body])
+        """The body that another one is welded to, or itself: 0 of what does not move, as a mocap body here."""
+        own = int(self.model.body_weldid[body])
+        return WORLD if self.model.body_mocapid[own] >= 0 else own
 
     def point(self, place: Floats) -> Floats:
         """A place of MuJoCo's world in ours, (3,) m."""

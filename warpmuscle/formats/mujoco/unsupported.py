@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.mujoco.loops import CONNECT, WELD
 from warpmuscle.formats.mujoco.reference import BALL, Reference
@@ -23,6 +25,8 @@ def tell_lost(reference: Reference) -> None:
     rubbing = [reference.name("joint", int(model.dof_jntid[k])) for k in range(model.nv) if model.dof_frictionloss[k]]
     for name in dict.fromkeys(rubbing):
         reference.lose(f"joint {name}", "its friction has no effect here")
+    for body in np.flatnonzero(model.body_mocapid >= 0):
+        reference.lose(f"body {reference.name('body', int(body))}", "a mocap body stays where it is here")
     for joint in range(model.njnt):
         if model.jnt_type[joint] == BALL and model.jnt_limited[joint]:
             reference.lose(f"joint {reference.name('joint', joint)}", "its limit, a cone, has no effect here")

@@ -34,6 +34,9 @@ def made_cable(one: Record) -> tuple[Muscle | None, str]:
         ligament = Ligament([1.0, 2.0], [0.0, 1.0], "linear", one.numbers["dissipation"])
         return Muscle(f_max=scale, l_opt=rest, l_slack=rest, curve_shape=ligament), ""
     ligament, reason = _ligament(one.tension)
+    ligament.dissipation = one.numbers.get("dissipation", 0.0)
+    if one.lost:
+        reason = f"its tension {one.lost}"
     return Muscle(f_max=scale, l_opt=rest, l_slack=rest, curve_shape=ligament), reason
 
 

@@ -121,15 +121,15 @@ def parse(path: Path) -> Element:
         return _Parser(path, text).root
     except _Unsound as first:
         try:
-            return _Parser(path, _mended(text)).root
+            return _Parser(path, mended(text)).root
         except _Unsound:
             raise first.error from None
 
 
-def _mended(text: str) -> str:
-    """A text as OpenSim's parser takes it, with as many lines.
+def mended(text: str) -> str:
+    """A text as the parsers of OpenSim and MuJoCo take it, with as many lines.
 
-    That takes two hyphens and `<` within comments, ampersands alone, bytes that are no characters, and whatever stands
+    They take two hyphens and `<` within comments, ampersands alone, bytes that are no characters, and whatever stands
     before and behind the elements.
     """
     text = COMMENT.sub(lambda found: "\n" * found.group().count("\n"), text)

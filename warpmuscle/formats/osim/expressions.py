@@ -1,12 +1,14 @@
-"""Expressions of the forces of bushings as straight functions of angles and shifts; nothing of them is run."""
+"""Expressions of bushings' forces as straight functions of angles and shifts, and of one variable; none is run."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.limits import GREATEST_NUMBER
-from warpmuscle.scene.expressions.parse import BadExpression, parse
+from warpmuscle.scene.expressions.parse import BadExpression, evaluate, parse
 
 VARIABLES = ("theta_x", "theta_y", "theta_z", "delta_x", "delta_y", "delta_z")
 
@@ -56,3 +58,47 @@ def _joined(sign: str, first: Floats, second: Floats) -> Floats:
     if np.any(first[1:]) and np.any(second[1:]):
         raise NotStraight("it multiplies variables with each other")
     return np.asarray(first * second[0] if not np.any(second[1:]) else second * first[0])
+
+
+GREATEST_POWER = 12  # of a variable in an expression that is taken as a polynomial
+
+
+def of_one(text: str, variable: str) -> list[float] | Callable[[Floats], Floats]:
+    """An expression of one variable: coefficients of a polynomial, constant first, if it is one, or its values.
+
+    Raises:
+        BadExpression: it is no expression of this variable.
+    """
+    program = parse(text, [variable])
+    stack: list[np.polynomial.Polynomial] = []
+    for operation in program:
+        if operation.kind in ("constant", "variable"):
+            stack.append(np.polynomial.Polynomial([operation.number] if operation.kind == "constant" else [0.0, 1.0]))
+            continue
+        if operation.kind == "negative":
+            stack.append(-stack.pop())
+            continue
+        made = _polynomial(operation.kind, *stack[-2:]) if operation.kind in ("+", "-", "*", "/", "^") else None
+        if made is None or made.degree() > GREATEST_POWER:
+            return lambda q: np.asarray(evaluate(program, {variable: q}, {})) + np.zeros_like(q)
+        stack[-2:] = [made]
+    return [float(c) for c in stack[0].coef]
+
+
+def _polynomial(
+    sign: str, first: np.polynomial.Polynomial, second: np.polynomial.Polynomial
+) -> np.polynomial.Polynomial | None:
+    """The sum, difference, product, quotient or power of two polynomials, if it is one."""
+    if sign == "+":
+        return first + second
+    if sign == "-":
+        return first - second
+    if sign == "*":
+        return first * second
+    number = float(second.coef[0])
+    if second.degree() > 0 or (sign == "/" and number == 0.0):
+        return None
+    if sign == "/":
+        return first / number
+    whole = number == int(number) and 0.0 <= number <= GREATEST_POWER
+    return first ** int(number) if whole else None

@@ -11,8 +11,12 @@ from typing import Any, Literal
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.limits import GREATEST_NUMBER
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
+from warpmuscle.formats.osim.expressions import of_one
 from warpmuscle.scene import Displacement
+from warpmuscle.scene.expressions.parse import BadExpression
 from warpmuscle.scene.joints.displacement import rates
 
 MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
@@ -24,7 +28,9 @@ NEAR_TURN, NEAR_KNOTS = 128, 3200  # the knots of a turn within the least reach,
 LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
-KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree
+KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree, at least
+MIDWAY_OFF, CLOSER = 1.0e-10, 8  # of its values and of 1 rad or m, by which it may be off between; doublings at most
+MOST_KNOTS = 1000  # then: as many as a ligament's function may have
 FARTHEST_OFF = 0.21  # of the way between two knots, where the slope of a cubic is
 DOUBLED, SLOPE_OFF = 2, 1e-7  # how often they are doubled for one of another degree, until its slope is so close
 BEYOND = 0.5  # of a range, as far as such a spline reaches on each side of it
@@ -116,15 +122,26 @@ def resampled(
 ) -> tuple[Function, float]:
     """A spline through many values of a function, and how far it is off between its knots from low to high.
 
+    Knots are twice as close wherever it is off by more than `MIDWAY_OFF`, as often as `CLOSER`, so that its second
+    derivative, which accelerations need, is close, too.
+
     Args:
         beyond: part of the way from low to high, by which knots reach beyond both, since a free run leaves ranges.
     """
-    x = np.linspace(low, high, KNOTS)
-    between = 0.5 * (x[1:] + x[:-1])
-    out = (x[1] - x[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
-    x = np.concatenate([low - out[::-1], x, high + out])
-    spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
-    return spline, float(np.max(np.abs(spline.values(between) - function(between))))
+    inner = np.linspace(low, high, KNOTS)
+    out = (inner[1] - inner[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
+    x = np.concatenate([low - out[::-1], inner, high + out])
+    for closer in range(CLOSER + 1):
+        spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
+        between = 0.5 * (x[1:] + x[:-1])
+        off = np.abs(spline.values(between) - function(between))
+        off_for = off / np.maximum(1.0, np.abs(function(between)))
+        far = off_for > MIDWAY_OFF
+        if closer == CLOSER or not np.any(far) or len(x) >= MOST_KNOTS:
+            break
+        worst = np.argsort(-off_for)[: min(MOST_KNOTS - len(x), int(np.count_nonzero(far)))]
+        x = np.sort(np.concatenate([x, between[worst]]))
+    return spline, float(np.max(off[(between > low) & (between < high)]))
 
 
 def read_function(element: Element) -> Function:
@@ -162,8 +179,32 @@ def read_function(element: Element) -> Function:
         return _step(element)
     if kind == "piecewiseconstantfunction":
         return _stairs(_knots(element, "linear"))
-    message = "lines, polynomials, sines, steps and splines through knots are"
+    if kind == "expressionbasedfunction":
+        return _expression(element)
+    message = "lines, polynomials, sines, steps, expressions and splines through knots are"
     element.fail(f"functions of this class are not known; {message}")
+
+
+def _expression(element: Element) -> Function:
+    """An expression of one variable: the polynomial that it is, or a spline through knots about 0."""
+    text, names = element.child("expression"), element.child("variables")
+    variables = [] if names is None else names.text.split()
+    if text is None or not text.text.strip():
+        element.fail("has no expression")
+    if len(variables) != 1:
+        element.fail(f"is of {number_of(len(variables), 'variable')}, where one is known")
+    try:
+        found = of_one(text.text.strip(), variables[0])
+    except BadExpression as error:
+        text.fail(str(error))
+    if isinstance(found, list):
+        return Function(tuple(found))
+    with np.errstate(all="ignore"):
+        reach = np.linspace(-LEAST_REACH, LEAST_REACH, 2 * KNOTS)
+        if wrong := [float(q) for q in reach[~(np.abs(found(reach)) <= GREATEST_NUMBER)]]:
+            nearest = min(wrong, key=abs)
+            text.fail(f"it has no number at {nearest:.3g}, and must have from {-LEAST_REACH:g} to {LEAST_REACH:g}")
+        return replace(resampled(found, -LEAST_REACH, LEAST_REACH)[0], sampled=True)
 
 
 def _of_one(element: Element) -> Function:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
 from warpmuscle.formats.osim.functions import Function, owned_function, read_function
+from warpmuscle.formats.osim.muscles.path_expressions import path_tension
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Model, Muscle, OldCurves, PathWrap, Point, PolynomialPath, Surface
 from warpmuscle.formats.osim.wraps.shortest import Route
 
+EXPRESSION = "ExpressionBasedPathForce"
 # Numbers of each class with OpenSim 4.6's defaults.
 COMMON = {
     "max_isometric_force": 1000.0, "optimal_fiber_length": 0.1, "tendon_slack_length": 0.2,
@@ -38,6 +42,7 @@ CLASSES: dict[str, dict[str, float]] = {
         "slack_length": 0.0, "linear_stiffness": 1.0, "transition_strain": 0.06, "damping_coefficient": 0.003,
     },
     "PathSpring": {"resting_length": 0.0, "stiffness": 0.0, "dissipation": 0.0},
+    EXPRESSION: {"resting_length": 0.0},
 }  # fmt: skip
 LIGAMENT_CURVE = Function(  # of OpenSim's Ligament that has none of its own
     x=(-5.0, 0.998, 0.999, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.601, 1.602, 5.0),
@@ -95,6 +100,25 @@ def read_muscle(
     Args:
         route: points and wraps of a path that is a shortest one.
     """
+    muscle = _muscle(element, frames, own, old, route)
+    return muscle if element.tag != EXPRESSION else _as_ligament(muscle, element, own)
+
+
+def _as_ligament(muscle: Muscle, element: Element, own: Properties) -> Muscle:
+    """A path with a tension that is an expression, as a ligament of 1 N."""
+    text = own.find(element, "expression")
+    if text is None or not text.text.strip():
+        element.fail("has no <expression>")
+    clamped = own.truth(element, "clamp_stretch", True)
+    found = path_tension(element, text, muscle.numbers["resting_length"], clamped)
+    numbers = {"resting_length": found.unit, "pcsa_force": 1.0, "dissipation": found.dissipation}
+    return replace(muscle, kind="Ligament", numbers=numbers, tension=found.function, lost=found.lost)
+
+
+def _muscle(
+    element: Element, frames: Frames, own: Properties, old: OldCurves | None = None, route: Route | None = None
+) -> Muscle:
+    """A muscle or path actuator with its numbers and its path; arguments: those of `read_muscle`."""
     numbers = {tag: own.number(element, tag, default, True) for tag, default in CLASSES[element.tag].items()}
     truths = {tag: own.truth(element, tag, False) for tag in TRUTHS}
     curves: dict[str, dict[str, float]] = {}

@@ -212,6 +212,7 @@ class Muscle:
     tension: Function | None = None  # of a ligament, over pcsa_force, of its length over resting_length
     old: OldCurves | None = None
     shortest: bool = False  # whether its path is the shortest one over its surfaces, see `wraps.shortest`
+    lost: str = ""  # what of its tension is not kept
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,8 @@
 """MuJoCo's muscles (its documentation, "Muscle actuators"), with their default numbers and with a muscle's own.
 
-Quadratic pieces throughout: an active force between lengths `least` and `most` that is 1 at 1, a passive one above 1,
-and a multiplier of speed between 0 and its greatest. The tendon is rigid; Thelen's stands in where one is asked for.
+Quadratic pieces throughout: an active force between lengths `least` and `most` that is 1 at 1, a passive one above 1
+or from where the actuator's bias has it begin, and a multiplier of speed between 0 and its greatest. The tendon is
+rigid; Thelen's stands in where one is asked for.
 """
 
 import warp as wp
@@ -30,10 +31,16 @@ def bump(length: float, least: float, most: float) -> float:
 
 
 @func
-def passive_rise(length: float, most: float, force: float) -> float:
-    """Passive force: a parabola from 1 to half-way to `most`, where it is half of `force`, then straight."""
-    x = (length - 1.0) / wp.max(0.5 * (most - 1.0), NARROW)
+def passive_between(length: float, least: float, most: float, force: float) -> float:
+    """Passive force: a parabola from `least` to half-way to `most`, where it is half of `force`, then straight."""
+    x = (length - least) / wp.max(0.5 * (most - least), NARROW)
     return force * wp.where(x <= 0.0, 0.0, wp.where(x <= 1.0, 0.5 * x * x, x - 0.5))
+
+
+@func
+def passive_rise(length: float, most: float, force: float) -> float:
+    """Passive force that begins at 1."""
+    return passive_between(length, 1.0, most, force)
 
 
 @func
@@ -81,7 +88,7 @@ def shaped_active(curves: ShapedCurves, length: float) -> float:
 @func
 def shaped_passive(curves: ShapedCurves, length: float) -> float:
     """Passive force of a muscle's own."""
-    return passive_rise(length, curves.row.active_width, curves.row.passive_scale)
+    return passive_between(length, curves.row.passive_floor, curves.row.passive_rate, curves.row.passive_scale)
 
 
 @func

@@ -79,8 +79,10 @@ class MujocoCurves(Part, tag_field="type", tag="mujoco"):
 
     active_from: Annotated[Number, "1", FROM_0] = 0.5  # lmin
     active_until: Annotated[Number, "1"] = 1.6  # lmax
-    passive_force: Annotated[Number, "1", FROM_0] = 1.3  # fpmax, at active_until
+    passive_force: Annotated[Number, "1", FROM_0] = 1.3  # fpmax: twice the force half-way to passive_until
     lengthening_force: Annotated[Number, "1"] = 1.2  # fvmax
+    passive_from: Annotated[Number, "1"] = 1.0  # where the passive force begins, as `biasprm` may say
+    passive_until: Annotated[Number, "1"] | None = None  # lmax of the passive force; None: active_until
 
 
 class Spline(Part):

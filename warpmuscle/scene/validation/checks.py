@@ -81,13 +81,17 @@ class Checks:
         else:
             self.fraction(key, value)
 
-    def positive(self, key: str, number: Number) -> None:
-        """A number is greater than zero, for every value a search may give it, and can be divided by."""
+    def positive(self, key: str, number: Number, bound: float = LEAST_NUMBER) -> None:
+        """A number is greater than zero, for every value a search may give it, and can be divided by.
+
+        Args:
+            bound: the least that it may be.
+        """
         least = self.interval(number)[0]
         if least <= 0.0:
             raise SceneError(f"must be greater than 0, is {least:g}", key=key)
-        if least < LEAST_NUMBER:
-            raise SceneError(f"must be at least {LEAST_NUMBER:g}, is {least:g}", key=key)
+        if least < bound:
+            raise SceneError(f"must be at least {bound:g}, is {least:g}", key=key)
 
     def not_negative(self, key: str, number: Number) -> None:
         """A number is not negative, for every value a search may give it."""

@@ -205,6 +205,13 @@ def _mujoco(checks: Checks, key: str, shape: MujocoCurves) -> None:
         if low < least or high > most or (field != "lengthening_force" and 1.0 in (low, high)):
             wrong = low if low < least or low == 1.0 else high
             raise SceneError(f"must be between {least:g} and {most:g}, is {wrong:g}", key=f"{key}.{field}")
+    begins = checks.interval(shape.passive_from)[1]
+    ends, field = shape.passive_until, "passive_until"
+    if ends is None:
+        ends, field = shape.active_until, "passive_from"
+    if not checks.interval(ends)[0] > begins:
+        message = f"the passive force must begin, at {begins:g}, before it ends, at {checks.interval(ends)[0]:g}"
+        raise SceneError(message, key=f"{key}.{field}")
 
 
 def _thelen(checks: Checks, key: str, shape: ThelenCurves) -> None:

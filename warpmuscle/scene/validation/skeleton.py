@@ -6,6 +6,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import LEAST_MOMENT
 from warpmuscle.core.number_rows import rows
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.scene import Body, Box, Character, Joint, Scene, Shape
@@ -53,7 +54,7 @@ def _body(checks: Checks, key: str, body: Body) -> None:
         checks.positive(f"{key}.mass", body.mass)
         for index, moment in enumerate(body.inertia):
             if checks.checked.opensim is None:  # which computes with moments that no body has
-                checks.positive(f"{key}.inertia.{index}", moment)
+                checks.positive(f"{key}.inertia.{index}", moment, LEAST_MOMENT)
     checks.not_zero(f"{key}.inertia_axes", body.inertia_axes, "quaternion")
     for index, shape in enumerate(body.shapes):
         _shape(checks, f"{key}.shapes.{index}", shape)
