@@ -82,6 +82,16 @@ class StepKind(NamedTuple):
     lanes_in_warp: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
 
     @property
+    def monomials(self) -> int:
+        """Of the paths that are polynomials, at most."""
+        return 0 if self.muscles is None else self.muscles.paths.monomials
+
+    @property
+    def long_paths(self) -> bool:
+        """Whether muscles have long paths."""
+        return self.muscles is not None and self.muscles.long_paths
+
+    @property
     def extensions(self) -> Any:
         """Structure of the parameters and states of the controller and of all kinds of forces."""
         return extensions_of(self.controller, self.forces)
@@ -243,6 +253,36 @@ def account_of(kind: StepKind, mark: Any) -> Any:
 
 
 @cache
+def outer_forces_of(forces: tuple[ForceKind, ...]) -> Any:
+    """The Warp function that adds all other forces on bodies: those of springs and loads, touching, water, objects."""
+    pushing = any(force.wrench or force.pair for force in forces)
+    touching = any(force.touch for force in forces)
+    under_water = any(force.water for force in forces)
+    with_objects = any(force.objects for force in forces)
+    body_forces_stage = body_forces_stage_of(forces) if pushing else None
+    touching_stage = touching_stage_of(forces) if touching else None
+    water_stage = water_stage_of(forces) if under_water else None
+    objects_stage = objects_stage_of(forces) if with_objects else None
+    extensions_struct = extension_list(tuple(force.extension for force in forces))
+
+    @wp.func(inline=True)
+    def outer_forces(
+        instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef,
+        extensions: wp.ref[extensions_struct],
+    ):  # fmt: skip
+        if wp.static(pushing):
+            body_forces_stage(instance, lane, lanes, model, state, work, extensions)
+        if wp.static(touching):
+            touching_stage(instance, lane, lanes, step, model, work, extensions)
+        if wp.static(under_water):
+            water_stage(instance, lane, lanes, model, work, extensions)
+        if wp.static(with_objects):
+            objects_stage(instance, lane, lanes, model, state, work, extensions)
+
+    return outer_forces
+
+
+@cache
 def move_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that moves the bodies: inertia and contact, forces on bodies, accelerations, integration."""
     of_joints, motion, whole = joint_stages_of(kind.skeleton, kind.several_warps), kind.motion, kind.recorded.complete
@@ -253,14 +293,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
         integrate_by_motion = hybrid_integrate_stage
     else:
         acceleration_stage, integrate_stage = of_joints.acceleration, of_joints.integrate
-    pushing = any(force.wrench or force.pair for force in kind.forces)
-    touching = any(force.touch for force in kind.forces)
-    body_forces_stage = body_forces_stage_of(kind.forces) if pushing else None
-    touching_stage = touching_stage_of(kind.forces) if touching else None
-    with_objects = any(force.objects for force in kind.forces)
-    objects_stage = objects_stage_of(kind.forces) if with_objects else None
-    under_water = any(force.water for force in kind.forces)
-    water_stage = water_stage_of(kind.forces) if under_water else None
+    forces_stage = outer_forces_of(kind.forces)
     record_given_way = record_given_way_of(bool(kind.skeleton.joints)) if whole else None
     accelerated, seen, extensions_struct = kind.objective.accelerated, kind.recorded.accelerated, kind.extensions
     accelerated_stage = objective_stage_of(kind.objective, accelerated=True) if accelerated else None
@@ -278,14 +311,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
-        if wp.static(pushing):
-            body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
-        if wp.static(touching):
-            touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
-        if wp.static(under_water):
-            water_stage(instance, lane, lanes, model, work, extensions.rest)
-        if wp.static(with_objects):
-            objects_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        forces_stage(instance, lane, lanes, step, model, state, work, extensions.rest)
         mark(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)

@@ -53,7 +53,7 @@ def frame_stage_of(kind: RecordKind, controller: ControllerKind, forces: tuple[F
 
 @cache
 def record_world_of(kind: RecordKind, forces: tuple[ForceKind, ...], moves: bool) -> Any:
-    """The Warp function that writes objects, belts and powers of devices behind the scene's quantities; None where there are none.
+    """The Warp function that writes objects, belts and powers of devices behind the quantities; None without any.
 
     One lane calls it, where a frame is due. Arguments are those of `frame_stage_of`.
     """
