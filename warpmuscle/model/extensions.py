@@ -72,7 +72,7 @@ def check_texts(texts: Mapping[str, Any], entry: str, key: str) -> None:
             raise SceneError(f"the {name} of {entry!r} is not a line of text, but {text!r}", key=key)
 
 
-def check_own(part: Any, others: Sequence[str], entry: str, key: str) -> None:
+def check_fields(part: Any, others: Sequence[str], entry: str, key: str) -> None:
     """SceneError if a part of one's own sets fields that only shipped parts have, which would do nothing or harm."""
     kind = type(part)
     usual = kind() if is_dataclass(kind) else kind._make(kind._field_defaults[name] for name in kind._fields)

@@ -12,7 +12,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.force.devices import FORCES
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
-from warpmuscle.model.extensions import BODY, check_declaration, check_own
+from warpmuscle.model.extensions import BODY, check_declaration, check_fields
 from warpmuscle.model.objects.arrays import ObjectPlaces, object_places, objects_kind
 from warpmuscle.model.user_functions import declared
 from warpmuscle.model.water.arrays import part_starts
@@ -124,7 +124,7 @@ def _kind(entry: str, alone: str, key: str) -> ForceKind:
     kind = given if isinstance(given, ForceKind) else ForceKind(**{alone: given})
     if kind.effort is not None and kind.wrench is not None:
         raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
-    check_own(kind, SHIPPED_ONLY, entry, key)
+    check_fields(kind, SHIPPED_ONLY, entry, key)
     check_declaration(kind, FUNCTIONS, entry, key)
     names = [] if kind.parameters is None else list(kind.parameters.vars)
     if not isinstance(kind.positive, tuple):

@@ -13,7 +13,7 @@ from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration, Stage
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.model.extensions import check_count, check_number, check_own, check_texts
+from warpmuscle.model.extensions import check_count, check_fields, check_number, check_texts
 from warpmuscle.model.extensions import check_parameters as check_struct
 from warpmuscle.model.user_functions import (
     FLOATS,
@@ -77,7 +77,7 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
     if part.function is None:
         hint = ": write function=" + part.name.func.__name__ if isinstance(part.name, wp.Function) else ""
         raise SceneError(f"{entry!r} declares no function{hint}", key=key)
-    check_own(part, ("weight", "models"), entry, key)
+    check_fields(part, ("weight", "models"), entry, key)
     check_texts({"unit": part.unit, "description": part.description}, entry, key)
     checked_function(part.function, entry, key)
     if part.parameters is not None:

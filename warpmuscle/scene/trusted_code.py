@@ -79,7 +79,7 @@ def check_entries(scene: Scene) -> None:
     for key, entries in lists.items():
         for entry in entries:
             if entries.count(entry) > 1:
-                raise SceneError(f"{entry!r} is named {entries.count(entry)} times: once is enough", key=key)
+                raise SceneError(f"{entry!r} is named more than once", key=key)
 
 
 def trust(scene: Scene, folder: str | PathLike[str] | None = None) -> None:
