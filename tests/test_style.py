@@ -4,12 +4,14 @@ import ast
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
 LONGEST = 90  # lines, and a function has fewer
+BRANCHES = 25  # of a function, at most
 # What mypy cannot follow in device code: Warp's decorators are not typed, its vectors have no operators, and types are
 # made at run time. Arguments of calls, names, results and annotations are checked.
 KERNELS_CONFIG = """
@@ -39,11 +41,53 @@ def test_mypy_has_nothing_to_say_of_kernels_as_far_as_warp_is_typed(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_functions_fit_on_two_screens():
-    too_long = [
-        f"{file.relative_to(ROOT)}:{node.lineno} {node.name}"
-        for file in (ROOT / "warpmuscle").rglob("*.py")
+@cache
+def functions(folder):
+    """Every function of a folder, with a name that says where it is."""
+    return [
+        (f"{file.relative_to(ROOT)}:{node.lineno} {node.name}", node)
+        for file in (ROOT / folder).rglob("*.py")
         for node in ast.walk(ast.parse(file.read_text()))
-        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno + 1 >= LONGEST
+        if isinstance(node, ast.FunctionDef)
     ]
+
+
+def branches(function):
+    """McCabe's complexity with logical operators and comprehensions, and with that of functions within."""
+    count = 1
+    for node in ast.walk(function):
+        match node:
+            case ast.BoolOp():
+                count += len(node.values) - 1
+            case ast.comprehension():
+                count += 1 + len(node.ifs)
+            case ast.For() | ast.While():
+                count += 1 + bool(node.orelse)
+            case ast.If() | ast.IfExp() | ast.ExceptHandler() | ast.Assert() | ast.match_case() | ast.Lambda():
+                count += 1
+            case ast.FunctionDef():
+                count += node is not function
+    return count
+
+
+def test_functions_fit_on_two_screens():
+    too_long = [name for name, node in functions("warpmuscle") if node.end_lineno - node.lineno + 1 >= LONGEST]
     assert too_long == []
+
+
+@pytest.mark.parametrize("folder", ["warpmuscle", "tools"])
+def test_functions_have_few_branches(folder):
+    assert [name for name, node in functions(folder) if branches(node) > BRANCHES] == []
+
+
+def test_branches_are_those_that_a_reader_has_to_follow():
+    text = """
+def outer(a, b):
+    for x in a:
+        if x and b or not a:
+            return [y for y in x if y]
+    def inner(c):
+        return 1 if c else 2
+    return inner
+"""
+    assert branches(ast.parse(text).body[0]) == 1 + 1 + 1 + 2 + 2 + 1 + 1

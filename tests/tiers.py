@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[1]
 # Packages whose functions launch kernels, `warpmuscle` itself as `wm` among them, and what takes as long.
 SLOW = (
     *("warpmuscle", "warp", "mujoco", "opensim", "playwright", "runpy", "subprocess", "multiprocessing"),
+    "warpmuscle.model.build",  # puts arrays on a device, for which Warp has to start
     *(
         f"warpmuscle.{package}"
         for package in (

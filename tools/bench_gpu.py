@@ -140,6 +140,13 @@ class Bench:
         """The first scene with muscles, if any."""
         return max(self.scenes.values(), key=lambda scene: len(scene.character.muscles) > 0)
 
+    def peer(self, instances: int, case: str) -> Figures:
+        """Rate of MuJoCo Warp, and ours of a case in it, if it has been measured."""
+        steps = round(self.peer_scene.duration / self.peer_scene.time_step)
+        rate = peer_rate(self.peer_scene, instances, str(self.device), steps) / 1e6
+        ours = self.figures.get("totals", {}).get(case, {}).get("million_steps_per_second")
+        return {"million_steps_per_second": rate} | ({"ratio": ours / rate} if ours else {})
+
     def put(self, part: str, title: str, function: Callable[..., Any], *arguments: Any) -> None:
         """Measure figures, print them and keep them under part and title."""
         found = attempt(f"{part}, {title}", function, *arguments)
@@ -155,6 +162,13 @@ def compile_all(cases: list[str], arguments: list[str]) -> dict[str, Any]:
     futures = {case: pool.submit(subprocess.run, [*command, case], stdout=subprocess.DEVNULL) for case in cases}
     pool.shutdown(wait=False)
     return futures
+
+
+def cases_of(kinds: list[str], lanes: list[int], few: int, stages: bool) -> dict[tuple[str, int, bool], str]:
+    """Names of kernels by kind, lanes and whether they are timed by stage, which those of few lanes are."""
+    rows = [(kind, n, False) for kind in kinds for n in lanes]
+    rows += [(kind, few, True) for kind in kinds if stages]
+    return {row: f"{row[0]}-{row[1]}" + "-timed" * row[2] for row in rows}
 
 
 def main(
@@ -185,9 +199,8 @@ def main(
         return bench.compile(only_compile)
     counts, stage_counts = numbers(instances), numbers(stage_instances)
     many, few = ([1], 1) if found.is_cpu else (numbers(lanes), stage_lanes)
-    rows = [(kind, n, False) for kind in wanted for n in (sorted({*many, few}) if stage_counts else many) if counts]
-    rows += [(kind, few, True) for kind in wanted if stage_counts]
-    cases = {row: f"{row[0]}-{row[1]}" + "-timed" * row[2] for row in rows}
+    of_totals = sorted({*many, few}) if stage_counts else many
+    cases = cases_of(wanted, of_totals if counts else [], few, bool(stage_counts))
     with_peer = peer and find_spec("mujoco_warp") is not None and not found.is_cpu
     options = [
         "--torques",
@@ -223,16 +236,9 @@ def main(
         save()
     if with_peer:
         compiling[PEER].result()
-        peer_steps = round(bench.peer_scene.duration / bench.peer_scene.time_step)
         first = next((kind for kind in wanted if kind != "torques"), wanted[0])
-
-        def peer_figures(n: int) -> Figures:
-            rate = peer_rate(bench.peer_scene, n, device, peer_steps) / 1e6
-            ours = bench.figures.get("totals", {}).get(f"{first}-{few} x {n}", {}).get("million_steps_per_second")
-            return {"million_steps_per_second": rate} | ({"ratio": ours / rate} if ours else {})
-
         for n in counts:
-            bench.put("mujoco_warp", str(n), peer_figures, n)
+            bench.put("mujoco_warp", str(n), bench.peer, n, f"{first}-{few} x {n}")
             save()
     print(f"{bench.figures['seconds']:.0f} s in all, {bench.figures['compiled_seconds']:.0f} s of it compilation")
 

@@ -63,7 +63,7 @@ def test_what_takes_long_is_told_without_a_terminal_too(monkeypatch):
     until(lambda: re.search(r"^compiling joints for cpu, once, \d+ s$", shown.file.getvalue(), re.M))
     done()
     written = shown.file.getvalue()
-    ended("telling")
+    ended("says what goes on")
     assert shown.file.getvalue() == written
 
 
@@ -144,7 +144,7 @@ def test_a_bar_says_its_last_line_again_while_nothing_is_new(monkeypatch):
         until(lambda: shown.file.getvalue().count("1/2: best 3\n") > 1)
     written = shown.file.getvalue()
     assert written.endswith("1/2: best 3\n")
-    ended("telling")
+    ended("says what goes on")
     assert shown.file.getvalue() == written
 
 

@@ -209,7 +209,7 @@ def test_feet_are_followed_where_a_part_asks_for_it():
         ("joint", CustomPart({"gain": 1.0}, {"kne": {}}), "no joint is called 'kne'; did you mean 'knee'"),
         ("steps", CustomPart({}, {"knee": {}}), "is one of the whole body: it has no numbers for each"),
         ("no_memory", None, r"takes a memory: declare how many floats, memory=1"),
-        ("forgetful", None, r"takes no memory, which .* declares"),
+        ("forgetful", None, r"takes \(.*Scratch\), without wp.array\[float\], the memory that .* declares"),
         ("nothing", None, f"'{NAME}:nothing' declares no function"),
         ("Gain", None, "'declared_parts:Gain' must be a Warp function or Declaration; it is of the type Struct"),
         ("crossed", None, "limits of .*: the lowest 'gain' is above its highest value"),

@@ -184,7 +184,7 @@ def test_a_line_that_is_just_written_when_the_work_ends_does_not_stay(terminal, 
     with said("searching"):
         assert writing.wait(PATIENCE)
         threading.Timer(MOMENT, go_on.set).start()
-    ended("says what takes long")
+    ended("says what goes on")
     assert "searching, " in terminal.getvalue()
     assert terminal.getvalue().split("\r")[-1] == ""
 

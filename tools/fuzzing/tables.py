@@ -71,10 +71,15 @@ def _change(data: dict[str, Any], rng: Random) -> None:
             if _contains(owner[key], owner):
                 owner[key] = old
         case 11:
-            texts = [p for p in every if isinstance(p[0][p[1]], str)]
-            if texts:
-                owner, key = rng.choice(texts)
-                owner[key] = rng.choice([*NAMES, *(p[0][p[1]] for p in texts)])
+            _rename(every, rng)
+
+
+def _rename(every: list[Place], rng: Random) -> None:
+    """Put a name, or another text that there is, in place of a text."""
+    texts = [p for p in every if isinstance(p[0][p[1]], str)]
+    if texts:
+        owner, key = rng.choice(texts)
+        owner[key] = rng.choice([*NAMES, *(p[0][p[1]] for p in texts)])
 
 
 def _contains(data: Any, part: Any) -> bool:

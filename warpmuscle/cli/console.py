@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from rich.text import Text
 
 from warpmuscle.cli.streams import started
 from warpmuscle.core.plain_text import number_of, printable
+from warpmuscle.core.repeating import Repeating
 
 if TYPE_CHECKING:
     from warpmuscle.gait.measures import Gait
@@ -33,25 +33,18 @@ def between_lines() -> float:
 
 
 class _Lines:
-    """Lines that say now and then what is going on, from a thread of their own, as a compiler lets nothing else run."""
+    """Lines that say now and then what is going on, until `end` is called."""
 
     def __init__(self, text: Callable[[], str], console: PlainConsole) -> None:
         self._text, self._console, self._begin = text, console, time.monotonic()
-        self._ended, self._telling = threading.Event(), threading.Lock()
-        threading.Thread(target=self._tell, name="telling", daemon=True).start()
+        self.end = Repeating(self._say, self._pause).end
 
-    def _tell(self) -> None:
-        pause = between_lines() - (time.monotonic() - self._console.said)  # of what was told before
-        while not self._ended.wait(max(pause, min(BRIEF, between_lines()))):
-            pause = between_lines()
-            with self._telling:
-                if not self._ended.is_set():
-                    self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
+    def _pause(self) -> float:
+        left = between_lines() - (time.monotonic() - self._console.said)
+        return max(left, min(BRIEF, between_lines()))
 
-    def end(self) -> None:
-        """Say no more."""
-        with self._telling:  # else a line that is just printed would come behind what is printed next
-            self._ended.set()
+    def _say(self) -> None:
+        self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
 
 
 class _Timed:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from typing import TYPE_CHECKING, Self
 
@@ -15,6 +14,7 @@ from rich.text import Text
 
 from warpmuscle.cli.console import between_lines, log
 from warpmuscle.core.plain_text import printable
+from warpmuscle.core.repeating import Repeating
 
 if TYPE_CHECKING:
     from warpmuscle.optimization.progress import Progress
@@ -42,7 +42,7 @@ class Bar:
 
     def __init__(self, console: Console = log) -> None:
         self._console, self._line, self._text = console, time.monotonic(), "getting ready"
-        self._ended, self._telling = threading.Event(), threading.Lock()
+        self._repeating: Repeating | None = None
         self._bars = Bars(
             TextColumn("{task.fields[done]}", markup=False),
             BarColumn(bar_width=BAR, table_column=Column(no_wrap=True)),
@@ -59,19 +59,20 @@ class Bar:
         if self._console.is_terminal:
             self.show(0.0, "", "getting ready")
         else:
-            threading.Thread(target=self._repeat, name="telling", daemon=True).start()
+            self._repeating = Repeating(self._say_again, self._pause)
         return self
 
-    def _repeat(self) -> None:
-        while not self._ended.wait(max(between_lines() - (time.monotonic() - self._line), SHORTEST)):
-            with self._telling:
-                if time.monotonic() - self._line > between_lines() and not self._ended.is_set():
-                    self._line = time.monotonic()
-                    self._console.print(self._text)
+    def _pause(self) -> float:
+        return max(between_lines() - (time.monotonic() - self._line), SHORTEST)
+
+    def _say_again(self) -> None:
+        if time.monotonic() - self._line > between_lines():
+            self._line = time.monotonic()
+            self._console.print(self._text)
 
     def __exit__(self, *_: object) -> None:
-        with self._telling:
-            self._ended.set()
+        if self._repeating is not None:
+            self._repeating.end()
         if self._bars.live.is_started:
             self._bars.stop()
 

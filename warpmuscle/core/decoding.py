@@ -102,6 +102,8 @@ def _explained(text: str, data: Any, type_: type[Any], prefix: list[str], keys: 
         name, known = unknown[1], _fields(type_, data, keys)
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]!r}? " if near else ""
+        if keys and not prefix and name in _fields(type_, data, []):
+            hint = "it is one of the whole file and belongs above the first table; "
         known_keys = f"known keys: {', '.join(known)}" if known else "no key is known here"
         return SceneError(f"unknown key; {hint}{known_keys}", key=".".join([*prefix, *keys, name]))
     if missing := re.fullmatch(r"Object missing required field `(.*)`", text):

@@ -145,19 +145,19 @@ def step_kernel(
     muscles, skeleton = kind.muscles, kind.skeleton
     one_step, extensions_struct = one_step_of(kind, mark), kind.extensions
     touching = any(force.touch for force in kind.forces)
-    monomials = 0 if muscles is None else muscles.paths.monomials
+    monomials, long_paths = kind.monomials, kind.long_paths
     floats = work_floats(
         capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
         skeleton.near_entries,
     )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
-    monomials_apart = monomials_before_contacts if monomials > 0 and own_slots else None
-    monomials_behind = monomials_at if monomials > 0 and not own_slots else None
+    before, behind = monomials > 0 and own_slots, monomials > 0 and not own_slots
+    monomials_apart = monomials_before_contacts if before else None
+    monomials_behind = monomials_at if behind else None
     keep_apart = apart_at if skeleton.apart else None
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
-    long_paths = muscles is not None and muscles.long_paths  # else the compiler does well to compute places ahead
-    computed_anew = recomputed if long_paths else None
+    computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @wp.kernel(
         module="unique",
@@ -189,9 +189,9 @@ def step_kernel(
         instance = nonnegative(running[i])
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
-        if wp.static(monomials > 0 and own_slots):
+        if wp.static(before):
             work.monomial = monomials_apart(room, capacity, slots, monomials)
-        elif wp.static(monomials > 0):
+        elif wp.static(behind):
             work.monomial = monomials_behind(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known

@@ -12,21 +12,19 @@ import warp as wp
 from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
-from warpmuscle.kernels.contact.belts import mean_velocity, record_belts
+from warpmuscle.kernels.contact.belts import mean_velocity
 from warpmuscle.kernels.contact.collision import collision_stage_of
 from warpmuscle.kernels.contact.gait_cycle import advance_cycles
 from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.contact.terrain import FLAT, above_terrain
 from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
-from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of, record_controller_of
-from warpmuscle.kernels.force.device_power import record_powers_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of
 from warpmuscle.kernels.force.extensions import extension_list
 from warpmuscle.kernels.force.forces import ForceKind, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_stage import muscle_stage_of
-from warpmuscle.kernels.object_structs import RECORDED
 from warpmuscle.kernels.objective.conditions import failing_stage_of
 from warpmuscle.kernels.objective.failure import (
     begin_step_of,
@@ -43,8 +41,8 @@ from warpmuscle.kernels.objective.term_sums import (
     muscle_functions,
     objective_stage_of,
 )
-from warpmuscle.kernels.objects.record import record_objects_of
 from warpmuscle.kernels.objects.stage import objects_stage_of
+from warpmuscle.kernels.recording.frame import frame_stage_of
 from warpmuscle.kernels.recording.record import RecordKind, custom_recorder_of, record_given_way_of, recorders_of
 from warpmuscle.kernels.structs import (
     LEFT,
@@ -82,6 +80,16 @@ class StepKind(NamedTuple):
     forces: tuple[ForceKind, ...] = ()  # the kinds of others that act
     several_warps: bool = False  # whether lanes of an instance are in several warps, see `step.step_kernel`
     lanes_in_warp: int = 0  # of them in each warp, where a warp has some of all instances of its block; else 0
+
+    @property
+    def monomials(self) -> int:
+        """Of the paths that are polynomials, at most."""
+        return 0 if self.muscles is None else self.muscles.paths.monomials
+
+    @property
+    def long_paths(self) -> bool:
+        """Whether muscles have long paths."""
+        return self.muscles is not None and self.muscles.long_paths
 
     @property
     def extensions(self) -> Any:
@@ -219,20 +227,8 @@ def account_of(kind: StepKind, mark: Any) -> Any:
     objective_stage, progress = objective_stage_of(objective), objective.progress
     conditional = bool(objective.conditions)
     failing_stage = failing_stage_of(tuple(f for _, f in objective.conditions)) if conditional else None
-    _, record_stage = recorders_of(kind.recorded)
-    recalled = whole and kind.controller.recorded
-    record_controller = record_controller_of(kind.controller) if recalled else None
-    record_custom, own = custom_recorder_of(kind.recorded, False), bool(kind.recorded.custom)
     extensions_struct = kind.extensions
-    devices = whole and any(force.device for force in kind.forces)
-    record_powers = record_powers_of(kind.forces) if devices else None
-    first_object = sum(3 if one.vector else 1 for one in kind.recorded.custom)
-    objects = sum(force.objects.number for force in kind.forces if force.objects)
-    first_belt, tracked = first_object + RECORDED * objects, whole and objects > 0
-    belts = whole and kind.skeleton.moves
-    first_power = first_belt + (2 if kind.skeleton.moves else 0)
-    record_objects = record_objects_of(kind.forces) if tracked else None
-    record_ground = record_belts if belts else None
+    frame_stage = frame_stage_of(kind.recorded, kind.controller, kind.forces, kind.skeleton.moves)
 
     @wp.func(inline=True)
     def account(
@@ -249,26 +245,41 @@ def account_of(kind: StepKind, mark: Any) -> Any:
         mark(instance, lane, OBJECTIVE, wp.uint64(0))
         if wp.static(whole):
             synchronize()  # a term may put other torques into the working set for a while
-        record_stage(instance, lane, lanes, frame, model, state, record, work)
-        if wp.static(recalled):  # noqa: SIM102, with `and` it would be compiled in all the same
-            if lane == 0:
-                record_controller(instance, frame, state, record, extensions.first)
-        if wp.static(own) and lane == 0:
-            record_custom(instance, frame, model, state, record, work)
-        if wp.static(tracked):  # noqa: SIM102, as above
-            if lane == 0 and frame >= 0:
-                record_objects(instance, frame, wp.static(first_object), model, state, record, work, extensions.rest)
-        if wp.static(belts):  # noqa: SIM102, as above
-            if lane == 0 and frame >= 0:
-                record_ground(instance, step, record.slot[instance], frame, wp.static(first_belt), model, record)
-        if wp.static(devices):  # noqa: SIM102, as above
-            if lane == 0 and frame >= 0:
-                row = record.slot[instance]
-                record_powers(instance, row, frame, wp.static(first_power), model, state, record, work, extensions.rest)
+        frame_stage(instance, lane, lanes, step, frame, model, state, record, work, extensions)
         synchronize()
         mark(instance, lane, RECORDING, wp.uint64(0))
 
     return account
+
+
+@cache
+def outer_forces_of(forces: tuple[ForceKind, ...]) -> Any:
+    """The Warp function that adds all other forces on bodies: those of springs and loads, touching, water, objects."""
+    pushing = any(force.wrench or force.pair for force in forces)
+    touching = any(force.touch for force in forces)
+    under_water = any(force.water for force in forces)
+    with_objects = any(force.objects for force in forces)
+    body_forces_stage = body_forces_stage_of(forces) if pushing else None
+    touching_stage = touching_stage_of(forces) if touching else None
+    water_stage = water_stage_of(forces) if under_water else None
+    objects_stage = objects_stage_of(forces) if with_objects else None
+    extensions_struct = extension_list(tuple(force.extension for force in forces))
+
+    @wp.func(inline=True)
+    def outer_forces(
+        instance: int, lane: int, lanes: int, step: int, model: ModelRef, state: StateRef, work: ScratchRef,
+        extensions: wp.ref[extensions_struct],
+    ):  # fmt: skip
+        if wp.static(pushing):
+            body_forces_stage(instance, lane, lanes, model, state, work, extensions)
+        if wp.static(touching):
+            touching_stage(instance, lane, lanes, step, model, work, extensions)
+        if wp.static(under_water):
+            water_stage(instance, lane, lanes, model, work, extensions)
+        if wp.static(with_objects):
+            objects_stage(instance, lane, lanes, model, state, work, extensions)
+
+    return outer_forces
 
 
 @cache
@@ -282,14 +293,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
         integrate_by_motion = hybrid_integrate_stage
     else:
         acceleration_stage, integrate_stage = of_joints.acceleration, of_joints.integrate
-    pushing = any(force.wrench or force.pair for force in kind.forces)
-    touching = any(force.touch for force in kind.forces)
-    body_forces_stage = body_forces_stage_of(kind.forces) if pushing else None
-    touching_stage = touching_stage_of(kind.forces) if touching else None
-    with_objects = any(force.objects for force in kind.forces)
-    objects_stage = objects_stage_of(kind.forces) if with_objects else None
-    under_water = any(force.water for force in kind.forces)
-    water_stage = water_stage_of(kind.forces) if under_water else None
+    forces_stage = outer_forces_of(kind.forces)
     record_given_way = record_given_way_of(bool(kind.skeleton.joints)) if whole else None
     accelerated, seen, extensions_struct = kind.objective.accelerated, kind.recorded.accelerated, kind.extensions
     accelerated_stage = objective_stage_of(kind.objective, accelerated=True) if accelerated else None
@@ -307,14 +311,7 @@ def move_of(kind: StepKind, mark: Any) -> Any:
         if wp.static(motion):
             prescribe_stage(instance, lane, lanes, model, state, work)
         inertia_stage(instance, lane, lanes, model, state, work)
-        if wp.static(pushing):
-            body_forces_stage(instance, lane, lanes, model, state, work, extensions.rest)
-        if wp.static(touching):
-            touching_stage(instance, lane, lanes, step, model, work, extensions.rest)
-        if wp.static(under_water):
-            water_stage(instance, lane, lanes, model, work, extensions.rest)
-        if wp.static(with_objects):
-            objects_stage(instance, lane, lanes, model, state, work, extensions.rest)
+        forces_stage(instance, lane, lanes, step, model, state, work, extensions.rest)
         mark(instance, lane, INERTIA, wp.uint64(0))
         if wp.static(motion):
             hybrid_acceleration_stage(instance, lane, lanes, model, state, work)

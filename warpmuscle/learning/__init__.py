@@ -3,9 +3,9 @@
 `EpisodeBatch` needs Warp alone; `RolloutEnv` shows it as tensors of PyTorch, which the extra `learn` brings.
 
 May import: core, kernels, scene, results, model, formats, gait, simulation.
-To add: an observation to `senses`, and to `senses.py`, which computes it; a reward to `scene.learning.Rewards`,
-`rewards` and `kernels.learning.rewards`; a way to act to `actions`; what differs between episodes to `starts`; another
-library's interface to a file of its name.
+To add: an observation to `senses`, and to `kernels.learning.senses`, which computes it; a reward to
+`kernels.objective.objective_terms`, and its value to `kernels.learning.rewards.task_terms`; a way to act to `actions`;
+what differs between episodes to `starts`; another library's interface to a file of its name.
 """
 
 from __future__ import annotations

@@ -137,26 +137,13 @@ class EpisodeBatch:
         # Kernels may take long, and are compiled side by side; what a task says wrongly has been said by now.
         with ThreadPoolExecutor(1, thread_name_prefix="kernel") as pool:
             loading = pool.submit(self._stepper.load)
-            own, imitation = self._controller_gait(gait is None), self.task.imitation
+            own = self._controller_gait(recorded=gait is None)
             loading.result()
-        of_people = imitation is not None and by_norm_alone(self.scene, imitation)
-        if gait is None and imitation is not None and imitation.file:
-            gait = recorded_gait(rollout, imitation, body)
-        elif gait is None and imitation is not None and of_people:
-            gait = people_gait(rollout, imitation, body)
-        elif gait is None and imitation is not None and own.recording is not None:
-            gait = gait_of(own.recording, rollout, imitation, body)
-        self.gait = gait
+        self.gait = gait = self._imitated(gait, own, body)
         self.judge = Judge(
             self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts
         )
-        states, times = first_states(rollout, self._stepper), [0.0]
-        if gait is not None and of_people and self.task.variation.start_states:
-            own = people_starts(gait, rollout, self._stepper, self.task)
-        if own.states:
-            again = len(own.states) // FROM_THE_FIRST
-            states, times = own.states + states * again, own.times + times * again
-        states, times = elsewhere(rollout, self._stepper, self.task.variation, states, times)
+        states, times = self._start_states(own)
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)
         self._rules = self._episode_rules(self._phases(states, np.array(times), gait), gait)
@@ -309,6 +296,28 @@ class EpisodeBatch:
         if not (variation.start_states or seen):
             return ControllerGait([], [], None)
         return controller_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
+
+    def _imitated(self, given: Gait | None, own: ControllerGait, body: BodySymmetry | None) -> Gait | None:
+        """The gait that is imitated: the given one, or else that of a file, of people, or of the scene's controller."""
+        imitation = self.task.imitation
+        if given is not None or imitation is None:
+            return given
+        if imitation.file:
+            return recorded_gait(self.rollout, imitation, body)
+        if by_norm_alone(self.scene, imitation):
+            return people_gait(self.rollout, imitation, body)
+        return None if own.recording is None else gait_of(own.recording, self.rollout, imitation, body)
+
+    def _start_states(self, own: ControllerGait) -> tuple[list[State], list[float]]:
+        """The states in which episodes may start, and at which time of the gait each of them is, s."""
+        variation = self.task.variation
+        states, times = first_states(self.rollout, self._stepper), [0.0]
+        if self.gait is not None and by_norm_alone(self.scene, self.task.imitation) and variation.start_states:
+            own = people_starts(self.gait, self.rollout, self._stepper, self.task)
+        if own.states:
+            again = len(own.states) // FROM_THE_FIRST
+            states, times = own.states + states * again, own.times + times * again
+        return elsewhere(self.rollout, self._stepper, variation, states, times)
 
     def _begin(self) -> None:
         """Begin an episode where the mask says so."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import is_dataclass
 from typing import Any
 
 import warp as wp
@@ -10,7 +12,15 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.model.user_functions import FLOATS, check_arguments, check_memory, check_result, checked_function
+from warpmuscle.model.user_functions import (
+    FLOATS,
+    arguments_of,
+    check_arguments,
+    check_memory,
+    check_result,
+    checked_function,
+    placed,
+)
 
 BODY = (wp.int32, wp.int32, Model, State, Scratch)
 
@@ -38,6 +48,8 @@ def check_declaration(
     for name, function in given.items():
         arguments, result = functions[name]
         what = checked_function(function, entry, key).key.rpartition(".")[2]
+        if FLOATS in arguments_of(function) and not last:
+            raise SceneError(f"{placed(function, what)} takes a state: declare how many floats, state=1", key=key)
         between = () if own is None else own[name]
         check_arguments(function, arguments, key, what, (*first, *between, *last))
         if last and not getattr(part, "state_a_body", 0):
@@ -51,6 +63,30 @@ def check_parameters(struct: Any, what: str, key: str) -> None:
     fields = getattr(struct, "vars", None)
     if fields is None or not fields or any(field.type is not wp.float32 for field in fields.values()):
         raise SceneError(f"{what} are no @wp.struct of floats", key=key)
+
+
+def check_texts(texts: Mapping[str, Any], entry: str, key: str) -> None:
+    """SceneError unless what is said of a part is text of one line."""
+    for name, text in texts.items():
+        if not isinstance(text, str) or text.splitlines() not in ([], [text]):
+            raise SceneError(f"the {name} of {entry!r} is not a line of text, but {text!r}", key=key)
+
+
+def check_fields(part: Any, others: Sequence[str], entry: str, key: str) -> None:
+    """SceneError if a part of one's own sets fields that only shipped parts have, which would do nothing or harm."""
+    kind = type(part)
+    usual = kind() if is_dataclass(kind) else kind._make(kind._field_defaults[name] for name in kind._fields)
+    for name in others:
+        if getattr(part, name) != getattr(usual, name):
+            raise SceneError(f"{entry!r} sets {name!r}, which is for parts of warpmuscle: leave it out", key=key)
+
+
+def check_number(number: Any, what: str, key: str, infinite: bool = False) -> None:
+    """SceneError unless this is a number, and finite where it is not said that it may be infinite."""
+    if not isinstance(number, float | int) or isinstance(number, bool):
+        raise SceneError(f"{what} is not a number, but {number!r}", key=key)
+    if math.isnan(number) or (math.isinf(number) and not infinite):
+        raise SceneError(f"{what} is {number}, which is not a finite number", key=key)
 
 
 def check_count(count: Any, what: str, key: str) -> None:

@@ -12,15 +12,17 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.force.devices import FORCES
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
-from warpmuscle.model.extensions import BODY, check_declaration
+from warpmuscle.model.extensions import BODY, check_declaration, check_fields
 from warpmuscle.model.objects.arrays import ObjectPlaces, object_places, objects_kind
 from warpmuscle.model.user_functions import declared
 from warpmuscle.model.water.arrays import part_starts
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
-from warpmuscle.scene.validation.forces import check_leg, check_place, check_values
+from warpmuscle.scene.validation.checks import Checks, known
+from warpmuscle.scene.validation.forces import check_leg, check_place, check_positive, check_values
 
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), "wrench": (BODY, Wrench)}
+SHIPPED_ONLY = ("shipped", "programs", "variables", "water", "objects", "touch")
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ def force_kinds(scene: Scene, names: Topology) -> tuple[ForceEntries, ...]:
             check_leg(scene, force.joint, f"{key}.joint")
         acts_on = getattr(force, place)
         check_values(kind.parameters, force.parameters, f"{key}.parameters", kind.programs)
+        if kind.positive:
+            check_positive(Checks(scene), kind.positive, force, key)
         body = names.body_of_joint(acts_on) if place == "joint" else names.bodies.index(acts_on)
         acting = found.setdefault(kind, [])
         if kind.pair is None:
@@ -120,7 +124,13 @@ def _kind(entry: str, alone: str, key: str) -> ForceKind:
     kind = given if isinstance(given, ForceKind) else ForceKind(**{alone: given})
     if kind.effort is not None and kind.wrench is not None:
         raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
+    check_fields(kind, SHIPPED_ONLY, entry, key)
     check_declaration(kind, FUNCTIONS, entry, key)
+    names = [] if kind.parameters is None else list(kind.parameters.vars)
+    if not isinstance(kind.positive, tuple):
+        raise SceneError(f"what is positive of {entry!r} must be a tuple of names of parameters", key=key)
+    for name in kind.positive:
+        known(name, names, "parameter", key, f"in what is positive of {entry!r}")
     if kind.device and kind.state:
         raise SceneError(f"{entry!r} has a state, so that its power cannot be recorded: leave `device` out", key=key)
     return kind

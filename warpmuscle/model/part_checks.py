@@ -13,7 +13,7 @@ from warpmuscle.kernels.learning.decision import Decision
 from warpmuscle.kernels.objective.declaration import STAGES, Declaration, Stage
 from warpmuscle.kernels.objective.term_functions import MuscleWork
 from warpmuscle.kernels.structs import Model, Scratch, State
-from warpmuscle.model.extensions import check_count
+from warpmuscle.model.extensions import check_count, check_fields, check_number, check_texts
 from warpmuscle.model.extensions import check_parameters as check_struct
 from warpmuscle.model.user_functions import (
     FLOATS,
@@ -21,7 +21,9 @@ from warpmuscle.model.user_functions import (
     check_memory,
     checked_function,
     declared,
+    name_of,
     placed,
+    signature,
 )
 from warpmuscle.scene import CustomPart, Scene
 from warpmuscle.scene.number import Free
@@ -73,7 +75,10 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
         at_decision = "decision" in stages and Decision in arguments_of(thing)
         part = Declaration(function=thing, stage="decision" if at_decision else stages[0])
     if part.function is None:
-        raise SceneError(f"{entry!r} declares no function", key=key)
+        hint = ": write function=" + part.name.func.__name__ if isinstance(part.name, wp.Function) else ""
+        raise SceneError(f"{entry!r} declares no function{hint}", key=key)
+    check_fields(part, ("weight", "models"), entry, key)
+    check_texts({"unit": part.unit, "description": part.description}, entry, key)
     checked_function(part.function, entry, key)
     if part.parameters is not None:
         check_struct(part.parameters, f"the parameters of {entry!r}", key)
@@ -89,7 +94,8 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
     _check_numbers(part, entry, key)
     for what, given in (("parameters", part.parameters), ("memory", FLOATS if part.memory else None)):
         if given is not None and given not in taken:
-            raise SceneError(f"{placed(part.function, entry)} takes no {what}, which {entry!r} declares", key=key)
+            said = f"{placed(part.function, entry)} takes {signature(taken)}"
+            raise SceneError(f"{said}, without {name_of(given)}, the {what} that {entry!r} declares", key=key)
     if FLOATS in taken and not part.memory:
         raise SceneError(f"{placed(part.function, entry)} takes a memory: declare how many floats, memory=1", key=key)
     if part.memory:
@@ -107,12 +113,18 @@ def _check_numbers(part: Declaration, entry: str, key: str) -> None:
             raise SceneError(f"{what} of {entry!r} are no table by parameter", key=key)
         for name, value in given.items():
             known(name, names, "parameter", key, f"in {what} of {entry!r}")
-            numbers = value if isinstance(value, tuple | list) else (value,)
-            if len(numbers) != sizes or not all(isinstance(number, float | int) for number in numbers):
-                wanted = "a number" if sizes == 1 else "lowest and highest value"
-                raise SceneError(f"{what} of {entry!r} have no {wanted} of {name!r}", key=key)
-            if sizes == 2 and not numbers[0] <= numbers[1]:
+            numbers = value if isinstance(value, tuple | list) and sizes == 2 else (value,)
+            if len(numbers) != sizes:
+                raise SceneError(f"limits of {entry!r} have no lowest and highest value of {name!r}", key=key)
+            for number in numbers:
+                check_number(number, f"{name!r} in {what} of {entry!r}", key, infinite=sizes == 2)
+            if numbers[0] > numbers[-1]:
                 raise SceneError(f"limits of {entry!r}: the lowest {name!r} is above its highest value", key=key)
+    for name, value in part.defaults.items():
+        least, most = part.limits.get(name, (-np.inf, np.inf))
+        if not least <= value <= most:
+            said = f"the default of {name!r} in {entry!r} must be within {least:g} and {most:g}, is {value:g}"
+            raise SceneError(said, key=key)
 
 
 def declared_arguments(part: Declaration) -> tuple[Any, ...]:

@@ -105,17 +105,17 @@ def _module(name: str, key: str) -> Any:
         missing = error.name or name
         of = "" if missing == name else f", which {name!r} imports"
         raise SceneError(f"there is no module {missing!r}{of} here", key=key) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         frames = traceback.extract_tb(error.__traceback__)
-        warp = str(Path(wp.__file__).parent)
-        last = next(frame for frame in reversed(frames) if not frame.filename.startswith(warp))
+        others = "<frozen", __file__, str(Path(wp.__file__).parent), str(Path(typing.__file__).parent)
+        last = next((frame for frame in reversed(frames) if not frame.filename.startswith(others)), frames[-1])
         said = f"{type(error).__name__}: {error}{_moved_to(error)}"
         raise SceneError(f"module {name!r} fails: {last.filename}:{last.lineno}: {said}", key=key) from error
     finally:
         sys.path[:] = before
 
 
-def _moved_to(error: Exception) -> str:
+def _moved_to(error: BaseException) -> str:
     """Where a name of the kernels is that an import did not find, if another module of theirs has it."""
     name = re.match(r"cannot import name '(\w+)' from 'warpmuscle\.kernels\b", str(error))
     places = modules_that_have(name[1]) if isinstance(error, ImportError) and name else []
@@ -227,4 +227,6 @@ def name_of(kind: Any) -> str:
         return f"wp.array[{name_of(kind.struct)}]"
     if kind in plain:
         return plain[kind]
+    if getattr(kind, "ndim", 0):
+        return f"wp.array{f'{kind.ndim}d' if kind.ndim > 1 else ''}[{name_of(kind.dtype)}]"
     return str(getattr(kind, "key", None) or getattr(kind, "__name__", kind)).rpartition(".")[2]

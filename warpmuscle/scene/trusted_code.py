@@ -70,10 +70,16 @@ def _shipped(names: list[str]) -> list[str]:
 
 
 def check_entries(scene: Scene) -> None:
-    """SceneError unless all that a scene names is named as `module:function`."""
+    """SceneError unless all that a scene names is named as `module:function`, and once in a list."""
     for key, entry in named_code(scene).items():
         if not ENTRY.fullmatch(entry):
             raise SceneError(f"{entry!r} is not the name of a function as in 'module:function'", key=key)
+    ends = scene.learning.ends if scene.learning is not None else []
+    lists = {"failure.custom": scene.failure.custom, "recorded": scene.recorded, "learning.ends": ends}
+    for key, entries in lists.items():
+        for entry in entries:
+            if entries.count(entry) > 1:
+                raise SceneError(f"{entry!r} is named more than once", key=key)
 
 
 def trust(scene: Scene, folder: str | PathLike[str] | None = None) -> None:

@@ -29,6 +29,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.scene.validation.scene import check_scene
+from warpmuscle.session.guesses import ARGUMENTS, INSTEAD, PLOTTED
 from warpmuscle.session.keeping import keep
 from warpmuscle.simulation.commands import checked_commands
 from warpmuscle.simulation.devices import find_device
@@ -43,121 +44,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-INSTEAD = {
-    "to_pandas": "to_dataframe() is a table of pandas",
-    **dict.fromkeys(("t", "times"), "run.time has the times of all frames, s"),
-    **dict.fromkeys(("df", "to_frame", "dataframe"), "to_dataframe() is a table of pandas"),
-    **dict.fromkeys(("xr", "to_dataset", "dataset"), "to_xarray() is a dataset of xarray"),
-    **dict.fromkeys(("sel", "isel", "slice", "mean", "max", "min"), "to_xarray() has it, and so has run['com']"),
-    **dict.fromkeys(("resample", "interp"), "to_xarray().interp(time=...) does it, record_rate=200 records more"),
-    **dict.fromkeys(("fps", "dt", "rate"), "run.time has the times, record_rate=200 records as many frames a second"),
-    **dict.fromkeys(("names", "columns", "quantities", "variables"), "run.keys() names the quantities"),
-    **dict.fromkeys(("muscle", "joint", "curve"), "run['rSOL'] is a muscle's activation, run['hip flexion'] an angle"),
-    **dict.fromkeys(("parameters", "params"), "run.scene has the numbers that it was simulated with"),
-    **dict.fromkeys(("close", "reset", "step"), "a run is over; wm.Rollout(scene) has it"),
-    "steps": "run.gait.steps are as many",
-    "to_zarr": "to_xarray().to_zarr(path) writes one",
-    **dict.fromkeys(("loc", "iloc", "at"), "to_dataframe() has it, or to_xarray().sel(time=0.5, method='nearest')"),
-    **dict.fromkeys(("shape", "size", "values", "dims", "coords", "attrs", "index", "sizes"), "to_xarray() has it"),
-    **dict.fromkeys(("to_hdf", "to_hdf5", "to_h5"), "save('run.h5') writes one"),
-    **dict.fromkeys(("to_sto", "to_mot"), "save('run.mot') writes one"),
-    **dict.fromkeys(("items", "get"), "run['hip flexion'] is one quantity, dict(run) has all that are recorded"),
-    **dict.fromkeys(("ctrl", "controls", "actions"), "run.recording.muscle_excitation and joint_torque are what acted"),
-    **dict.fromkeys(("qvel", "velocities"), "run.recording.speed has those of all coordinates, by speed_names"),
-    **dict.fromkeys(("states", "state"), "run.to_xarray() has all that is recorded"),
-    **dict.fromkeys(
-        ("moments", "torques"), "run.plot('moments') draws them, run['knee moment'] and run['joint_torque'] are some"
-    ),
-    "to_json": "to_dataframe().to_json(path) writes one",
-    "print": "print(run) says how it ended, run.gait how it walked",
-    "to_numpy": "run.recording has the arrays, np.asarray(run['com']) is one",
-    "to_netcdf": "to_xarray().to_netcdf(path) writes one",
-    "to_csv": "save('run.csv') writes one",
-    "view": "show() shows the motion",
-    "play": "show() shows the motion",
-    "render": "show() shows the motion",
-    "film": "save('run.mp4') makes a film",
-    "cost": "run.terms has the terms of the objective",
-    "to_dict": "to_xarray().to_dict() is one",
-    "angles": "run.plot('joints') draws them, run.to_xarray()['joint_angle'] has them",
-    "joint_angles": "run.to_xarray()['joint_angle'] has them",
-    "muscles": "run.recording.muscle_activation, muscle_force and others are by run.recording.muscle_names",
-    "activations": "run.recording.muscle_activation has them",
-    "forces": "run.recording.muscle_force and foot_force have them",
-    "data": "run.recording has the arrays, run.to_xarray() them with names and units",
-    "measure": "run.gait has speed and steps",
-    "qpos": "run['joint_angle'] has angles, run.recording.coordinate has those of all joints",
-    "metrics": "run.gait has speed and steps",
-    "optimize": "wm.optimize(run.scene) searches",
-    "activation": "run['rSOL'] is that of a muscle, run['muscle_activation'] those of all",
-    "force": "run['rSOL force'] is that of a muscle, run['muscle_force'] those of all",
-    "excitations": "run.recording.muscle_excitation has them",
-    "grf": "run['foot_force'] has them, run.plot('ground_force') draws them",
-    "ground_force": "run['foot_force'] has them, run.plot('ground_force') draws them",
-    "ground_forces": "run['foot_force'] has them, run.plot('ground_force') draws them",
-    "ground_reaction_force": "run['foot_force'] has them, run.plot('ground_force') draws them",
-    "ground_reaction_forces": "run['foot_force'] has them, run.plot('ground_force') draws them",
-    "coordinates": "run['joint_angle'] has angles, run['hip flexion'] one of them",
-    "speed": "run.gait.speed_forward is that of the body, run.recording.speed has those of all coordinates",
-    "energy": "run.terms has the terms of the objective, `warpmuscle gait run.h5` prices by several models",
-    "metabolic_cost": "run.terms has the terms of the objective, `warpmuscle gait run.h5` prices by several models",
-    "cost_of_transport": "run.terms has the terms of the objective, `warpmuscle gait run.h5` prices by several models",
-    "fell": "run.status says how it ended, run.duration when",
-    "failed": "run.status says how it ended, run.duration when",
-    "success": "run.status says how it ended, run.duration when",
-    "ok": "run.status says how it ended, run.duration when",
-    "units": "run.to_xarray() has the units of all: run['com'].attrs['units'] of one",
-    "summary": "print(run) says how it ended, run.gait how it walked",
-    "describe": "print(run) says how it ended, run.gait how it walked",
-    "info": "print(run) says how it ended, run.gait how it walked",
-    "judge": "save it as run.h5; `warpmuscle judge run.h5` of the command line judges it",
-    "report": "save it as run.h5; `warpmuscle report run.h5` of the command line writes one",
-    "savefig": "plot('hip flexion', 'picture.png') writes a figure",
-    "export": "save('run.mot') writes OpenSim's files, save('run.csv') a table",
-    "write": "save('run.h5') writes it",
-    "video": "save('run.mp4') makes a film",
-    "animate": "show() shows the motion, save('run.mp4') makes a film",
-    "head": "to_dataframe().head() shows the first frames",
-    "push": "`warpmuscle view SCENE --live` pushes by hand; set={'robustness': {'runs': 5, 'push': 20}} in a search",
-}  # by what is often tried
-_PUSH = "`warpmuscle robustness SCENE --pushes 5` pushes; `warpmuscle view SCENE --live` by hand"
-_SET = "set={'%s': ...} changes the scene"
-ARGUMENTS = {
-    "push": _PUSH, "pushes": _PUSH, "perturbation": _PUSH, "time": "duration is in s", "t": "duration is in s",
-    "end": "duration is in s", "seconds": "duration is in s", "T": "duration is in s", "t_end": "duration is in s",
-    "verbose": "on a terminal and in a notebook a line says what takes long",
-    "progress": "on a terminal and in a notebook a line says what takes long",
-    "record": "record_rate=200 are as many frames a second", "fps": "record_rate=200 are as many frames a second",
-    "rate": "record_rate=200 are as many frames a second",
-    "speed": "commands={'speed': 1.5} asks scenes with commands, such as walk56_commands",
-    "slope": "commands={'slope': 3} asks policies and scenes with commands for it",
-    "seed": "nothing in a run is random; set={'robustness': ...} and wm.Rollout disturb",
-    "instances": "wm.Rollout(scene, instances=100) simulates many at once",
-    "n": "wm.Rollout(scene, instances=100) simulates many at once",
-    "scale": "set={'character.muscles.?SOL.f_max': {'factor': 0.8}} scales numbers, wm.scale fits a model to a person",
-    "output": "run.save('run.h5') writes it", "save": "run.save('run.h5') writes it",
-    "parameters": "set={'controller.states.0.time': 0.6} changes numbers by their paths",
-    "params": "set={'controller.states.0.time': 0.6} changes numbers by their paths",
-    "activations": "excitations={'soleus_r': 0.3} are what muscles are told", "show": "run.show() shows it",
-    **{name: _SET % name for name in ("gravity", "time_step", "initial_state", "controller", "objective")},
-    "dt": _SET % "time_step", "timestep": _SET % "time_step",
-    **dict.fromkeys(("batch_size", "n_envs", "num_envs", "n_instances", "nworld"),
-                    "wm.Rollout(scene, instances=100) simulates many at once"),
-    **dict.fromkeys(("steps", "n_steps", "nsteps", "frames"), "duration is in s, and scene.time_step is a step's"),
-    **dict.fromkeys(("end_time", "final_time", "tf", "stop"), "duration is in s"),
-    **dict.fromkeys(("render", "visualize", "viewer", "live"), "run.show() shows it"),
-}  # fmt: skip
-PLOTTED = {
-    **dict.fromkeys(("save", "savefig", "output", "file", "filename"), "path='hip.png' writes the figure"),
-    **dict.fromkeys(
-        ("title", "ax", "show", "figsize", "color", "xlim", "ylim", "label", "legend", "lw", "style"),
-        "plot returns a figure of matplotlib: fig.axes[0]",
-    ),
-    **dict.fromkeys(("x", "y", "name", "kind", "curve", "quantity", "columns"), "the first argument names the curve"),
-    **dict.fromkeys(("joints", "muscles", "norms", "start", "end"), "wm.plot(run, 'joints', joints=['l*']) takes it"),
-    "units": "angles are in degrees; run['hip flexion'] is an array to draw in other units",
-    "side": "run['hip flexion'].sel(side='left') is one side",
-}  # arguments of `Run.plot` that are often tried
 STEPS = 4  # of a motion, that has whole gait cycles of both feet
 
 

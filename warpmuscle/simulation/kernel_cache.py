@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import warp as wp
 
 from warpmuscle.core.plain_text import printable
+from warpmuscle.core.repeating import Repeating
 
 P = TypeVar("P")  # how far some work has come
 LONG = 1.0  # s, after which it is said what takes so long
@@ -90,24 +91,19 @@ class Line:
 
     def __init__(self, text: str) -> None:
         self.text, self._begin, self._width = text, time.monotonic(), 0
-        self._over, self._writing = threading.Event(), threading.Lock()
-        threading.Thread(target=self._write, name="says what takes long", daemon=True).start()
+        self._repeating = Repeating(self._write, lambda: EACH if self._width else LONG)
 
     def end(self) -> None:
         """Leave the line empty, with the cursor at its begin."""
-        with self._writing:  # else a line that is just written would stay
-            self._over.set()
-            if self._width:
-                self._put("")
-                self._put("")
+        self._repeating.end(self._clear)
+
+    def _clear(self) -> None:
+        if self._width:
+            self._put("")
+            self._put("")
 
     def _write(self) -> None:
-        pause = LONG
-        while not self._over.wait(pause):
-            with self._writing:
-                if not self._over.is_set():
-                    self._put(printable(f"{self.text}, {time.monotonic() - self._begin:.0f} s")[:WIDEST])
-            pause = EACH
+        self._put(printable(f"{self.text}, {time.monotonic() - self._begin:.0f} s")[:WIDEST])
 
     def _put(self, words: str) -> None:
         try:

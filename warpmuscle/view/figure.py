@@ -272,7 +272,7 @@ class _Figure:
     def _bones(self, name: str) -> None:
         """Bones of a person, by what a body is; a trunk that ends in a head has its own."""
         start, ends = self._start(name), self._ends(name)
-        sign, scale, role = -1.0 if self.sides[name] == "right" else 1.0, self.scale, self.limbs.role(name)
+        scale, role = self.scale, self.limbs.role(name)
         hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
         if name in self.feet:
             self._foot_bones(name, start, ends)
@@ -295,33 +295,38 @@ class _Figure:
             self._hull(name, skeleton.knee_cap(np.zeros(3), scale), "bone")
         else:
             end = self._limb_end(start, ends, self.character.bodies[name].shapes)
-            if (length := float(np.linalg.norm(end - start))) < SHORTEST:
-                return
-            size = max(min(scale, 2.9 * length), LEAST_OF_USUAL * length / USUAL.get(role, np.inf))
-            if role == "thigh":
-                below = [joint.child for joint in self.character.joints.values() if joint.parent == name]
-                capped = all(self.limbs.role(child) != "knee cap" for child in below)
-                self._hull(name, skeleton.thigh_bone(start, end, sign, size, capped), "bone")
-            elif role == "shank":
-                self._hull(name, skeleton.shank_bones(start, end, sign, size), "bone")
-            elif role == "upper arm":
-                self._hull(name, skeleton.upper_arm_bone(start, end, size), "bone")
-            elif role == "forearm" and self._is_one_of_two(name):
-                self._hull(name, skeleton.plain_bone(start, end, 0.75 * size), "bone")
-            elif role == "forearm" and ends:
-                self._hull(name, skeleton.forearm_bones(start, end, size), "bone")
-            elif role == "forearm":  # with its hand
-                wrist = start + FOREARM * (end - start)
-                self._hull(name, skeleton.forearm_bones(start, wrist, size), "bone")
-                self._hull(name, skeleton.hand_bones(wrist, end, size), "bone")
-            elif role == "hand":
-                self._hull(name, skeleton.hand_bones(start, end, scale), "bone")
-            elif (neck := self._long_neck(name, start, end)) is not None:
-                bone, eyes = neck.bones()
-                self._hull(name, bone, "bone")
-                self._hull(name, eyes, "hollow")
-            else:
-                self._hull(name, skeleton.plain_bone(start, end, size), "bone")
+            if np.linalg.norm(end - start) >= SHORTEST:
+                self._limb_bones(name, start, end)
+
+    def _limb_bones(self, name: str, start: Floats, end: Floats) -> None:
+        """Bones of a body between two places, by its role."""
+        length, role = float(np.linalg.norm(end - start)), self.limbs.role(name)
+        size = max(min(self.scale, 2.9 * length), LEAST_OF_USUAL * length / USUAL.get(role, np.inf))
+        sign = -1.0 if self.sides[name] == "right" else 1.0
+        if role == "thigh":
+            below = [joint.child for joint in self.character.joints.values() if joint.parent == name]
+            capped = all(self.limbs.role(child) != "knee cap" for child in below)
+            self._hull(name, skeleton.thigh_bone(start, end, sign, size, capped), "bone")
+        elif role == "shank":
+            self._hull(name, skeleton.shank_bones(start, end, sign, size), "bone")
+        elif role == "upper arm":
+            self._hull(name, skeleton.upper_arm_bone(start, end, size), "bone")
+        elif role == "forearm" and self._is_one_of_two(name):
+            self._hull(name, skeleton.plain_bone(start, end, 0.75 * size), "bone")
+        elif role == "forearm" and self._ends(name):
+            self._hull(name, skeleton.forearm_bones(start, end, size), "bone")
+        elif role == "forearm":  # with its hand
+            wrist = start + FOREARM * (end - start)
+            self._hull(name, skeleton.forearm_bones(start, wrist, size), "bone")
+            self._hull(name, skeleton.hand_bones(wrist, end, size), "bone")
+        elif role == "hand":
+            self._hull(name, skeleton.hand_bones(start, end, self.scale), "bone")
+        elif (neck := self._long_neck(name, start, end)) is not None:
+            bone, eyes = neck.bones()
+            self._hull(name, bone, "bone")
+            self._hull(name, eyes, "hollow")
+        else:
+            self._hull(name, skeleton.plain_bone(start, end, size), "bone")
 
     def _long_neck(self, name: str, start: Floats, end: Floats) -> LongNeck | None:
         """An animal's neck with its head: the last body there, by its name and its length."""

@@ -16,7 +16,7 @@ from warpmuscle.formats import load, scene_names, toml
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.damping import damping_warnings
 from warpmuscle.scene.validation.muscles import SceneWarning
-from warpmuscle.scene.validation.start import doubts_of, start_depths, start_warnings
+from warpmuscle.scene.validation.start import doubts_of, start_depths, start_warnings, warn_of_changed_starts
 from warpmuscle.simulation.rollout import Rollout
 
 FAMILIES = {
@@ -68,6 +68,37 @@ def test_depths_are_those_of_the_simulated_bodies(root_joint: str):
     place = recording.position_of("head")[0]
     expected = scene.ground.height + head.radius - normal @ (place + np.array(head.center))
     assert start_depths(scene)["head"] == pytest.approx(expected, abs=0.01)  # the head is upright, but for some degrees
+
+
+def raised_ground(scene):
+    scene.ground.height = 0.3
+
+
+def thick_head(scene):
+    scene.character.bodies["head"].shapes[0].radius = 3.0
+
+
+def long_shank(scene):
+    x, y, z = scene.character.joints["lAnkle"].position_in_parent
+    scene.character.joints["lAnkle"].position_in_parent = (x, y - 0.4, z)
+
+
+def fast_root(scene):
+    scene.initial_state.root_velocity = (0.0, 0.0, 99.0)
+
+
+def low_limit(scene):
+    scene.failure.max_com_speed = 0.1
+
+
+@pytest.mark.parametrize("change", [raised_ground, thick_head, long_shank, fast_root, low_limit])
+def test_whatever_a_sweep_changes_of_a_start_is_looked_at(change):
+    as_it_was, alike, changed = load("fwalk"), load("fwalk"), load("fwalk")
+    alike.objective.speed = 3.0
+    change(changed)
+    with pytest.warns(SceneWarning) as told:
+        warn_of_changed_starts("sweep.toml", [("a", alike), ("b", changed), ("c", changed)], [as_it_was])
+    assert [str(one.message).split(": ")[:2] for one in told] == [["sweep.toml", "b"]]
 
 
 def test_no_shipped_scene_starts_in_doubt():

@@ -108,27 +108,44 @@ def root_kind(model: Model, tree: list[Branch], coordinates: Coordinates, needed
     if len(first) != 1 or on_ground or first[0].backwards or not first[0].body.mass > 0.0:
         return "fixed"
     (branch,) = first
-    own = {coordinate.name for coordinate in branch.joint.coordinates}
-    bound = needed | set(coordinates.couplers) | {name for name, one in coordinates.by_name.items() if one.prescribed}
     moves = [move for move in branch.moves if move.argument]
-    if own & bound or len({move.argument for move in moves}) < len(moves):
-        return "fixed"
-    if any(move.function.line is None or move.function.line[1] != 1.0 for move in moves):
+    if not _moves_one_by_one(branch, moves, needed | set(coordinates.couplers), coordinates):
         return "fixed"
     axes = world_axes(model.gravity) @ on_body(model, branch.near)[1]
+    turns, shifts = (
+        np.array([axes @ np.array(move.axis) for move in moves if move.turns == turning]).reshape(-1, 3)
+        for turning in (True, False)
+    )
     aside = [
         axes @ np.array(move.axis) if not move.turns else np.zeros(3) for move in branch.moves if not move.argument
     ]
-    turns = np.array([axes @ np.array(move.axis) for move in moves if move.turns]).reshape(-1, 3)
-    shifts = np.array([axes @ np.array(move.axis) for move in moves if not move.turns]).reshape(-1, 3)
     if len(turns) == len(shifts) == 3 and not aside:
-        perpendicular = np.allclose(turns @ turns.T, np.eye(3), atol=PERPENDICULAR)
-        return "free" if perpendicular and abs(np.linalg.det(shifts)) > PERPENDICULAR else "fixed"
+        return "free" if _is_free(turns, shifts) else "fixed"
     if len(turns) == 1 and len(shifts) == 2:
-        flat = abs(abs(turns[0, 0]) - 1.0) < PERPENDICULAR and np.all(np.abs(shifts[:, 0]) < PERPENDICULAR)
-        flat = flat and all(abs(abs(axis[0]) - 1.0) < PERPENDICULAR for axis in aside)
-        return "planar" if flat and np.linalg.matrix_rank(shifts, PERPENDICULAR) == 2 else "fixed"
+        return "planar" if _is_planar(turns, shifts, aside) else "fixed"
     return "fixed"
+
+
+def _moves_one_by_one(branch: Branch, moves: list[Move], needed: set[str], coordinates: Coordinates) -> bool:
+    """Whether each coordinate of a branch is one of its moves, and nothing needs or prescribes it."""
+    own = {coordinate.name for coordinate in branch.joint.coordinates}
+    bound = needed | {name for name, one in coordinates.by_name.items() if one.prescribed}
+    if own & bound or len({move.argument for move in moves}) < len(moves):
+        return False
+    return all(move.function.line is not None and move.function.line[1] == 1.0 for move in moves)
+
+
+def _is_free(turns: Floats, shifts: Floats) -> bool:
+    """Whether three axes of turns (3, 3) are perpendicular, and three of shifts (3, 3) independent."""
+    perpendicular = np.allclose(turns @ turns.T, np.eye(3), atol=PERPENDICULAR)
+    return bool(perpendicular and abs(np.linalg.det(shifts)) > PERPENDICULAR)
+
+
+def _is_planar(turns: Floats, shifts: Floats, aside: list[Floats]) -> bool:
+    """Whether a turn (1, 3) and two shifts (2, 3) are those of a sagittal plane, and what does not move lies aside."""
+    flat = abs(abs(turns[0, 0]) - 1.0) < PERPENDICULAR and np.all(np.abs(shifts[:, 0]) < PERPENDICULAR)
+    beside = all(abs(abs(axis[0]) - 1.0) < PERPENDICULAR for axis in aside)
+    return bool(flat and beside and np.linalg.matrix_rank(shifts, PERPENDICULAR) == 2)
 
 
 def merge_welds(model: Model, tree: list[Branch]) -> list[Branch]:

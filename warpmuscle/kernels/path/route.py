@@ -121,6 +121,48 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
 
 
 @cache
+def give_wrenches_of(levers: int) -> Any:
+    """The Warp function that adds what levers have gathered to the moments and forces on their bodies.
+
+    Args:
+        levers: rows that there are: of moments, then of forces.
+    """
+    row, pulls_struct = rows_of(levers).row, pulls_of(levers)
+
+    @wp.func(inline=True)
+    def give_wrenches(
+        instance: int, span: RouteSpan, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef,
+        arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        for k in range(span.first_lever, span.end_lever):
+            joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
+            place = model.body_count + joint
+            arm[joint] = arm[joint] + row(pulls.arm, k - span.first_lever)
+            arm[place] = arm[place] + row(pulls.arm, k - span.first_lever + wp.static(levers // 2))
+
+    return give_wrenches
+
+
+@cache
+def give_arms_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
+    """The Warp function that adds what levers have gathered to the moment arms of the muscle's crossings."""
+    lever_arm, pulls_struct = lever_arm_of(levers, coordinate_joints, followers), pulls_of(levers)
+
+    @wp.func(inline=True)
+    def give_arms(
+        instance: int, span: RouteSpan, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef,
+        arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        for k in range(span.first_lever, span.end_lever):
+            crossing_of = nonnegative(model.routes.lever[nonnegative(k)].crossing)
+            joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
+            r = lever_arm(instance, joint, k - span.first_lever, pulls, model, work)
+            arm[crossing_of] = arm[crossing_of] + r
+
+    return give_arms
+
+
+@cache
 def route_stretch_of(
     kind: RouteKind, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
 ) -> Any:
@@ -137,9 +179,9 @@ def route_stretch_of(
     lay = lay_of(kind) if rows else bend
     settle = settle_of(kind, wrench) if several and not apart and not rows else bend
     with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
+    give_arms = give_wrenches_of(levers) if wrench else give_arms_of(levers, coordinate_joints or followers, followers)
     kept, room = kind.places > 0, max(kind.places, 1)
     placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions).find
-    whole_arm = lever_arm_of(levers, coordinate_joints or followers, followers)
 
     @wp.func(inline=True)
     def route_stretch(
@@ -172,17 +214,7 @@ def route_stretch_of(
         total = PathState()
         total.fixed = at(model.paths.fixed_length, instance, muscle)
         total.moving = walk(instance, span, bends, placed, model, state, work, pulls, arm)
-        for k in range(span.first_lever, span.end_lever):
-            if wp.static(wrench):
-                joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
-                place = model.body_count + joint
-                arm[joint] = arm[joint] + lever_arm(pulls.arm, k - span.first_lever)
-                arm[place] = arm[place] + lever_arm(pulls.arm, k - span.first_lever + wp.static(levers // 2))
-            else:
-                crossing_of = nonnegative(model.routes.lever[nonnegative(k)].crossing)
-                joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
-                r = whole_arm(instance, joint, k - span.first_lever, pulls, model, work)
-                arm[crossing_of] = arm[crossing_of] + r
+        give_arms(instance, span, pulls, model, work, arm)
         if wp.static(not wrench):
             add_crossings(total, muscle, model, work, arm)
         if wp.static(kind.slips and not wrench):

@@ -215,6 +215,32 @@ def stops_of(kind: RouteKind, moving: bool) -> tuple[Any, Any]:
 
 
 @cache
+def measured_ends_of(count: int) -> tuple[Any, Any]:
+    """The Warp functions (bends, k) of the places where a route's length says that it reaches surface k and leaves it.
+
+    Round several surfaces they are those of the first round.
+    """
+    bends_struct, rows = bends_of(count), rows_of(count)
+    row, number = rows.row, rows.number
+
+    @wp.func(inline=True)
+    def reaches(bends: wp.ref[bends_struct], k: int) -> wp.vec3:
+        place = row(bends.first, k)
+        if wp.static(count > 1) and number(bends.kept, k) == 1:
+            place = row(bends.kept_first, k)
+        return place
+
+    @wp.func(inline=True)
+    def leaves(bends: wp.ref[bends_struct], k: int) -> wp.vec3:
+        place = row(bends.second, k)
+        if wp.static(count > 1) and number(bends.kept, k) == 1:
+            place = row(bends.kept_second, k)
+        return place
+
+    return reaches, leaves
+
+
+@cache
 def walk_of(
     kind: RouteKind, acting: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
 ) -> Any:
@@ -224,14 +250,14 @@ def walk_of(
     """
     count, placed_struct = max(kind.wraps, 1), placed_of(max(kind.places, 1))
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
-    counts, place = stops_of(kind, acting and kind.motions > 0 and not wrench)
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
+    counts, place = stops_of(kind, acting and motions)
     slips, bodies = kind.slips and acting and not wrench, (motions and across) or kind.slips
     last, with_sum = room_of(kind, wrench) - 1, rows_of(room_of(kind, wrench)).with_sum
     act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
     pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
-    rows = rows_of(count)
-    row, number, arc_of, share_of = rows.row, rows.number, rows.length, in_branches if kind.branches else as_it_is
+    row, arc_of, share_of = rows_of(count).row, rows_of(count).length, in_branches if kind.branches else as_it_is
+    reaches, leaves = measured_ends_of(count)
 
     @wp.func(inline=True)
     def walk(
@@ -254,10 +280,8 @@ def walk_of(
             fixed = wp.int32(0)
             reached = wp.vec3(0.0)
             if onto >= 0:
-                b = row(bends.first, onto)
-                reached = b
-                if wp.static(count > 1) and number(bends.kept, onto) == 1:
-                    b = row(bends.kept_first, onto)
+                b = reaches(bends, onto)
+                reached = row(bends.first, onto)
                 stop = WRAP_BIT + onto
             else:
                 next_point += 1
@@ -293,10 +317,8 @@ def walk_of(
             if wp.static(wrapping):
                 if onto >= 0:
                     total += share * arc_of(bends.arc, onto)
-                    a = row(bends.second, onto)
-                    left = a
-                    if wp.static(count > 1) and number(bends.kept, onto) == 1:
-                        a = row(bends.kept_second, onto)
+                    a = leaves(bends, onto)
+                    left = row(bends.second, onto)
                     if wp.static(slips):
                         faster = slip(span, stop, stop, body, body, a - b, left - reached, model, work)
                         pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))

@@ -126,8 +126,62 @@ def slid_heights(
 
 
 @cache
+def meeting_of(smooth: bool) -> Any:
+    """The Warp function (a, b, full, radius, axis, side) -> how a segment with both ends outside meets a cylinder.
+
+    `full` and `radius`: of the cylinder, and what is left of it; others as of `cylinder_touch_of`.
+    """
+
+    @func
+    def meeting(a: wp.vec3, b: wp.vec3, full: float, radius: float, axis: int, side: int) -> int:
+        pa = wp.vec2(a[0], a[1])
+        pb = wp.vec2(b[0], b[1])
+        d = pb - pa
+        t = -wp.dot(pa, d) / wp.max(wp.dot(d, d), SMALLEST)
+        near = pa + d * t
+        through = wp.dot(near, near) < radius * radius and t > 0.0 and t < 1.0
+        kind = wp.where(through, THROUGH, FREE)
+        if side != 0:
+            za = coordinate_of_point(pa, a[2], axis)
+            zb = coordinate_of_point(pb, b[2], axis)
+            kind = allowed(za, zb, coordinate_of_point(near, a[2] + t * (b[2] - a[2]), axis), side, through)
+            if wp.static(smooth) and radius < full and not on_side(za, side) and not on_side(zb, side):
+                kind = FREE  # an end inside does not take what is on the wrong side round
+        return kind
+
+    return meeting
+
+
+@cache
+def goes_forward_of(smooth: bool) -> Any:
+    """The Warp function that chooses between the two ways round a cylinder with a side; True: counter-clockwise first.
+
+    The ways lead from `a_on` to `b_back`, and from `a_back` to `b_on`, see `tangent`.
+    """
+
+    @func
+    def goes_forward(
+        a_on: wp.vec2, a_back: wp.vec2, za: float, b_on: wp.vec2, b_back: wp.vec2, zb: float, on_back: float,
+        back_on: float, axis: int, side: int,
+    ) -> bool:  # fmt: skip
+        on_a = on_side(coordinate_of_point(a_on, za, axis), side)
+        back_a = on_side(coordinate_of_point(a_back, za, axis), side)
+        on_b = on_side(coordinate_of_point(b_on, zb, axis), side)
+        back_b = on_side(coordinate_of_point(b_back, zb, axis), side)
+        forward = wp.where(on_a != back_a, on_a, not on_b)
+        if not on_a and not back_a and not on_b and not back_b:
+            forward = on_back < back_on
+        if wp.static(smooth) and on_a and back_a and on_b and back_b:
+            forward = on_back > back_on  # the short way, where OpenSim may go the long one
+        return forward
+
+    return goes_forward
+
+
+@cache
 def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
     """The Warp function `cylinder_touch`; `smooth`: of one off which no path jumps; `as_opensim`: see above."""
+    meeting, goes_forward = meeting_of(smooth), goes_forward_of(smooth)
 
     @func
     def cylinder_touch(a: wp.vec3, b: wp.vec3, full: float, length: float, axis: int, side: int, where: int) -> Touch:
@@ -150,17 +204,7 @@ def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         if wp.dot(pa, pa) < square or wp.dot(pb, pb) < square:
             touch.kind = INSIDE
             return touch
-        d = pb - pa
-        t = -wp.dot(pa, d) / wp.max(wp.dot(d, d), SMALLEST)
-        near = pa + d * t
-        through = wp.dot(near, near) < square and t > 0.0 and t < 1.0
-        kind = wp.where(through, THROUGH, FREE)
-        if side != 0:
-            za = coordinate_of_point(pa, a[2], axis)
-            zb = coordinate_of_point(pb, b[2], axis)
-            kind = allowed(za, zb, coordinate_of_point(near, a[2] + t * (b[2] - a[2]), axis), side, through)
-            if wp.static(smooth) and radius < full and not on_side(za, side) and not on_side(zb, side):
-                kind = FREE  # an end inside does not take what is on the wrong side round
+        kind = meeting(a, b, full, radius, axis, side)
         if kind == FREE:
             return touch
         a_on = tangent(pa, radius, 1.0)
@@ -177,17 +221,7 @@ def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
             first = wp.where(pair < 2, a_on, a_back)
             second = wp.where(pair == 0 or pair == 2, b_on, b_back)
         else:
-            on_a = on_side(coordinate_of_point(a_on, a[2], axis), side)
-            back_a = on_side(coordinate_of_point(a_back, a[2], axis), side)
-            on_b = on_side(coordinate_of_point(b_on, b[2], axis), side)
-            back_b = on_side(coordinate_of_point(b_back, b[2], axis), side)
-            none = not on_a and not back_a and not on_b and not back_b
-            forward = wp.where(on_a != back_a, on_a, not on_b)
-            if none:
-                forward = on_back < back_on
-            if wp.static(smooth) and on_a and back_a and on_b and back_b:
-                forward = on_back > back_on  # the short way, where OpenSim may go the long one
-            if not forward:
+            if not goes_forward(a_on, a_back, a[2], b_on, b_back, b[2], on_back, back_on, axis, side):
                 first = a_back
                 second = b_on
             around = wp.dot(first + second, first - pa + second - pb) < 0.0
@@ -215,6 +249,3 @@ def cylinder_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         return touch
 
     return cylinder_touch
-
-
-cylinder_touch = cylinder_touch_of(False)

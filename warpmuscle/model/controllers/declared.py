@@ -13,17 +13,26 @@ from warpmuscle.kernels.control.control import PLACES, CustomController
 from warpmuscle.kernels.control.controllers import CONTROLLERS
 from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.model.controllers.program import has_program, with_room
-from warpmuscle.model.extensions import BODY, check_count, check_declaration, check_parameters
-from warpmuscle.model.user_functions import Table, declared
+from warpmuscle.model.extensions import (
+    BODY,
+    check_count,
+    check_declaration,
+    check_fields,
+    check_number,
+    check_parameters,
+    check_texts,
+)
+from warpmuscle.model.user_functions import Table, arguments_of, declared, name_of
 from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import SIMBICON, declared_value
 from warpmuscle.scene.number import Number
+from warpmuscle.scene.validation.checks import known
 from warpmuscle.scene.validation.controller import check_declared_values
 from warpmuscle.scene.validation.forces import check_values
 
 INSTANCE = (wp.int32, Model, State, Scratch)
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {  # what they take and return
-    "effort": (BODY, wp.vec3), "excitation": (BODY, wp.float32), "update": (INSTANCE, None),
+    "effort": (BODY, wp.vec3), "excitation": (BODY, wp.float32), "update": (INSTANCE, None), "damping": (BODY, wp.vec3),
 }  # fmt: skip
 
 
@@ -66,7 +75,7 @@ def declared_controller(scene: Scene) -> CustomController:
 
 def _check(controller: CustomController, entry: str, key: str) -> None:
     """SceneError unless a declaration is sound."""
-    own: dict[str, tuple[Any, ...]] = {"effort": (), "excitation": (), "update": ()}
+    own: dict[str, tuple[Any, ...]] = dict.fromkeys(FUNCTIONS, ())
     structs = [controller.parameters]
     for place, of in (("by_joint", "effort"), ("by_body", "effort"), ("by_muscle", "excitation")):
         struct = getattr(controller, place)
@@ -77,9 +86,28 @@ def _check(controller: CustomController, entry: str, key: str) -> None:
             structs.append(struct)
             own[of] += (struct,)
             own["update"] += (Table(struct),)
+            given = [one for name in FUNCTIONS if (one := getattr(controller, name)) is not None]
+            if not any({struct, Table(struct)}.intersection(arguments_of(one)) for one in given):
+                raise SceneError(f"no function of {entry!r} takes {name_of(struct)}, its numbers {place}", key=key)
+    own["damping"] = own["effort"]
+    if controller.damping is not None and controller.effort is None:
+        raise SceneError(f"{entry!r} has a damping, and no effort that it belongs to", key=key)
+    check_fields(controller, ("shipped",), entry, key)
+    check_texts({"description": controller.description}, entry, key)
     check_count(controller.state_a_body, f"the state of a body of {entry!r}", key)
     check_declaration(controller, FUNCTIONS, entry, key, own)
+    _check_defaults(controller, [struct for struct in structs if struct is not None], entry, key)
     _check_recorded(controller, entry, key)
+
+
+def _check_defaults(controller: CustomController, structs: list[Any], entry: str, key: str) -> None:
+    pairs = controller.defaults
+    if not isinstance(pairs, tuple) or not all(isinstance(pair, tuple) and len(pair) == 2 for pair in pairs):
+        raise SceneError(f"defaults of {entry!r} must be a tuple of (parameter, number)", key=key)
+    names = [name for struct in structs for name in struct.vars]
+    for name, number in pairs:
+        known(name, names, "parameter", key, f"in defaults of {entry!r}")
+        check_number(number, f"{name!r} in defaults of {entry!r}", key)
 
 
 def _check_recorded(controller: CustomController, entry: str, key: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -55,7 +55,12 @@ def _check_shipped(check: Checks, force: Force, key: str) -> None:
         raise SceneError(f"{force.type!r} is of an angle or a length, but {force.joint!r} has none", key=f"{key}.joint")
     if kind.of_leg:
         check_leg(check.checked, force.joint, f"{key}.joint")
-    for name in kind.positive:
+    check_positive(check, kind.positive, force, key)
+
+
+def check_positive(check: Checks, names: Iterable[str], force: Force, key: str) -> None:
+    """Parameters that are divided by are greater than 0."""
+    for name in names:
         least = check.interval(force.parameters[name])[0]
         if not least > 0.0:
             raise SceneError(f"must be greater than 0, is {least:g}", key=f"{key}.parameters.{name}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -47,12 +48,27 @@ def warn_of_changed_starts(where: str, changed: Iterable[tuple[str, Scene]], sce
     Args:
         where: that what changes them is said. changed: first ones of them, with names. scenes: as they were.
     """
-    known = {str(doubt) for scene in scenes for doubt in start_warnings(scene)}
+    before = list(scenes)
+    known = {str(doubt) for scene in before for doubt in start_warnings(scene)}
+    looked_at = [_what_starts(scene) for scene in before]
     for name, scene in itertools.islice(changed, LOOKED_AT):
+        own = _what_starts(scene)
+        if own in looked_at:  # most scenes of a sweep start alike, and to compare them takes a hundredth of the time
+            continue
+        looked_at.append(own)
         for doubt in start_warnings(scene):
             if str(doubt) not in known:
                 known.add(str(doubt))
                 warnings.warn(f"{where}: {name}: {doubt}", SceneWarning, stacklevel=4)
+
+
+def _what_starts(scene: Scene) -> tuple[Any, ...]:
+    """All of a scene that `start_warnings` depends on."""
+    body, failure = scene.character, scene.failure
+    return (
+        scene.initial_state, scene.ground, body.root_joint, body.bodies, body.joints,
+        failure.com_height, failure.max_com_speed,
+    )  # fmt: skip
 
 
 def _in_the_ground(scene: Scene, poses: Poses) -> list[SceneError]:

@@ -41,44 +41,46 @@ def cylinder_touch(
     da, db = math.hypot(a[0], a[1]), math.hypot(b[0], b[1])
     share = kept_size(min(da, db) / full) if smooth else 1.0
     radius = share * full
-    if share < LEAST_SHARE or da < radius or db < radius:
+    beyond = share < 1.0 and side != 0 and side not in (sign(a[axis]), sign(b[axis]))
+    if share < LEAST_SHARE or min(da, db) < radius or beyond:
         return untouched(INSIDE)
-    if share < 1.0 and side != 0 and side not in (sign(a[axis]), sign(b[axis])):
-        return untouched(INSIDE)
-    through, near = _nearest(a, b, radius)
-    kind = THROUGH
-    if side == 0 and not through:
+    kind = _meeting(a, b, radius, axis, side)
+    if kind == FREE:
         return untouched()
     ways = _tangents(a, da, radius), _tangents(b, db, radius)
     if side == 0:
         first, second = max(((p, q) for p in ways[0] for q in ways[1]), key=lambda pair: float(pair[0] @ pair[1]))
-        round_behind = False
     else:
-        if side in (sign(a[axis]), sign(b[axis])) and not through:
-            if sign(a[axis]) == sign(b[axis]) or sign(near[axis]) == side:
-                return untouched()
-            kind = BESIDE
-        elif side not in (sign(a[axis]), sign(b[axis])):
-            kind = BESIDE
         first, second = _on_side(ways, a, b, axis, side, smooth)
-        out = (first - a[:2]) + (second - b[:2])
-        round_behind = float((first + second) @ out) < 0.0
+    out = (first - a[:2]) + (second - b[:2])
+    round_behind = side != 0 and float((first + second) @ out) < 0.0
     angle = math.acos(min(max(float(first @ second) / radius**2, -1.0), 1.0))
     anticlockwise = float(first[0] * second[1]) >= float(first[1] * second[0])
     if round_behind:
         angle = 2.0 * math.pi + (angle if as_opensim and not anticlockwise else -angle)
     za, zb = _in_plane(a, b, da, db, first, second)
-    if as_opensim:
-        if abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
-            return untouched(FREE)
-        if where == AMONG_OTHERS:
-            way = 1.0 if anticlockwise and not round_behind else -1.0
-            za, zb = _slid(np.append(first, za), np.append(second, zb), a, b, radius, way * angle)
-    elif where == EXACT or (where == AMONG_OTHERS and math.hypot(radius * angle, zb - za) >= SHORT):
+    long = math.hypot(radius * angle, zb - za) >= SHORT
+    if not as_opensim and (where == EXACT or (where == AMONG_OTHERS and long)):
         za, zb = _unrolled(a, b, first, second, radius * angle)
-    if not as_opensim and abs(za) > 0.5 * length and abs(zb) > 0.5 * length:
+    if min(abs(za), abs(zb)) > 0.5 * length:
         return untouched(FREE)
+    if as_opensim and where == AMONG_OTHERS:
+        way = 1.0 if anticlockwise and not round_behind else -1.0
+        za, zb = _slid(np.append(first, za), np.append(second, zb), a, b, radius, way * angle)
     return Touch(kind, np.append(first, za), np.append(second, zb), math.hypot(radius * angle, zb - za))
+
+
+def _meeting(a: Floats, b: Floats, radius: float, axis: int, side: int) -> int:
+    """How a segment with both ends outside meets an endless cylinder: FREE, BESIDE or THROUGH."""
+    through, near = _nearest(a, b, radius)
+    if side == 0:
+        return THROUGH if through else FREE
+    sides = sign(a[axis]), sign(b[axis])
+    if side not in sides:
+        return BESIDE
+    if through:
+        return THROUGH
+    return FREE if sides[0] == sides[1] or sign(near[axis]) == side else BESIDE
 
 
 def _slid(first: Floats, second: Floats, a: Floats, b: Floats, radius: float, angle: float) -> tuple[float, float]:

@@ -253,13 +253,19 @@ def _line(found: StudyResult, row: Row, place: dict[Condition, int], several: bo
         return np.array([getattr(spreads[c], name) if c in spreads else np.nan for c in place])
 
     base = spreads[found.study.reference].median if found.study.reference in spreads else np.nan
+    return Lines(
+        row.series if several else "", column("median"), column("low"), column("high"),
+        tuple(place[run.condition] for run in runs), values_of(runs, row.measure), *_marks(found, row, place, base),
+    )  # fmt: skip
+
+
+def _marks(found: StudyResult, row: Row, place: dict[Condition, int], base: float) -> tuple[Any, Any, Any]:
+    """What is expected of a row: values, signs of changes, and ranges, each with its place; none without a base."""
     of_row = [held for held in found.held if held.series == row.series and held.expected.measure == row.measure]
     at = [(place[held.cell.condition], held.expected) for held in of_row if np.isfinite(base)]
     signs = {"rises": RISES, "falls": FALLS}
-    return Lines(
-        row.series if several else "", column("median"), column("low"), column("high"),
-        tuple(place[run.condition] for run in runs), values_of(runs, row.measure),
+    return (
         tuple((where, base + one.value) for where, one in at if one.value is not None),
         tuple((where, base, signs[one.change]) for where, one in at if one.value is None and one.change in signs),
         tuple((where, base, one.within) for where, one in at if one.change == "stays"),
-    )  # fmt: skip
+    )
