@@ -48,7 +48,7 @@ SHOWN = (
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
-CROWD = 16  # tracks beyond which muscles, forces and most curves are left out
+CROWD = 16  # tracks beyond which forces and most curves are left out, and muscles of all but near ones
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
@@ -228,7 +228,7 @@ def _shown(
     """What can be shown of these tracks, and whether it is at first."""
     few = len(tracks) <= CROWD
     there = {
-        "muscles": few and any(track.doll.muscles.names for track in tracks),
+        "muscles": any(track.doll.muscles.names for track in tracks),
         "thickness": few and any(track.doll.muscles.names for track in tracks),
         "yellow": few and any(track.doll.muscles.names for track in tracks),
         "desired": few and any(track.desired is not None for track in tracks),
