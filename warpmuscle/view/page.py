@@ -160,12 +160,13 @@ def page_of(
         for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
             content["arrays"] = {name: number for name, (number, _) in places.items()}
             content["rows"] = {name: row for name, (_, row) in places.items()}
+    striding = live is None and any(map(_strides, contents))
     known = list(facts) or [Facts()] * len(tracks)
     contents = [{**content, **more} for content, more in zip(contents, facts_content(known), strict=True)]
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split, over),
+        "shown": _shown(tracks, panels, plots, striding, split, over, any(one.ended for one in facts)),
         "over": over and len(tracks) > 1,
         "ground": plane_content(scenes[0]) | {"terrain": terrain},
         "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
@@ -223,7 +224,7 @@ def _strides(content: dict[str, Any]) -> bool:
 
 
 def _shown(
-    tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool, over: bool
+    tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool, over: bool, failed: bool
 ) -> dict[str, bool]:
     """What can be shown of these tracks, and whether it is at first."""
     few = len(tracks) <= CROWD
@@ -236,7 +237,7 @@ def _shown(
         "path": few,
         "markers": few and any(track.measured is not None and track.measured.markers for track in tracks),
         "surfaces": any(track.doll.wraps for track in tracks),
-        "labels": len(tracks) > 1 and not over,
+        "labels": (len(tracks) > 1 or failed) and not over,
         "split": 1 < len(tracks) <= FEW and not over,
         "norms": any("norm" in panel for listed in panels for panel in listed),
         "strides": striding,

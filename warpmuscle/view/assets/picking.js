@@ -64,7 +64,7 @@ function labelOf({ label, ended, until }, time) {
 class Labels {
   constructor(player) {
     this.player = player;
-    this.elements = player.bipeds.length < 2 ? [] : player.bipeds.map((biped) => {
+    this.elements = player.bipeds.length < 2 && !player.bipeds[0]?.ended ? [] : player.bipeds.map((biped) => {
       const label = document.getElementById("labels").appendChild(document.createElement("span"));
       label.textContent = biped.label;
       return label;
