@@ -1,9 +1,12 @@
 # %% [markdown]
 # # From recordings to muscles
-# Angles of joints, as a laboratory or inverse kinematics gives them, tell which moments moved the joints, and which
-# muscles may have made them.
+# Given the joint angles of a recorded motion, from a laboratory or from inverse kinematics: which moments moved the
+# joints, and which muscles may have made them? Needs `pip install "warpmuscle[plot]"`.
+#
+# A small arm and a reach of one second stand for your model and your recording:
 
 # %%
+import matplotlib.pyplot as plt
 import numpy as np
 
 import warpmuscle as wm
@@ -18,6 +21,10 @@ rows = "\n".join(f"{t:.2f}\t{0.3 * b:.6f}\t{b:.6f}" for t, b in zip(time, bent, 
 with open("reach.mot", "w") as file:
     file.write(f"reach\nnRows=101\nnColumns=3\ninDegrees=yes\nendheader\ntime\tshoulder\telbow\n{rows}\n")
 
+# %% [markdown]
+# ## Moments
+# Inverse dynamics gives a moment for each joint and frame:
+
 # %%
 model = BodyModel("arm.osim")
 reach = read_coordinates("reach.mot", model.scene)
@@ -25,5 +32,27 @@ moments = wm.inverse_dynamics(model, reach)
 moments
 
 # %%
+plt.figure(figsize=(7, 2.5))
+plt.plot(moments.times, moments.values, label=moments.names)
+plt.xlabel("time (s)")
+plt.ylabel("moment (N m)")
+_ = plt.legend()
+
+# %% [markdown]
+# ## Muscles
+# Static optimization shares each moment among the muscles so that their squared activations are smallest. What they
+# cannot give is left as a `reserve`, here next to nothing:
+
+# %%
 muscles = wm.static_optimization(model, reach)
 muscles
+
+# %%
+plt.figure(figsize=(7, 2.5))
+plt.plot(muscles.times, muscles.activation, label=muscles.muscles)
+plt.xlabel("time (s)")
+plt.ylabel("activation")
+_ = plt.legend()
+
+# %%
+float(abs(muscles.reserve).max())  # N m

@@ -10,6 +10,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_number, as_truth
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
@@ -83,8 +84,8 @@ def widths_left_out(body: BodyModel) -> Floats:
     return found
 
 
-@dataclass(frozen=True)
-class Activations:
+@dataclass(frozen=True, repr=False)
+class Activations(Tabulated):
     """What M muscles of a model do in F frames, and what they cannot.
 
     Attributes:

@@ -16,6 +16,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_array, as_number, as_truth
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.sequences import reaches_over
@@ -39,8 +40,8 @@ FARTHEST = 1.0e5  # m, that no unit brings a body away from the origin
 FREE = 3  # coordinates of a root at least, with which a body may fall
 
 
-@dataclass(frozen=True)
-class Moments:
+@dataclass(frozen=True, repr=False)
+class Moments(Tabulated):
     """Generalised forces of K coordinates in F frames.
 
     Attributes:

@@ -16,6 +16,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_array, as_kind, as_texts, in_words
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.html_table import Tabulated
 
 LATEST = 1.0e12  # s; far beyond the years 1970 to now
 SHORTEST = 1.0e-8  # s between frames, which no laboratory records
@@ -27,8 +28,8 @@ class TrialWarning(UserWarning):
     """Something of a recording, or of what was found from it, is to be known before it is used."""
 
 
-@dataclass(frozen=True)
-class Markers:
+@dataclass(frozen=True, repr=False)
+class Markers(Tabulated):
     """Positions of K markers in F frames; NaN where one is missing.
 
     Raises:
@@ -47,8 +48,8 @@ class Markers:
             raise ArgumentError(f"markers: {self.names[marker]!r} is infinitely far away in frame {frame + 1}")
 
 
-@dataclass(frozen=True)
-class Coordinates:
+@dataclass(frozen=True, repr=False)
+class Coordinates(Tabulated):
     """Values of C coordinates of a model in F frames, by their names in the model.
 
     Raises:
@@ -83,8 +84,8 @@ def column_of(names: Sequence[str], values: Floats, name: str) -> Floats:
     return values[:, names.index(name)]
 
 
-@dataclass(frozen=True)
-class Plate:
+@dataclass(frozen=True, repr=False)
+class Plate(Tabulated):
     """A force on a body in F frames, as a force plate under a foot measures it; ground axes, unless told otherwise."""
 
     name: str
@@ -96,8 +97,8 @@ class Plate:
     point_on: str | None = None  # body from whose origin, in whose axes, the point is
 
 
-@dataclass(frozen=True)
-class Loads:
+@dataclass(frozen=True, repr=False)
+class Loads(Tabulated):
     """Forces of P plates in F frames.
 
     Raises:

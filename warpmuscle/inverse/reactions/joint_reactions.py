@@ -18,6 +18,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
@@ -36,8 +37,8 @@ _JOINTS: WeakKeyDictionary[BodyModel, list[JointFrames]] = WeakKeyDictionary()  
 SIDES, FRAMES = ("child", "parent"), ("child", "parent", "ground")
 
 
-@dataclass(frozen=True)
-class JointReactions:
+@dataclass(frozen=True, repr=False)
+class JointReactions(Tabulated):
     """What J joints put on a body each in F frames."""
 
     joints: tuple[str, ...]  # (J,)
