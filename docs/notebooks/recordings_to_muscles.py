@@ -1,18 +1,15 @@
 # %% [markdown]
 # # From recordings to muscles
 # Given the joint angles of a recorded motion, from a laboratory or from inverse kinematics: which moments moved the
-# joints, and which muscles may have made them? Needs `pip install "warpmuscle[plot]"`.
+# joints, and which muscles may have made them? Needs `pip install "warpmuscle[plot,data]"`.
 #
 # A small arm and a reach of one second stand for your model and your recording:
 
 # %%
-import matplotlib.pyplot as plt
 import numpy as np
 
 import warpmuscle as wm
 from warpmuscle.examples import write
-from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.files import read_coordinates
 
 write("model")  # arm.osim
 time = np.linspace(0.0, 1.0, 101)
@@ -26,33 +23,26 @@ with open("reach.mot", "w") as file:
 # Inverse dynamics gives a moment for each joint and frame:
 
 # %%
-model = BodyModel("arm.osim")
-reach = read_coordinates("reach.mot", model.scene)
-moments = wm.inverse_dynamics(model, reach)
+moments = wm.inverse_dynamics("arm.osim", "reach.mot")
 moments
 
 # %%
-plt.figure(figsize=(7, 2.5))
-plt.plot(moments.times, moments.values, label=moments.names)
-plt.xlabel("time (s)")
-plt.ylabel("moment (N m)")
-_ = plt.legend()
+_ = moments.to_dataframe().plot(ylabel="moment (N m)", figsize=(7, 2.5))
 
 # %% [markdown]
 # ## Muscles
-# Static optimization shares each moment among the muscles so that their squared activations are smallest. What they
-# cannot give is left as a `reserve`, here next to nothing:
+# Static optimization shares each moment among the muscles so that the sum of their squared activations is as small as
+# possible:
 
 # %%
-muscles = wm.static_optimization(model, reach)
+muscles = wm.static_optimization("arm.osim", "reach.mot")
 muscles
 
 # %%
-plt.figure(figsize=(7, 2.5))
-plt.plot(muscles.times, muscles.activation, label=muscles.muscles)
-plt.xlabel("time (s)")
-plt.ylabel("activation")
-_ = plt.legend()
+_ = muscles.to_dataframe().plot(ylabel="activation", figsize=(7, 2.5))
+
+# %% [markdown]
+# What the muscles cannot give is left as a `reserve`, in N m:
 
 # %%
-float(abs(muscles.reserve).max())  # N m
+float(abs(muscles.reserve).max())

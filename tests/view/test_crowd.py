@@ -189,5 +189,5 @@ def test_a_page_of_two_scenes_names_both_and_is_split_where_it_is_narrow(browser
         opened = browser.new_page(viewport={"width": width, "height": 780})
         opened.goto((tmp_path / "two.html").as_uri())
         assert opened.evaluate("warpmuscle.ready.then(() => warpmuscle.state().shown.split)") is split
-        assert opened.inner_text("#legend b") == "walk56 and other"
+        assert opened.inner_text("#legend b") == "walk56, other"
         opened.close()

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from warpmuscle.core.arguments import as_array, as_kind, as_texts, in_words
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
 from warpmuscle.core.html_table import Tabulated
+from warpmuscle.core.labelled import Labelled, to_dataframe
+
+if TYPE_CHECKING:
+    import pandas
 
 LATEST = 1.0e12  # s; far beyond the years 1970 to now
 SHORTEST = 1.0e-8  # s between frames, which no laboratory records
@@ -76,12 +80,24 @@ class Coordinates(Tabulated):
         """
         return column_of(self.names, self.values, name)
 
+    __getitem__ = of
 
-def column_of(names: Sequence[str], values: Floats, name: str) -> Floats:
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row for each time, a column for each coordinate; needs pandas."""
+        return columns_to_dataframe(self.times, self.names, self.values)
+
+
+def column_of(names: Sequence[str], values: Floats, name: str, what: str = "coordinate") -> Floats:
     """The values (F,) of one coordinate, of (F, K) in the order of the names; see `Coordinates.of`."""
     if name not in names:
-        raise ArgumentError(f"no coordinate {name!r}; there are {', '.join(names)}")
+        raise ArgumentError(f"no {what} {name!r}; there are {', '.join(names)}")
     return values[:, names.index(name)]
+
+
+def columns_to_dataframe(times: Floats, names: Sequence[str], values: Floats) -> pandas.DataFrame:
+    """Values (F, K) over times (F,) as a table; raises Error where pandas is not installed."""
+    columns = [Labelled(name, ("time",), one) for name, one in zip(names, values.T, strict=True)]
+    return to_dataframe(Labelled("time", ("time",), times), columns, {})
 
 
 @dataclass(frozen=True, repr=False)

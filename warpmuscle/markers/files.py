@@ -14,7 +14,6 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.files import read_file, unreadable
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.c3d import read_points
@@ -27,8 +26,8 @@ TRC_HEAD = 5  # lines
 _COORDINATE = re.compile(rf"(.+?)[\s_.:-]+([xyz])(?:[\s_]*[\[(]?\s*({'|'.join(UNITS)})\s*[\])]?)?", re.IGNORECASE)
 
 
-@dataclass(frozen=True, repr=False)
-class Markers(Tabulated):
+@dataclass(frozen=True)
+class Markers:
     """Positions of K markers at T times; NaN where one was not seen."""
 
     path: Path

@@ -10,15 +10,14 @@ import numpy as np
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.extras import imported
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 
 STARTS = 50  # of k-means
 PER_PERSON = 2  # most clusters, in parts of the most modules that a person has
 
 
-@dataclass(frozen=True, repr=False)
-class Clusters(Tabulated):
+@dataclass(frozen=True)
+class Clusters:
     """S modules of P people, in K clusters; clusters stand in the order of how many people have them."""
 
     muscles: tuple[str, ...]  # (M,)

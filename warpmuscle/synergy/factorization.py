@@ -20,7 +20,6 @@ from scipy.optimize import linear_sum_assignment, nnls
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
 from warpmuscle.core.extras import imported
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.limits import check_size
 from warpmuscle.core.plain_text import number_of
 
@@ -40,8 +39,8 @@ class Account:
     restart_vaf: Floats  # (R,), of each restart; the best one was taken
 
 
-@dataclass(frozen=True, repr=False)
-class Synergies(Tabulated):
+@dataclass(frozen=True)
+class Synergies:
     """N synergies of M muscles over T samples."""
 
     weights: Floats  # (M, N), W, the greatest of each column 1

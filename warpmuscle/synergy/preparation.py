@@ -10,7 +10,6 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.synergy.cycles import by_cycles, read_cycles
 from warpmuscle.synergy.ecg import EcgRemoval, remove_ecg
@@ -37,8 +36,8 @@ class Preparation:
     maxima: Path | None = None  # recording of maximum voluntary contractions; else the greatest values normalise
 
 
-@dataclass(frozen=True, repr=False)
-class Activations(Tabulated):
+@dataclass(frozen=True)
+class Activations:
     """T samples of M muscles, 0..1 but for what exceeds a maximum voluntary contraction."""
 
     muscles: tuple[str, ...]  # (M,)

@@ -10,14 +10,13 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import SignalError
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 
 ROUNDING = 1e-12  # of a channel's greatest value; what varies less is constant
 
 
-@dataclass(frozen=True, repr=False)
-class Signals(Tabulated):
+@dataclass(frozen=True)
+class Signals:
     """T samples of C channels."""
 
     names: tuple[str, ...]  # (C,)

@@ -15,7 +15,6 @@ from scipy.optimize import lsq_linear, nnls
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 
 PENALTY = 1e5  # weight of a torque error, in parts of the joint's greatest torque, against an activation of 1
@@ -31,8 +30,8 @@ class Shortage:
     needed: float  # activation, > 1: so many times its active force
 
 
-@dataclass(frozen=True, repr=False)
-class StaticOptimization(Tabulated):
+@dataclass(frozen=True)
+class StaticOptimization:
     """Computed activations of T frames, J joints and M muscles."""
 
     activation: Floats  # (T, M), 0..1

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.html_table import Tabulated
 
 RATE = 100.0  # Hz, of everything that is compared
 MARGIN = 0.05  # s, by which a motion is continued beyond both ends
@@ -19,8 +18,8 @@ STILL, LEAST_STILL = 2e-3, 0.1  # rad/s of all angles; s at an end, beyond which
 PITCH, PLACE = "trunk_pitch", ("shoulder_forward", "shoulder_up")  # names of what may be absent
 
 
-@dataclass(frozen=True, repr=False)
-class ArmMotion(Tabulated):
+@dataclass(frozen=True)
+class ArmMotion:
     """A recorded motion as it was read: angles (S, J), rad, at increasing times (S,) from 0 on, s."""
 
     name: str
@@ -34,8 +33,8 @@ class ArmMotion(Tabulated):
     cut: float = 0.0  # s at its ends in which nothing moves, and that were left out
 
 
-@dataclass(frozen=True, repr=False)
-class ArmMotions(Tabulated):
+@dataclass(frozen=True)
+class ArmMotions:
     """n motions resampled to the same times, t = 0 at their starts; beyond its end a motion comes to rest.
 
     Each of `angles` (n, T, J), `pitch` (n, T) and `place` (n, T, 2) is followed by its first and second derivative in

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.plots.style import empty_figure, matplotlib, save
+from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.fit import Fitted
 from warpmuscle.throw.follow import Follower
@@ -45,7 +45,7 @@ def draw_fit(
         curves.append(("better fit", fitted.replay.angle[motion], signals[motion], SIMULATED))
     with matplotlib().rc_context(STYLE):
         count = max(len(arm.driven), synergies.count)
-        figure = empty_figure(figsize=(10.0, 1.0 + 1.35 * count), layout="constrained")
+        figure = matplotlib().figure.Figure(figsize=(10.0, 1.0 + 1.35 * count), layout="constrained")
         left, right = figure.subfigures(1, 2, width_ratios=[1.0, 1.0])
         angles = left.subplots(len(arm.driven), 1, sharex=True, squeeze=False)[:, 0]
         for axes, column in zip(angles, arm.free, strict=True):
@@ -85,7 +85,7 @@ def draw_throws(path: str | Path, follower: Follower, throws: Sequence[Throw]) -
         Error: matplotlib is not installed, or the file cannot be written.
     """
     with matplotlib().rc_context(STYLE):
-        figure = empty_figure(figsize=(10.0, 3.0 + 2.1 * len(throws)), layout="constrained")
+        figure = matplotlib().figure.Figure(figsize=(10.0, 3.0 + 2.1 * len(throws)), layout="constrained")
         flights, rest = figure.subfigures(2, 1, height_ratios=[3.0, 2.1 * len(throws)])
         axes = flights.subplots()
         rows = rest.subplots(len(throws), follower.synergies.count, sharex=True, sharey=True, squeeze=False)
@@ -147,7 +147,7 @@ def draw_trade(path: str | Path, curves: Sequence[tuple[str, Floats, Floats]]) -
         curves: name, correlation (K,), and worst r2 of any joint (K,).
     """
     with matplotlib().rc_context(STYLE):
-        figure = empty_figure(figsize=(6.0, 4.0), layout="constrained")
+        figure = matplotlib().figure.Figure(figsize=(6.0, 4.0), layout="constrained")
         axes = figure.subplots()
         for (name, correlation, r2), color in zip(curves, COLORS, strict=False):
             axes.semilogy(correlation, np.maximum(1.0 - r2, 1e-7), marker="o", color=color, label=name)

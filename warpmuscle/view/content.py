@@ -78,7 +78,8 @@ def crowd_arrays(track: Track) -> dict[str, tuple[Floats, float]]:
     Ways of muscles that wrap are left out, and so are these muscles.
     """
     all_arrays = track_arrays(track)
-    kept = {name: all_arrays[name] for name in ("time", "root", "slid", "weight") if name in all_arrays}
+    kept: dict[str, tuple[Floats, float]] = {}
+    kept |= {name: all_arrays[name] for name in ("time", "root", "slid", "weight") if name in all_arrays}
     if "activation" in all_arrays:
         kept["activation"] = (np.rint(all_arrays["activation"][0] * SHADES) / SHADES, 8)
     return kept | {"orientation": (all_arrays["orientation"][0], 8)}

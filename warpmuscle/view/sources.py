@@ -36,6 +36,7 @@ SUFFIXES = (".h5", ".hdf5")
 RATE = 50.0  # frames a second that are shown
 FEW = 8  # motions; of more of them half the frames are shown
 EARLY, SAME_HEIGHT = 0.05, 0.02  # s before its end, of a motion that stopped; and of a height, that frames lie apart
+NAMED = 3  # scenes, in the title of a page
 MOST_FRAMES = 10_000  # of all motions of a crowd together, some 900 kB of a page
 
 
@@ -237,8 +238,8 @@ def page_of_sights(
     scenes = [sight.scene for sight in sights]
     folder = mesh_folder(meshes, scenes[0], beside)
     names = list(dict.fromkeys(scene.name for scene in scenes))
-    others = f" and {names[1]}" if len(names) == 2 else f" and {len(names) - 1} others" if names[1:] else ""
-    name, facts = title or names[0] + others, [sight.facts for sight in sights]
+    several = ", ".join(names) if len(names) <= NAMED else f"{', '.join(names[:NAMED])}, ..."
+    name, facts = title or several, [sight.facts for sight in sights]
 
     def at(rate: float) -> str:
         return page_of(
