@@ -1,15 +1,15 @@
 # %% [markdown]
 # # From recordings to muscles
-# Angles of joints, as a laboratory or inverse kinematics gives them, tell which moments moved the joints, and which
-# muscles may have made them.
+# Given the joint angles of a recorded motion, from a laboratory or from inverse kinematics: which moments moved the
+# joints, and which muscles may have made them? Needs `pip install "warpmuscle[plot,data]"`.
+#
+# A small arm and a reach of one second stand for your model and your recording:
 
 # %%
 import numpy as np
 
 import warpmuscle as wm
 from warpmuscle.examples import write
-from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.files import read_coordinates
 
 write("model")  # arm.osim
 time = np.linspace(0.0, 1.0, 101)
@@ -18,12 +18,31 @@ rows = "\n".join(f"{t:.2f}\t{0.3 * b:.6f}\t{b:.6f}" for t, b in zip(time, bent, 
 with open("reach.mot", "w") as file:
     file.write(f"reach\nnRows=101\nnColumns=3\ninDegrees=yes\nendheader\ntime\tshoulder\telbow\n{rows}\n")
 
+# %% [markdown]
+# ## Moments
+# Inverse dynamics gives a moment for each joint and frame:
+
 # %%
-model = BodyModel("arm.osim")
-reach = read_coordinates("reach.mot", model.scene)
-moments = wm.inverse_dynamics(model, reach)
+moments = wm.inverse_dynamics("arm.osim", "reach.mot")
 moments
 
 # %%
-muscles = wm.static_optimization(model, reach)
+_ = moments.to_dataframe().plot(ylabel="moment (N m)", figsize=(7, 2.5))
+
+# %% [markdown]
+# ## Muscles
+# Static optimization shares each moment among the muscles so that the sum of their squared activations is as small as
+# possible:
+
+# %%
+muscles = wm.static_optimization("arm.osim", "reach.mot")
 muscles
+
+# %%
+_ = muscles.to_dataframe().plot(ylabel="activation", figsize=(7, 2.5))
+
+# %% [markdown]
+# What the muscles cannot give is left as a `reserve`, in N m:
+
+# %%
+float(abs(muscles.reserve).max())

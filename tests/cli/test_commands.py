@@ -35,6 +35,18 @@ def test_help_names_every_command(tmp_path):
     )
 
 
+def test_scenes_lists_those_with_all_words(tmp_path):
+    every = run("scenes", folder=tmp_path).stdout
+    found = run("scenes", "Walks", "UP", folder=tmp_path)
+    lines = [line for line in found.stdout.splitlines() if line.startswith("  ")]
+    assert found.returncode == 0
+    assert 0 < len(lines) < len(every.splitlines()) / 2
+    assert all("walks" in line.lower() and "up" in line.lower() for line in lines)
+    wrong = run("scenes", "nosuch", folder=tmp_path)
+    assert wrong.returncode != 0
+    assert wrong.stderr.strip() == "error: no shipped scene has 'nosuch'; `warpmuscle scenes` lists all"
+
+
 def test_info_counts_bodies_freedoms_mass_and_parameters(tmp_path):
     shown = run("info", "fwalk", folder=tmp_path).stdout
     assert "15 bodies, 14 joints, 28 joint degrees of freedom and 6 of the root, 70.4 kg" in shown

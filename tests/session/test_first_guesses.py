@@ -122,7 +122,7 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("wm.sweep('fwalk', {'seed': [1]})", "grid={'seed': [1, 2]}"),
     ("wm.sweep('fwalk', grid={}, duration=1)", "sweep has no argument 'duration'; set={'duration': 5}"),
     ("wm.Rollout('fwalk', n=9)", "Rollout has no argument 'n'; instances=100"),
-    ("wm.static_optimization('arm18', 'ik.mot')", "warpmuscle.inverse.files.read_coordinates reads, not 'ik.mot'"),
+    ("wm.static_optimization('arm18', 'ik.mot')", "ik.mot: there is no such file"),
     ("wm.ik('a.osim', 'a.trc')", "wm.inverse_kinematics(model, 'walk.trc')"),
     ("wm.Model('a.osim')", "wm.load reads a model"),
     ("wm.scene('fwalk')", "wm.load('walk56') reads a scene"),

@@ -8,10 +8,11 @@ import pytest
 
 from warpmuscle.formats import load
 from warpmuscle.results.result import read
+from warpmuscle.scene import Failure
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.view.crowd import Facts, facts_content, shades_of
 from warpmuscle.view.packing import Packer, Pool
-from warpmuscle.view.sources import Sight, of_candidates, of_scene, page_of_sights, tracks_of
+from warpmuscle.view.sources import Sight, fall_of, of_candidates, of_scene, page_of_sights, tracks_of
 
 
 def test_motions_rank_by_cost_and_those_without_one_do_not():
@@ -111,3 +112,82 @@ def test_candidates_that_fail_fall_to_the_ground_and_say_when(tmp_path):
     early = min(failed, key=lambda sight: sight.facts.until)  # it has the time to fall
     assert early.recording.time[-1] > early.facts.until + 0.3
     assert early.recording.com[-1, 1] < 0.5 * early.recording.com[0, 1]
+
+
+def test_who_fails_goes_on_to_the_ground_and_says_when():
+    scene = msgspec.structs.replace(load("fwalk"), duration=0.8, failure=Failure(com_height=0.999))
+    (sight,) = of_scene(scene, "cpu")
+    assert sight.facts.ended == f"fell at {sight.facts.until:.1f} s"
+    assert 0.0 < sight.facts.until < 0.7
+    assert sight.recording.time[-1] == pytest.approx(0.8, abs=0.03)
+
+
+def test_a_recording_that_stopped_low_fell_and_one_that_was_only_cut_did_not(walk):
+    short, scene = walk.recording, msgspec.structs.replace(walk.scene, duration=2.0)
+    assert fall_of(short, scene) == Facts()
+    com = short.com.copy()
+    com[-1, 1] *= 0.85
+    low = short.changed(com=com)
+    assert fall_of(low, scene) == Facts(None, "fell at 0.3 s", float(short.time[-1]))
+    assert fall_of(low, msgspec.structs.replace(scene, duration=float(short.time[-1]))) == Facts()
+    assert fall_of(low, msgspec.structs.replace(scene, failure=Failure(com_height=0.0))) == Facts()
+
+
+@pytest.fixture(scope="module")
+def walk() -> Sight:
+    return of_scene(msgspec.structs.replace(load("walk56"), duration=0.3), "cpu")[0]
+
+
+def crowd_of(walk: Sight, count: int, browser: Any, folder: Any) -> Any:
+    """The open page of so many equal walks of different costs."""
+    sights = [Sight(f"candidate {k}", walk.recording, walk.scene, Facts(float(k))) for k in range(count)]
+    (folder / "crowd.html").write_text(page_of_sights(sights).text, encoding="utf-8")
+    opened = browser.new_page(viewport={"width": 1280, "height": 900})
+    opened.goto(f"{(folder / 'crowd.html').as_uri()}?time=0.1&shot=1")
+    opened.evaluate("warpmuscle.ready")
+    return opened
+
+
+DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(warpmuscle.state()))))"
+
+
+def test_near_ones_of_a_crowd_show_their_muscles_and_far_ones_do_not(browser, tmp_path, walk):
+    opened = crowd_of(walk, 20, browser, tmp_path)
+    muscles = len(walk.scene.character.muscles)
+    near = opened.evaluate(DRAWN)["counts"]
+    assert near["muscles"] >= 8 * muscles  # a stretch each, at least
+    assert near["muscles"] % 8 == near["near_flesh"] % 8 == 0
+    assert near["near_flesh"] * 12 == near["flesh"] * 8
+    assert "activation, of the nearest" in opened.inner_text("#scale")
+    opened.evaluate("warpmuscle.zoom(30)")
+    far = opened.evaluate(DRAWN)["counts"]
+    assert (far["muscles"], far["near_flesh"], far["near_bone"]) == (0, 0, 0)
+    assert "activation" not in opened.inner_text("#scale")
+    opened.evaluate("warpmuscle.zoom(1 / 30); warpmuscle.show('muscles', false)")
+    assert opened.evaluate(DRAWN)["counts"]["muscles"] == 0
+    opened.close()
+
+
+def test_no_label_covers_another(browser, tmp_path, walk):
+    opened = crowd_of(walk, 12, browser, tmp_path)
+    opened.evaluate(DRAWN)
+    boxes = opened.evaluate("""[...document.querySelectorAll('#labels span')]
+        .filter((one) => !one.hidden && one.style.visibility === 'visible')
+        .map((one) => one.getBoundingClientRect()).map(({ left, right, top, bottom }) => [left, right, top, bottom])""")
+    assert 3 <= len(boxes) <= 12
+    for k, (left, right, top, bottom) in enumerate(boxes):
+        for a, b, c, d in boxes[:k]:
+            assert left >= b - 1 or right <= a + 1 or top >= d - 1 or bottom <= c + 1
+    assert opened.is_visible("#labels span.chosen")
+    opened.close()
+
+
+def test_a_page_of_two_scenes_names_both_and_is_split_where_it_is_narrow(browser, tmp_path, walk):
+    other = Sight("other", walk.recording, msgspec.structs.replace(walk.scene, name="other"))
+    (tmp_path / "two.html").write_text(page_of_sights([walk, other]).text, encoding="utf-8")
+    for width, split in ((390, True), (1280, False)):
+        opened = browser.new_page(viewport={"width": width, "height": 780})
+        opened.goto((tmp_path / "two.html").as_uri())
+        assert opened.evaluate("warpmuscle.ready.then(() => warpmuscle.state().shown.split)") is split
+        assert opened.inner_text("#legend b") == "walk56, other"
+        opened.close()

@@ -27,8 +27,7 @@ from warpmuscle.cli.learn import learn
 from warpmuscle.cli.optimize import optimize
 from warpmuscle.cli.plot import plot
 from warpmuscle.cli.results import apply, export, report
-from warpmuscle.cli.scene_list import scenes
-from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info
+from warpmuscle.cli.scenes import convert, fit_muscles, fit_paths, info, scenes
 from warpmuscle.cli.simulate import simulate
 from warpmuscle.cli.start import compile, example, schema
 from warpmuscle.cli.studies.adaptation import adaptation

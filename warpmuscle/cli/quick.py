@@ -17,7 +17,7 @@ def answered() -> bool:
         return complete(request)
     if sys.argv[1:] == ["scenes"]:
         from warpmuscle.cli.ending import run_to_end
-        from warpmuscle.cli.scene_list import scenes
+        from warpmuscle.cli.scene_list import print_scenes
 
-        run_to_end(scenes)
+        run_to_end(print_scenes)
     return False

@@ -1,4 +1,4 @@
-"""Commands about scenes: show, fit, convert."""
+"""Commands about scenes: list, show, fit, convert."""
 
 from __future__ import annotations
 
@@ -21,10 +21,24 @@ from warpmuscle.cli.common import (
     writable_beside,
 )
 from warpmuscle.cli.console import log, marked, out, print_ignored, print_table, suggest
+from warpmuscle.cli.scene_list import print_scenes
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
+
+
+def scenes(
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[WORD]...", help="Only scenes with all of these words in names or descriptions."),
+    ] = None,
+) -> None:
+    """List the shipped scenes by what they are good for.
+
+    Example: warpmuscle scenes stairs
+    """
+    print_scenes(words or ())
 
 
 def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> None:

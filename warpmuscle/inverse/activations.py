@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warpmuscle.core.arguments import as_number, as_truth
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
+from warpmuscle.inverse.trial import column_of, columns_to_dataframe
 from warpmuscle.scene.muscles import given
 from warpmuscle.scene.muscles.curves import MillardCurves
+
+if TYPE_CHECKING:
+    import pandas
 
 POWERS = (1, 2, 3, 4)
 FLAGGED = 0.05  # of the peak moment, that a reserve may not exceed (Hicks et al. 2015)
@@ -83,8 +89,8 @@ def widths_left_out(body: BodyModel) -> Floats:
     return found
 
 
-@dataclass(frozen=True)
-class Activations:
+@dataclass(frozen=True, repr=False)
+class Activations(Tabulated):
     """What M muscles of a model do in F frames, and what they cannot.
 
     Attributes:
@@ -104,6 +110,20 @@ class Activations:
     reserve: Floats
     unmuscled: frozenset[str]
     iterations: Integers
+
+    def of(self, name: str) -> Floats:
+        """The activation (F,) of one muscle.
+
+        Raises:
+            ArgumentError: none has that name.
+        """
+        return column_of(self.muscles, self.activation, name, "muscle")
+
+    __getitem__ = of
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Activations: a row for each time, a column for each muscle; needs pandas."""
+        return columns_to_dataframe(self.times, self.muscles, self.activation)
 
     @property
     def unconverged(self) -> list[int]:

@@ -9,13 +9,16 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from warpmuscle.core.arguments import as_array, as_number, as_truth
+from warpmuscle.core.arguments import answering, as_array, as_number, as_truth
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.sequences import reaches_over
@@ -23,14 +26,19 @@ from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.as_opensim.turned_axes import seeming_loads
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel
 from warpmuscle.inverse.coordinates import States
+from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, places_of
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
 from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
-from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, column_of, each_of
+from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, column_of, columns_to_dataframe, each_of
+from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.simulation.kernel_cache import said
+
+if TYPE_CHECKING:
+    import pandas
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
@@ -39,8 +47,16 @@ FARTHEST = 1.0e5  # m, that no unit brings a body away from the origin
 FREE = 3  # coordinates of a root at least, with which a body may fall
 
 
-@dataclass(frozen=True)
-class Moments:
+INSTEAD = {  # of arguments that are often tried
+    **dict.fromkeys(("cutoff", "lowpass", "lowpass_cutoff"), "filter=6.0 is the cut-off, Hz"),
+    **dict.fromkeys(("motion", "mot", "ik", "kinematics"), "coordinates='walk.mot' names the motion"),
+    **dict.fromkeys(("external_loads", "grf", "forces"), "loads=read_loads('grf.xml') of warpmuscle.inverse.loads"),
+}
+CoordinatesLike = Coordinates | str | PathLike[str]  # of a trial, or the name of its file
+
+
+@dataclass(frozen=True, repr=False)
+class Moments(Tabulated):
     """Generalised forces of K coordinates in F frames.
 
     Attributes:
@@ -60,6 +76,12 @@ class Moments:
             ArgumentError: none has that name.
         """
         return column_of(self.names, self.values, name)
+
+    __getitem__ = of
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row for each time, a column for each coordinate; needs pandas."""
+        return columns_to_dataframe(self.times, self.names, self.values)
 
 
 class Prepared(NamedTuple):
@@ -92,10 +114,11 @@ class Prepared(NamedTuple):
         return np.split(array, self.starts[1:-1])
 
 
+@answering(INSTEAD)
 @said("finding moments")
 def inverse_dynamics(
     model: SceneLike | BodyModel,
-    coordinates: Coordinates | Sequence[Coordinates],
+    coordinates: CoordinatesLike | Sequence[CoordinatesLike],
     loads: Loads | Sequence[Loads | None] | None = None,
     *,
     filter: float | None = None,
@@ -107,7 +130,8 @@ def inverse_dynamics(
 
     Args:
         model: a scene, its name or its file, such as a `.osim`.
-        coordinates: of one trial or a list of trials. loads: of the same trials, None of one without.
+        coordinates: of one trial or a list of trials; or the names of their files, see `files.read_coordinates`.
+        loads: of the same trials, None of one without.
         filter: Hz, the cut-off of a low-pass filter of the coordinates; None for none.
         times: s, of the frames that are wanted, or a list of them by trial; by default all of the motion's.
         exact_rates: whether bodies beyond a joint of an OpenSim model whose coordinate turns it about three axes, such
@@ -121,7 +145,7 @@ def inverse_dynamics(
         ArgumentError: a motion of another model, loads of another time, or a cut-off that is none.
         SceneError: the model cannot be read.
     """
-    many = not isinstance(coordinates, Coordinates)
+    many = not isinstance(coordinates, Coordinates | str | PathLike)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     trials = prepare(body, coordinates, loads, filter, times, exact_rates)
     found = moments_of(body, trials)
@@ -141,7 +165,7 @@ def moments_of(body: BodyModel, trials: Prepared) -> list[Moments]:
 
 def prepare(
     body: BodyModel,
-    coordinates: Coordinates | Sequence[Coordinates],
+    coordinates: CoordinatesLike | Sequence[CoordinatesLike],
     loads: Loads | Sequence[Loads | None] | None,
     cutoff: float | None,
     times: Floats | Sequence[Floats] | None,
@@ -154,7 +178,7 @@ def prepare(
         of_speeds: whether `Prepared.of_speeds` is wanted, too.
     """
     as_truth(exact_rates, "exact_rates")
-    motions = trials_of(coordinates)
+    motions = trials_of(coordinates, body.scene)
     given: list[Loads | None] = [None] * len(motions)
     if loads is not None:
         given = each_of(Loads, loads, "loads", " that warpmuscle.inverse.loads.read_loads reads, or None", none=True)
@@ -188,12 +212,12 @@ def prepare(
     return Prepared([at for at, _ in moving], states, found, rates[0], speed_rates)
 
 
-def trials_of(coordinates: Any) -> list[Coordinates]:
-    """Coordinates of one trial or several as a list; raises ArgumentError where they are something else."""
-    return each_of(
-        Coordinates, coordinates, "coordinates",
-        " that wm.inverse_kinematics finds (found.coordinates) or warpmuscle.inverse.files.read_coordinates reads",
-    )  # fmt: skip
+def trials_of(coordinates: Any, scene: Scene) -> list[Coordinates]:
+    """Coordinates of one trial or several as a list, those of named files read; raises ArgumentError for others."""
+    given = [coordinates] if isinstance(coordinates, str | PathLike) else coordinates
+    if isinstance(given, list | tuple):
+        given = [read_coordinates(Path(one), scene) if isinstance(one, str | PathLike) else one for one in given]
+    return each_of(Coordinates, given, "coordinates", " or the name of its .mot file")
 
 
 def _warn(

@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import few_of
 from warpmuscle.core.sequences import reaches_over
 from warpmuscle.inverse.laboratory.raw_emg import envelopes_of_c3d
@@ -21,8 +22,8 @@ from warpmuscle.synergy.tables import check_rising, finite_columns, read_table
 LISTED = 4
 
 
-@dataclass(frozen=True)
-class Emg:
+@dataclass(frozen=True, repr=False)
+class Emg(Tabulated):
     """Envelopes of EMG as activations, 0 to 1, of K muscles of a model, over time.
 
     Raises:

@@ -20,6 +20,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.sequences import reaches_over
 from warpmuscle.formats import SceneLike, scene_of
 from warpmuscle.formats.external_loads import TO_OPENSIM
@@ -37,8 +38,8 @@ from warpmuscle.simulation.kernel_cache import said
 MarkersLike = Markers | str | PathLike[str]
 
 
-@dataclass(frozen=True)
-class Kinematics:
+@dataclass(frozen=True, repr=False)
+class Kinematics(Tabulated):
     """What inverse kinematics found in F frames of one recording."""
 
     coordinates: Coordinates  # all of the model, also locked and coupled ones

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.activations import RESERVE, ActivationOptions, Activations, widths_left_out
 from warpmuscle.inverse.body_model import BodyModel, MuscleFrames
-from warpmuscle.inverse.dynamics import Moments, Prepared, prepare
+from warpmuscle.inverse.dynamics import CoordinatesLike, Moments, Prepared, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
@@ -53,7 +54,7 @@ class _Solved:
 @said("finding muscle forces")
 def static_optimization(
     model: SceneLike | BodyModel,
-    coordinates: Coordinates | Sequence[Coordinates],
+    coordinates: CoordinatesLike | Sequence[CoordinatesLike],
     loads: Loads | Sequence[Loads | None] | None = None,
     *,
     filter: float | None = None,
@@ -75,7 +76,7 @@ def static_optimization(
         ArgumentError: see `inverse_dynamics`; or an option that is none, or EMG of other muscles or another time.
         SceneError: the model cannot be read, or has no muscles.
     """
-    many = not isinstance(coordinates, Coordinates)
+    many = not isinstance(coordinates, Coordinates | str | PathLike)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     unknown = next((name for name in options if name not in ActivationOptions.__dataclass_fields__), None)
     if unknown is not None:

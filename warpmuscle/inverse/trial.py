@@ -9,13 +9,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warpmuscle.core.arguments import as_array, as_kind, as_texts, in_words
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, SignalError
+from warpmuscle.core.html_table import Tabulated
+from warpmuscle.core.labelled import Labelled, to_dataframe
+
+if TYPE_CHECKING:
+    import pandas
 
 LATEST = 1.0e12  # s; far beyond the years 1970 to now
 SHORTEST = 1.0e-8  # s between frames, which no laboratory records
@@ -27,8 +32,8 @@ class TrialWarning(UserWarning):
     """Something of a recording, or of what was found from it, is to be known before it is used."""
 
 
-@dataclass(frozen=True)
-class Markers:
+@dataclass(frozen=True, repr=False)
+class Markers(Tabulated):
     """Positions of K markers in F frames; NaN where one is missing.
 
     Raises:
@@ -47,8 +52,8 @@ class Markers:
             raise ArgumentError(f"markers: {self.names[marker]!r} is infinitely far away in frame {frame + 1}")
 
 
-@dataclass(frozen=True)
-class Coordinates:
+@dataclass(frozen=True, repr=False)
+class Coordinates(Tabulated):
     """Values of C coordinates of a model in F frames, by their names in the model.
 
     Raises:
@@ -75,16 +80,28 @@ class Coordinates:
         """
         return column_of(self.names, self.values, name)
 
+    __getitem__ = of
 
-def column_of(names: Sequence[str], values: Floats, name: str) -> Floats:
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row for each time, a column for each coordinate; needs pandas."""
+        return columns_to_dataframe(self.times, self.names, self.values)
+
+
+def column_of(names: Sequence[str], values: Floats, name: str, what: str = "coordinate") -> Floats:
     """The values (F,) of one coordinate, of (F, K) in the order of the names; see `Coordinates.of`."""
     if name not in names:
-        raise ArgumentError(f"no coordinate {name!r}; there are {', '.join(names)}")
+        raise ArgumentError(f"no {what} {name!r}; there are {', '.join(names)}")
     return values[:, names.index(name)]
 
 
-@dataclass(frozen=True)
-class Plate:
+def columns_to_dataframe(times: Floats, names: Sequence[str], values: Floats) -> pandas.DataFrame:
+    """Values (F, K) over times (F,) as a table; raises Error where pandas is not installed."""
+    columns = [Labelled(name, ("time",), one) for name, one in zip(names, values.T, strict=True)]
+    return to_dataframe(Labelled("time", ("time",), times), columns, {})
+
+
+@dataclass(frozen=True, repr=False)
+class Plate(Tabulated):
     """A force on a body in F frames, as a force plate under a foot measures it; ground axes, unless told otherwise."""
 
     name: str
@@ -96,8 +113,8 @@ class Plate:
     point_on: str | None = None  # body from whose origin, in whose axes, the point is
 
 
-@dataclass(frozen=True)
-class Loads:
+@dataclass(frozen=True, repr=False)
+class Loads(Tabulated):
     """Forces of P plates in F frames.
 
     Raises:

@@ -14,7 +14,7 @@ from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import Gait
 from warpmuscle.plots.joints import RECORDED_COLOR, angle_label, joint_curves, recorded_curves
 from warpmuscle.plots.projection import project
-from warpmuscle.plots.style import SIDE_COLORS, WIDTH, matplotlib, save, style
+from warpmuscle.plots.style import SIDE_COLORS, WIDTH, empty_figure, save, style
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.results.recording import Recording
@@ -88,7 +88,7 @@ def _figure(
     spare = (room / scale - front_width - side_width) / 2.0
 
     height = scale * (high - low)
-    paper = _Page(matplotlib().figure.Figure(figsize=(WIDTH, height + 3.65)))
+    paper = _Page(empty_figure(figsize=(WIDTH, height + 3.65)))
     front_axes = paper.axes(WIDTH - 0.12 - scale * front_width, 3.0, scale * front_width, height)
     side_axes = paper.axes(0.62, 3.0, room - scale * front_width, height)
     side_axes.set(xlim=(side[0, 0] - spare, side[1, 0] + spare), ylim=(low, high))

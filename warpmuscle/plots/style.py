@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error
 from warpmuscle.core.extras import imported
 from warpmuscle.core.files import check_output, replace_file
 from warpmuscle.core.sequences import rising
@@ -85,14 +84,15 @@ def style() -> Iterator[None]:
 
 def page(height: float, width: float = WIDTH) -> Any:
     """An empty figure of this height and width, inches, whose panels keep clear of each other."""
-    figure = matplotlib().figure.Figure(figsize=(width, height), layout="constrained")
-    figure.show = show_elsewhere
-    return figure
+    return empty_figure(figsize=(width, height), layout="constrained")
 
 
-def show_elsewhere(warn: bool = True) -> None:
-    """What `show` of a figure says, which has no window of its own."""
-    raise Error("a notebook shows a figure; elsewhere, figure.savefig('figure.png') writes it")
+def empty_figure(**options: Any) -> Any:
+    """A figure that notebooks show; options are those of matplotlib's."""
+    matplotlib()
+    from warpmuscle.plots.inline_figure import InlineFigure
+
+    return InlineFigure(**options)
 
 
 def grid(count: int, columns: int, row_height: float, **further: Any) -> tuple[Any, list[Any]]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.plots.style import matplotlib, save
+from warpmuscle.plots.style import empty_figure, matplotlib, save
 from warpmuscle.synergy.factorization import Account, Synergies
 from warpmuscle.synergy.preparation import Activations
 
@@ -44,7 +44,7 @@ def draw_synergies(
     """
     count = synergies.account.count
     with matplotlib().rc_context(_STYLE):
-        figure: Any = matplotlib().figure.Figure(figsize=(_WIDTH, 0.9 + _ROW * count + _BOTTOM), layout="constrained")
+        figure: Any = empty_figure(figsize=(_WIDTH, 0.9 + _ROW * count + _BOTTOM), layout="constrained")
         upper, lower = figure.subfigures(2, 1, height_ratios=[0.6 + _ROW * count, _BOTTOM])
         panels = upper.subplots(count, 2, sharex="col", squeeze=False, width_ratios=[1.0, 1.7])
         for k in range(count):

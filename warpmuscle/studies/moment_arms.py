@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.pose import rotate
 from warpmuscle.model.build import start_of
 from warpmuscle.scene import Joint, Scene
@@ -21,8 +22,8 @@ DEFAULT_RANGE = (-0.6, 0.6)  # rad, of a joint without limits
 SAMPLES = 7  # of the range of each degree of freedom
 
 
-@dataclass(frozen=True)
-class MomentArms:
+@dataclass(frozen=True, repr=False)
+class MomentArms(Tabulated):
     """Moment arms -dl/dq of all muscles that act on a joint, over the angle of one of its degrees of freedom."""
 
     joint: str

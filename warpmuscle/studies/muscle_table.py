@@ -11,6 +11,7 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.warp_start import start_warp
 from warpmuscle.kernels.curve.curve_sets import CURVES
@@ -44,8 +45,8 @@ class PathGeometry:
         return self._found[key]
 
 
-@dataclass(frozen=True)
-class MuscleTable:
+@dataclass(frozen=True, repr=False)
+class MuscleTable(Tabulated):
     """Numbers (Z, M) of M muscles for Z sets of parameters."""
 
     model: int

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.sequences import rising
 from warpmuscle.gait.measures import feet_of, measure
 from warpmuscle.simulation.perturbations import none
@@ -24,8 +25,8 @@ _RESAMPLES = 400
 _QUANTILES = (0.05, 0.95)
 
 
-@dataclass(frozen=True)
-class PushTrials:
+@dataclass(frozen=True, repr=False)
+class PushTrials(Tabulated):
     """Which pushes a gait survived.
 
     Attributes:

@@ -32,6 +32,7 @@ TENSION = 5.0e5  # Pa, of muscles that fit beside one another
 BELLY = 8.0 / 15.0  # volume of a drawn belly in that of a cylinder around it: the integral of (1 - x^2)^2 from 0 to 1
 THINNEST, THICKEST = 0.005, 0.04  # m, radii of bellies of a body of 75 kg
 STOUTEST = 0.115  # radius of a belly in the length of its muscle, at most
+SHADES = 15.0  # steps of an activation from 0 to 1 in a crowd: few compress well
 FINE, COARSE = 2e-4, 4e-4  # m, or parts of a unit quaternion: steps in which places and turns are stored
 SAME_ANGLE = 6.0  # degrees, mean difference of two curves that are the same angle
 SPARED = ("excitations", "fibre lengths", "desired torques")  # groups of curves that pages of many motions do without
@@ -72,9 +73,15 @@ def track_arrays(track: Track) -> dict[str, tuple[Floats, float]]:
 
 
 def crowd_arrays(track: Track) -> dict[str, tuple[Floats, float]]:
-    """The same of one of many, which are small in the picture: how its bodies move, and nothing of its muscles."""
+    """The same of one of many, small in the picture: how its bodies move, and roughly how active its muscles are.
+
+    Ways of muscles that wrap are left out, and so are these muscles.
+    """
     all_arrays = track_arrays(track)
-    kept = {name: all_arrays[name] for name in ("time", "root", "slid") if name in all_arrays}
+    kept: dict[str, tuple[Floats, float]] = {}
+    kept |= {name: all_arrays[name] for name in ("time", "root", "slid", "weight") if name in all_arrays}
+    if "activation" in all_arrays:
+        kept["activation"] = (np.rint(all_arrays["activation"][0] * SHADES) / SHADES, 8)
     return kept | {"orientation": (all_arrays["orientation"][0], 8)}
 
 

@@ -48,7 +48,7 @@ SHOWN = (
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
-CROWD = 16  # tracks beyond which muscles, forces and most curves are left out
+CROWD = 16  # tracks beyond which forces and most curves are left out, and muscles of all but near ones
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
@@ -158,12 +158,13 @@ def page_of(
     terrain = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
     if pool is not None:
         _pack(contents, pool, packer)
+    striding = live is None and any(map(_strides, contents))
     known = list(facts) or [Facts()] * len(tracks)
     contents = [{**content, **more} for content, more in zip(contents, facts_content(known), strict=True)]
     content = {
         "title": title,
         "autoplay": autoplay,
-        "shown": _shown(tracks, panels, plots, live is None and any(map(_strides, contents)), split, over),
+        "shown": _shown(tracks, panels, plots, striding, split, over, any(one.ended for one in facts)),
         "over": over and len(tracks) > 1,
         "ground": plane_content(scenes[0]) | {"terrain": terrain},
         "shades": shades_of(known, pool is None and any(track.doll.muscles.names for track in tracks), FEW),
@@ -232,12 +233,12 @@ def _strides(content: dict[str, Any]) -> bool:
 
 
 def _shown(
-    tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool, over: bool
+    tracks: Sequence[Track], panels: Sequence[Any], plots: bool, striding: bool, split: bool, over: bool, failed: bool
 ) -> dict[str, bool]:
     """What can be shown of these tracks, and whether it is at first."""
     few = len(tracks) <= CROWD
     there = {
-        "muscles": few and any(track.doll.muscles.names for track in tracks),
+        "muscles": any(track.doll.muscles.names for track in tracks),
         "thickness": few and any(track.doll.muscles.names for track in tracks),
         "yellow": few and any(track.doll.muscles.names for track in tracks),
         "desired": few and any(track.desired is not None for track in tracks),
@@ -245,7 +246,7 @@ def _shown(
         "path": few,
         "markers": few and any(track.measured is not None and track.measured.markers for track in tracks),
         "surfaces": any(track.doll.wraps for track in tracks),
-        "labels": len(tracks) > 1 and not over,
+        "labels": (len(tracks) > 1 or failed) and not over,
         "split": 1 < len(tracks) <= FEW and not over,
         "norms": any("norm" in panel for listed in panels for panel in listed),
         "strides": striding,

@@ -21,6 +21,8 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import holds_trials, read
 from warpmuscle.scene import Failure, Scene
+from warpmuscle.scene.ground import plane
+from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.parameters import at_start, start_values, substitute
 from warpmuscle.view.bones.model_meshes import mesh_folder
 from warpmuscle.view.crowd import Facts
@@ -33,6 +35,8 @@ NOTHING_KNOWN = Facts()
 SUFFIXES = (".h5", ".hdf5")
 RATE = 50.0  # frames a second that are shown
 FEW = 8  # motions; of more of them half the frames are shown
+EARLY, SAME_HEIGHT = 0.05, 0.02  # s before its end, of a motion that stopped; and of a height, that frames lie apart
+NAMED = 3  # scenes, in the title of a page
 MOST_FRAMES = 10_000  # of all motions of a crowd together, some 900 kB of a page
 
 
@@ -104,14 +108,32 @@ def of_replays(
     if len(result.replay_names) > 1:
         labels = {number: result.replay_names[number] for number in chosen}
     motions = {number: demanding(result.replays[number], str(path)) for number in chosen}
-    return [Sight(name or labels[number], motions[number], numeric) for number in chosen]
+    searched = result.evaluations is not None
+    facts = {n: NOTHING_KNOWN if searched else fall_of(motions[n], numeric) for n in chosen}
+    return [Sight(name or labels[n], motions[n], numeric, facts[n]) for n in chosen]
+
+
+def fall_of(recording: Recording, scene: Scene) -> Facts:
+    """That a motion ended before its time with its centre of mass as low as who has fallen, and when.
+
+    Args:
+        scene: that made it, without free parameters.
+    """
+    end, limit = float(recording.time[-1]), plain_number(scene.failure.com_height)
+    normal, height = plane(scene.ground)
+    above = recording.com[[0, -1]] @ normal - height
+    if end > scene.duration - EARLY or above[1] > (limit + SAME_HEIGHT) * above[0]:
+        return NOTHING_KNOWN
+    return Facts(None, f"{Status.FELL.word} at {end:.1f} s", end)
 
 
 def with_measured(sights: Sequence[Sight], path: str | Path, result: Result, replay: int | None = None) -> list[Sight]:
     """Motions of a file of `warpmuscle inverse`, or one of them, with the markers and forces that were measured."""
     names = result.replay_names or ("",)
     chosen = names if replay is None else names[replay : replay + 1]
-    return [replace(sight, measured=read_measured(path, name)) for sight, name in zip(sights, chosen, strict=True)]
+    measured = [read_measured(path, name) for name in chosen]
+    known = NOTHING_KNOWN  # a scene says nothing of when a recorded motion ends
+    return [replace(sight, measured=one, facts=known) for sight, one in zip(sights, measured, strict=True)]
 
 
 def of_candidates(result: Result, count: int, device: str | None, path: str | Path, name: str = "") -> list[Sight]:
@@ -142,7 +164,8 @@ def _walked(scene: Scene, values: Floats, device: str | None) -> tuple[list[Reco
 
     def run(one: Scene, rows: Floats) -> Rollout:
         rollout = Rollout(one, len(rows), device, record=range(len(rows)), record_rate=RATE)
-        rollout.set_parameters(rows)
+        if rows.shape[1]:
+            rollout.set_parameters(rows)
         rollout.run()
         return rollout
 
@@ -163,12 +186,9 @@ def _walked(scene: Scene, values: Floats, device: str | None) -> tuple[list[Reco
 
 
 def of_scene(scene: Scene, device: str | None = None) -> list[Sight]:
-    """A scene, run once."""
-    from warpmuscle.simulation.rollout import Rollout
-
-    rollout = Rollout(scene, 1, device, record=[0], record_rate=RATE)
-    rollout.run()
-    return [Sight(scene.name, rollout.recording(), at_start(scene))]
+    """A scene, run once; where it fails, until it lies on the ground."""
+    (motion,), (facts,) = _walked(scene, start_values(scene)[None], device)
+    return [Sight(scene.name, motion, at_start(scene), facts)]
 
 
 def tracks_of(sights: Sequence[Sight], rate: float | None = None) -> list[Track]:
@@ -217,7 +237,9 @@ def page_of_sights(
     """
     scenes = [sight.scene for sight in sights]
     folder = mesh_folder(meshes, scenes[0], beside)
-    name, facts = title or scenes[0].name, [sight.facts for sight in sights]
+    names = list(dict.fromkeys(scene.name for scene in scenes))
+    several = ", ".join(names) if len(names) <= NAMED else f"{', '.join(names[:NAMED])}, ..."
+    name, facts = title or several, [sight.facts for sight in sights]
 
     def at(rate: float) -> str:
         return page_of(

@@ -69,3 +69,34 @@ def test_a_shoulder_blade_spans_its_joint_and_the_ends_of_its_muscles():
     np.testing.assert_allclose(corners.min(axis=0), places.min(axis=0) - 0.004, atol=1e-3)
     np.testing.assert_allclose(corners.max(axis=0), places.max(axis=0) + 0.004, atol=1e-3)
     assert shoulder_blade(character, "clavicle_r") is None
+
+
+def lone_arm(mass: float = 0.0, muscled: bool = True) -> Character:
+    """A right arm that hangs on a base, as in arm26, with a muscle from there."""
+    still, hinge, place = (0.0, 0.0, 0.0), [(1.0, 0.0, 0.0)], (-0.17, -0.007, -0.02)
+    masses = {"base": mass, "r_humerus": 1.9, "r_ulna": 1.5}
+    bodies = {name: Body(one, (0.01 * one,) * 3) for name, one in masses.items()}
+    joints = {
+        "shoulder": Joint("hinge", "base", "r_humerus", place, (0.0, 0.18, 0.0), hinge),
+        "elbow": Joint("hinge", "r_humerus", "r_ulna", (0.0, -0.11, 0.0), (0.0, 0.18, 0.0), hinge),
+    }
+    points = [ViaPoint("base" if muscled else "r_humerus", still), ViaPoint("r_ulna", still)]
+    muscle = Muscle(path=points, f_max=500.0, l_opt=0.1, l_slack=0.1)
+    return Character(root="base", bodies=bodies, joints=joints, muscles={"triceps": muscle})
+
+
+def test_an_arm_alone_hangs_on_a_shoulder_where_its_muscles_begin():
+    character = lone_arm()
+    names, sides = list(character.bodies), sides_of(character)
+    cage = rib_cage(character, "base", sides)
+    assert cage is not None
+    np.testing.assert_allclose(cage.shoulders[1], (-0.17, -0.007, -0.02), atol=1e-9)
+    assert cage.shoulders[0][0] > cage.neck[0] > -0.17  # the other one is to the left of the neck
+    corners = np.concatenate([
+        piece.corners for piece in figure_of(character, (), names)
+        if isinstance(piece, Hull) and piece.layer == "bone" and names[piece.body] == "base"
+    ])  # fmt: skip
+    assert np.linalg.norm(corners - [-0.17, -0.007, -0.02], axis=1).min() < 0.03
+    assert rib_cage(lone_arm(mass=20.0), "base", sides) is None
+    assert rib_cage(lone_arm(muscled=False), "base", sides) is None
+    assert rib_cage(character, "r_humerus", sides) is None

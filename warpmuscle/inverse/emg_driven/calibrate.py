@@ -19,6 +19,7 @@ import numpy as np
 from warpmuscle.core.arguments import as_integer, as_kind, as_number
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.activations import ActivationOptions
@@ -37,8 +38,8 @@ BLOCKS = 20  # parts of all frames, which members of an ensemble weigh by chance
 PRIOR = 0.001  # cost of parameters that are at their bounds all, beside 1 for moments that are not made at all
 
 
-@dataclass(frozen=True)
-class Calibration:
+@dataclass(frozen=True, repr=False)
+class Calibration(Tabulated):
     """What E members of an ensemble say of a model's muscles; the first one counts all frames alike.
 
     Attributes:

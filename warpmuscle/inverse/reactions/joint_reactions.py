@@ -9,22 +9,25 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 import warp as wp
 
+from warpmuscle.core.arguments import answering
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.coordinates import States
-from warpmuscle.inverse.dynamics import Prepared, prepare
+from warpmuscle.inverse.dynamics import INSTEAD, CoordinatesLike, Prepared, prepare
 from warpmuscle.inverse.reactions.joint_frames import FrameOnBody, JointFrames, joint_frames
 from warpmuscle.inverse.trial import Coordinates, Loads, each_of
 from warpmuscle.kernels.inverse import joint_reactions as kernels
@@ -36,8 +39,8 @@ _JOINTS: WeakKeyDictionary[BodyModel, list[JointFrames]] = WeakKeyDictionary()  
 SIDES, FRAMES = ("child", "parent"), ("child", "parent", "ground")
 
 
-@dataclass(frozen=True)
-class JointReactions:
+@dataclass(frozen=True, repr=False)
+class JointReactions(Tabulated):
     """What J joints put on a body each in F frames."""
 
     joints: tuple[str, ...]  # (J,)
@@ -58,10 +61,11 @@ class JointReactions:
         return found
 
 
+@answering(INSTEAD)
 @said("finding joint reactions")
 def joint_reactions(
     model: SceneLike | BodyModel,
-    coordinates: Coordinates | Sequence[Coordinates],
+    coordinates: CoordinatesLike | Sequence[CoordinatesLike],
     loads: Loads | Sequence[Loads | None] | None = None,
     activations: Activations | Sequence[Activations] | None = None,
     *,
@@ -83,7 +87,7 @@ def joint_reactions(
         ArgumentError: see `inverse_dynamics`; or activations of other frames, or of muscles without lines of action.
         SceneError: the model cannot be read.
     """
-    many = not isinstance(coordinates, Coordinates)
+    many = not isinstance(coordinates, Coordinates | str | PathLike)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     trials = prepare(body, coordinates, loads, filter, times, exact_rates, of_speeds=True).of_speeds
     given = None

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.scene import Scene
 
 
-@dataclass(frozen=True)
-class GroundRun:
+@dataclass(frozen=True, repr=False)
+class GroundRun(Tabulated):
     """The ground of a trial of W windows; world axes: x to the left, y up, z forward.
 
     Attributes:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from os import PathLike
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.dynamics import prepare, trials_of, wanted_times
+from warpmuscle.inverse.dynamics import CoordinatesLike, prepare, trials_of, wanted_times
 from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
@@ -33,7 +34,7 @@ from warpmuscle.simulation.kernel_cache import said
 @said("following the motion")
 def track(
     model: SceneLike | BodyModel,
-    coordinates: Coordinates | Sequence[Coordinates],
+    coordinates: CoordinatesLike | Sequence[CoordinatesLike],
     loads: Loads | Sequence[Loads | None] | None = None,
     *,
     filter: float | None = None,
@@ -53,12 +54,12 @@ def track(
         ArgumentError: see `inverse_dynamics`; an option that is none; a part shorter than a window.
         SceneError: the model cannot be read, or has no muscles.
     """
-    many = not isinstance(coordinates, Coordinates)
+    many = not isinstance(coordinates, Coordinates | str | PathLike)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     unknown = next((name for name in options if name not in TrackingOptions.__dataclass_fields__), None)
     if unknown is not None:
         raise ArgumentError(f"no option {unknown!r}; there are {', '.join(TrackingOptions.__dataclass_fields__)}")
-    motions = trials_of(coordinates)
+    motions = trials_of(coordinates, body.scene)
     chosen = TrackingOptions(**options)  # type: ignore[arg-type]
     found = track_trials(body, motions, loads, chosen, filter, begin, end)
     return found if many else found[0]

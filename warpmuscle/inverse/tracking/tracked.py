@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
+from warpmuscle.core.html_table import Tabulated
 from warpmuscle.inverse.simulated_ground.ground_run import GroundRun
 from warpmuscle.results.recording import Recording
 
 
-@dataclass(frozen=True)
-class Tracked:
+@dataclass(frozen=True, repr=False)
+class Tracked(Tabulated):
     """A motion that a simulation makes under excitations, W windows long, of M muscles and K coordinates.
 
     Attributes:

@@ -13,7 +13,7 @@ const FULL_FORCE = 1.5; // f_max that a load of 1 stands for
 class Biped {
   constructor(content, arrays, widths, doll, renderer) {
     Object.assign(this, content);
-    Object.assign(this, { doll, renderer, bodies: doll.parent.length, names: doll.muscles.names });
+    Object.assign(this, { doll, renderer, bodies: doll.parent.length, names: doll.muscles.names, near: false });
     const each = (of) => Object.fromEntries(Object.entries(content.arrays).map(([name, k]) => [name, of(name, k)]));
     this.widths = each((name, k) => widths[k]);
     this.arrays = each((name, k) => part(arrays[k], content.rows?.[name], content.frames, widths[k]));
@@ -27,9 +27,14 @@ class Biped {
     this.addFigure();
   }
 
+  // Whether its muscles are drawn: those of a body that is coloured as a whole only where it is near.
+  get muscled() {
+    return Boolean(this.arrays.activation) && !this.over && (!this.renderer.shaded || this.near);
+  }
+
   // Solids and muscles, which stay as they are while their bodies and points move.
   addFigure() {
-    const { renderer, doll, first } = this, { start } = doll.muscles;
+    const { renderer, doll, first, muscled } = this, { start } = doll.muscles, apart = muscled && renderer.shaded;
     for (const piece of doll.pieces) {
       if (this.over && piece.layer === "flesh") continue; // what is seen through it would be covered
       const flesh = renderer.shade(this) ?? SIDE_TINT[piece.side];
@@ -40,10 +45,12 @@ class Biped {
       const [a, b] = piece.start ? piece.radii : [1, 1];
       const size = piece.start ? [a, a, a, length] : [...(piece.radii ?? [1, 1, 1]), 0];
       const kind = piece.kind === "ellipsoid" ? "limb" : piece.kind;
-      renderer.addSolid(piece.layer === "hollow" ? "bone" : piece.layer, kind, piece.mesh, slot, place, turn, size, tint, b / Math.max(a, 1e-9));
+      const layer = piece.layer === "hollow" ? "bone" : piece.layer, named = apart && NEAR_LAYERS[layer] ? NEAR_LAYERS[layer] : layer;
+      renderer.addSolid(named, kind, piece.mesh, slot, place, turn, size, tint, b / Math.max(a, 1e-9));
     }
-    for (let m = 0; m < (this.over ? 0 : this.names.length); m++)
-      for (let k = start[m]; k < start[m + 1] - 1; k++)
+    const unknown = new Set(this.arrays.routed ? [] : this.routes); // whose ways are not told
+    for (let m = 0; m < (muscled ? this.names.length : 0); m++)
+      for (let k = start[m]; k < start[m + 1] - 1 && !unknown.has(m); k++)
         renderer.addStretch(first.points + k, first.muscles + m, k === start[m], k === start[m + 1] - 2, start[m + 1] - start[m] - 1);
   }
 
@@ -143,7 +150,7 @@ class Biped {
     const moment = this.moment(time), { renderer, first } = this;
     this.pose("orientation", moment, first.slots);
     if (shown.desired && this.arrays.desired) this.pose("desired", moment, first.slots + renderer.shift);
-    if (this.arrays.activation && !renderer.shaded && !this.over) this.updateMuscles(moment, shown);
+    if (this.muscled) this.updateMuscles(moment, shown);
     if (shown.forces && this.arrays.plate) markPlates(this, moment);
     else if (shown.forces && this.arrays.force) this.markForces(moment);
     if (shown.markers && this.arrays.marker) markMarkers(this, moment);
@@ -161,7 +168,7 @@ class Biped {
       turnInto(out, at, poses, pose + 4, p[0], p[1], p[2], 1);
       for (let i = 0; i < 3; i++) out[at + i] += poses[pose + i];
     }
-    if (routed.length) {
+    if (routed.length && this.arrays.routed) {
       const routes = this.between("routed", moment);
       routed.forEach((k, n) => {
         const at = from + 4 * k, on = this.routed_on?.[n], pose = 8 * (first.slots + (on ?? 0)), p = routes.slice(3 * n, 3 * n + 3);
@@ -171,12 +178,12 @@ class Biped {
       });
     }
     this.routes.forEach((m) => spreadPoints(out, from + 4 * start[m], start[m + 1] - start[m]));
-    if (conditional.length) this.slideConditional(this.between("weight", moment), out, from);
-    const activation = this.between("activation", moment), load = this.between("load", moment), s = this.doll.scale;
+    if (conditional.length && this.arrays.weight) this.slideConditional(this.between("weight", moment), out, from);
+    const activation = this.between("activation", moment), load = this.arrays.load && this.between("load", moment), s = this.doll.scale;
     const rest = SLACK_RADIUS ** 2, full = FULL_RADIUS ** 2 - rest; // the area grows with the force
     for (let m = 0; m < this.names.length; m++) {
       const way = measureWay(out, from + 4 * start[m], start[m + 1] - start[m]), at = 4 * (first.muscles + m);
-      const force = FULL_FORCE * load[m] * f_max[m] / this.order, swollen = belly[m] * Math.sqrt(length[m] / Math.max(way, 0.5 * length[m]));
+      const force = load ? FULL_FORCE * load[m] * f_max[m] / this.order : 0, swollen = belly[m] * Math.sqrt(length[m] / Math.max(way, 0.5 * length[m]));
       const radius = shown.thickness ? s * Math.sqrt(rest + full * force) : swollen; // or a volume that stays
       const numbers = [radius, s * TENDON_RADIUS, activation[m], share[m]];
       renderer.muscles.numbers.set(numbers, at);

@@ -18,7 +18,7 @@ function pick(bipeds, matrix, width, height, x, y, shown) {
   const offer = (pixels, depth, what) => {
     if (pixels <= 0 && (!found || depth < found.depth)) found = { depth, ...what };
   };
-  if (shown.muscles) for (const [, biped] of near) offerMuscles(biped, screen, x, y, offer);
+  if (shown.muscles) for (const [, biped] of near.filter(([, one]) => one.muscled)) offerMuscles(biped, screen, x, y, offer);
   if (!found) for (const [, biped] of near) offerBodies(biped, screen, x, y, offer);
   return found;
 }
@@ -26,8 +26,9 @@ function pick(bipeds, matrix, width, height, x, y, shown) {
 function offerMuscles(biped, screen, x, y, offer) {
   const { start } = biped.doll.muscles, points = biped.renderer.points.numbers, from = 4 * biped.first.points;
   const places = Array.from({ length: biped.count }, (_, k) => screen(points, from + 4 * k));
+  const unknown = biped.arrays.routed ? [] : biped.routes; // which are not drawn
   for (let m = 0; m < biped.names.length; m++)
-    for (let k = start[m] + 1; k < start[m + 1]; k++)
+    for (let k = unknown.includes(m) ? start[m + 1] : start[m] + 1; k < start[m + 1]; k++)
       if (places[k] && places[k - 1])
         offer(fromStretch(places[k - 1], places[k], x, y) - NEAR, places[k][2], { biped, muscle: m, name: biped.names[m] });
 }
@@ -63,7 +64,7 @@ function labelOf({ label, ended, until }, time) {
 class Labels {
   constructor(player) {
     this.player = player;
-    this.elements = player.bipeds.length < 2 ? [] : player.bipeds.map((biped) => {
+    this.elements = player.bipeds.length < 2 && !player.bipeds[0]?.ended ? [] : player.bipeds.map((biped) => {
       const label = document.getElementById("labels").appendChild(document.createElement("span"));
       label.textContent = biped.label;
       return label;
@@ -71,25 +72,40 @@ class Labels {
   }
 
   draw(views) {
-    const { bipeds, selected, shown, time } = this.player, tools = document.getElementById("tools");
-    const beside = (left, right) => right < tools.offsetLeft || left > tools.offsetLeft + tools.offsetWidth;
-    this.elements.forEach((label, k) => {
+    const { bipeds, selected, shown, time } = this.player;
+    const placed = this.elements.flatMap((label, k) => {
       label.hidden = !shown.labels || (bipeds.length > FEW_LABELS && k !== selected);
-      if (label.hidden) return;
+      if (label.hidden) return [];
       const biped = bipeds[k], text = labelOf(biped, time);
       if (label.textContent !== text) label.textContent = text;
       const above = biped.com(biped.moment(time)), tall = biped.doll.scale;
       const up = above[1] - groundHeight(this.player.renderer.ground, above[0], above[2]); // little of who has fallen
       above[1] += 0.85 * tall * Math.min(Math.max(up / (STANDING * tall), 0.3), 1);
-      const { matrix, pixels: [x, y, width, height] } = views[k] ?? views[0], at = onScreen(matrix, above, width, height);
-      label.hidden = !at || (bipeds.length > FEW_WHOLE_LABELS && !isWithin(at, width, height));
+      const { matrix, pixels } = views[k] ?? views[0], at = onScreen(matrix, above, pixels[2], pixels[3]);
+      label.hidden = !at || (bipeds.length > FEW_WHOLE_LABELS && !isWithin(at, pixels[2], pixels[3]));
       label.classList.toggle("chosen", k === selected);
-      if (label.hidden) return;
-      const half = 0.5 * label.offsetWidth, inside = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
-      const middle = x + inside(at[0], half + EDGE, width - half - EDGE);
-      const over = beside(middle - half, middle + half) ? 0 : tools.offsetTop + tools.offsetHeight; // buttons lie over the picture
-      Object.assign(label.style, { left: `${middle}px`,
-        top: `${y + inside(at[1], label.offsetHeight + EDGE + (y < 1 ? over : 0), height - EDGE)}px` });
+      return label.hidden ? [] : [{ label, at, pixels, depth: k === selected ? 0 : at[2] }];
     });
+    this.spread(placed.sort((a, b) => a.depth - b.depth));
+  }
+
+  // Put labels where there is room, the chosen one and near ones first: of few, one goes above what it would cover; of more,
+  // it is left out.
+  spread(placed) {
+    const tools = document.getElementById("tools"), taken = [], few = this.elements.length <= FEW_WHOLE_LABELS;
+    const beside = (left, right) => right < tools.offsetLeft || left > tools.offsetLeft + tools.offsetWidth;
+    const within = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
+    for (const { label, at, pixels: [x, y, width, height] } of placed) {
+      const half = 0.5 * label.offsetWidth, tall = label.offsetHeight, middle = x + within(at[0], half + EDGE, width - half - EDGE);
+      const over = beside(middle - half, middle + half) ? 0 : tools.offsetTop + tools.offsetHeight; // buttons lie over the picture
+      const lowest = y + tall + EDGE + (y < 1 ? over : 0), covers = (one, at) => Math.abs(one.middle - middle) < one.half + half && Math.abs(one.bottom - at) < tall;
+      let bottom = within(y + at[1], lowest, y + height - EDGE);
+      const free = taken.map((one) => one.bottom - tall - 1).concat(bottom).sort((a, b) => b - a).filter((to) => to <= bottom && to >= lowest);
+      const found = (few ? free : [bottom]).find((to) => !taken.some((one) => covers(one, to)));
+      label.style.visibility = found === undefined && !few ? "hidden" : "visible";
+      bottom = found ?? bottom;
+      Object.assign(label.style, { left: `${middle}px`, top: `${bottom}px` });
+      if (label.style.visibility === "visible") taken.push({ middle, half, bottom });
+    }
   }
 }

@@ -17,6 +17,7 @@ class Player {
     this.bipeds = content.tracks.map((track, k) => new Biped({ ...told(track), over: tint(k) }, arrays, widths, content.dolls[track.doll], this.renderer));
     Object.assign(this, { seen: [], time: 0, playing: content.autoplay && (Boolean(content.live) || !calm()), speed: 1, selected: 0, pictures: 0, marks: [], words: "", together: false });
     this.shown = { ...content.shown };
+    if ("split" in this.shown) this.shown.split ||= this.renderer.canvas.clientWidth < this.renderer.canvas.clientHeight; // as on a phone
     this.camera = new Camera(this.element("scene"), this.bipeds.length > FITTED ? ANGLES.crowd : ANGLES.oblique);
     this.plots = new Plots(this.element("strip"), (time) => this.seek(time));
     this.plots.onScroll = () => (this.drawn = null);
@@ -295,8 +296,8 @@ class Player {
     const known = [biped.rank && `rank ${biped.rank} of ${this.bipeds.length}`, biped.ended].filter(Boolean).join(", ");
     if (muscle === undefined) return this.bipeds.length > FITTED && known ? `${biped.label}\n${known}` : label;
     const moment = biped.moment(this.time), part = (array) => biped.between(array, moment, muscle, 1)[0];
-    const force = FULL_FORCE * part("load") * biped.doll.muscles.f_max[muscle];
-    return `${label}\nactivation ${part("activation").toFixed(2)}, force ${force.toFixed(0)} N`;
+    const force = () => `, force ${(FULL_FORCE * part("load") * biped.doll.muscles.f_max[muscle]).toFixed(0)} N`;
+    return `${label}\nactivation ${part("activation").toFixed(2)}${biped.arrays.load ? force() : ""}`;
   }
 
   help() {
@@ -384,6 +385,7 @@ class Player {
       const coms = bipeds.map((one) => one.com(one.moment(time)));
       return { box, pixels, bipeds, coms, ...this.camera.view(middle, pixels[2] / Math.max(pixels[3], 1)) };
     });
+    this.shades.showNear(this.seen);
     renderer.draw(this.seen, shown);
     this.labels.draw(this.seen);
     this.drawPlots(still);

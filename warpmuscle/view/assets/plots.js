@@ -4,7 +4,7 @@
 const LINE_COLOR = { left: "#0072b2", right: "#c24f00", middle: "#404040" };
 const TRACK_COLOR = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7a5195", "#404040"];
 const PANEL = { width: 190, height: 112, least: 96, left: 38, right: 8, top: 20, bottom: 16 };
-const NORM_ALPHA = 0.16, BAND_ALPHA = 0.22, SQUEEZED = 0.8; // of what is behind curves; of a title's width, at least
+const NORM_ALPHA = 0.16, BAND_ALPHA = 0.22, SQUEEZED = 0.74; // of what is behind curves; of a title's width, at least
 // A colour of a line for text, which needs more contrast with white: at least 4.5 of all above.
 const inked = (css) => `#${[1, 3, 5].map((i) => Math.round(0.66 * parseInt(css.slice(i, i + 2), 16)).toString(16).padStart(2, "0")).join("")}`;
 const INK = "#24313d", QUIET = "#5b6875", GRID = "#e2e7ec", NORM_TINT = { left: "#0072b2", right: "#d55e00", both: "#8a949e" };
@@ -127,7 +127,8 @@ class Plots {
     if (panel.norm && this.norms) this.drawNorm(pen, box);
     const title = panel.unit ? `${panel.title} (${panel.unit})` : panel.title;
     Object.assign(pen, { font: FONT, fillStyle: INK, textAlign: "left", strokeStyle: GRID, lineWidth: 1 });
-    const room = width - (box.lines.length > 3 ? 0 : (pen.measureText("-000.0").width + 2) * box.lines.length + 4);
+    box.wide = pen.measureText("-00.0").width + 8; // of a value
+    const room = width - (box.lines.length > 3 ? 0 : box.wide * box.lines.length + 4);
     box.values = box.lines.length <= 3 && pen.measureText(title).width * SQUEEZED <= room; // or else the title is all there is
     pen.fillText(title, x, y - 7, box.values ? Math.max(room, 40) : width);
     Object.assign(pen, { fillStyle: QUIET, textAlign: "right" });
@@ -220,7 +221,7 @@ class Plots {
       pen.fillStyle = inked(curve.color);
       if (!box.values) continue;
       pen.fillText(short(value), right, box.y - 7);
-      right -= pen.measureText("-000.0").width + 2;
+      right -= box.wide;
     }
   }
 

@@ -2,14 +2,15 @@
 
 const FEW = 4; // bipeds up to which all is drawn finely
 const MIN_DETAIL = 0.8; // of the finest one; fewer pixels look poor and gain little, as corners are what costs
-const LAYERS = ["flesh", "bone", "tendon", "surface", "shape", "object", "device"];
+const LAYERS = ["flesh", "bone", "near_flesh", "near_bone", "tendon", "surface", "shape", "object", "device"];
+const NEAR_LAYERS = { flesh: "near_flesh", bone: "near_bone" }; // of bodies coloured as a whole through which muscles are seen
 // From rest to full activation: blue, violet, red, in equal steps of Ottosson's Oklab (2020), each lighter than the last, and
 // told apart without red or green cones, too.
 // Equal steps to the eye, told apart without one kind of cones, too, and none dark: blue to red, or to yellow, much lighter.
 const ACTIVATIONS = [[[0.187, 0.412, 0.811], [0.481, 0.413, 0.719], [0.683, 0.39, 0.598], [0.856, 0.336, 0.436], [1, 0.253, 0.144]], [[0.2, 0.36, 0.68], [0.388, 0.502, 0.633], [0.585, 0.628, 0.558], [0.789, 0.746, 0.435], [1.0, 0.86, 0.12]]];
 const TENDON = [0.95, 0.95, 0.97];
 const GHOST = [0.25, 0.62, 0.5, 0.3], SURFACE = [0.3, 0.55, 0.75, 0.35], SHAPE = [0.45, 0.45, 0.5, 0.35];
-const THROUGH = 0.45;
+const THROUGH = 0.45, NEAR_GLASS = 0.75; // opacities
 const OWN = (alpha) => [-1, 0, 0, alpha];
 
 class Renderer {
@@ -49,7 +50,7 @@ class Renderer {
     const tubes = (above) => (fine ? [36, 20] : [10, 5]).map((sectors) => tubeMesh(sectors, above));
     this.layers = {};
     for (const name of LAYERS)
-      this.layers[name] = { limb: solid(...(name === "bone" || name === "tendon" ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
+      this.layers[name] = { limb: solid(...(["bone", "near_bone", "tendon"].includes(name) ? bones : limbs)), tube: solid(...tubes(1)), box: solid(boxMesh()), hull: new Mixture(gl, 2, 4) };
     this.marks = { tube: solid(tubeMesh(fine ? 18 : 5), bandMesh()), cone: solid(...tubes(0)), limb: solid(...limbs) };
     this.path = solid(tubeMesh(fine ? 5 : 3), bandMesh());
     const along = fine ? [[18, 6], [8, 4], [3, 2]] : [[5, 3], [2], [2]], around = fine ? [9, 4] : [2, 2];
@@ -163,7 +164,8 @@ class Renderer {
   }
 
   drawView(matrix, eye, middle, shown) {
-    const gl = this.gl, { flesh, bone, tendon, surface, shape, object, device } = this.layers, muscles = shown.muscles && !this.shaded && this.stretches.some((b) => b.count);
+    const gl = this.gl, { flesh, bone, near_flesh, near_bone, tendon, surface, shape, object, device } = this.layers;
+    const muscles = shown.muscles && this.stretches.some((b) => b.count);
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
@@ -176,9 +178,9 @@ class Renderer {
     const { programs } = this, lighting = Number(this.level > 0);
     if (muscles) this.drawMuscles(programs.muscles[lighting], matrix, eye);
     const spared = this.level ? this.spared : 0;
-    if (this.ground.visible && !spared && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? flesh : bone, matrix, eye, middle);
+    if (this.ground.visible && !spared && (shown.flesh || shown.bones)) this.drawShadows(shown.flesh ? [flesh, near_flesh] : [bone, near_bone], matrix, eye, middle);
     this.solid = this.begin(programs.solids[lighting], matrix, eye, { poses: this.poses });
-    if (shown.bones && !(this.shaded && shown.flesh)) this.drawSolids([bone], OWN(1));
+    if (shown.bones) this.drawSolids(this.shaded && shown.flesh ? [near_bone] : [bone, near_bone], OWN(1));
     if (muscles) this.drawSolids([tendon], OWN(1));
     this.drawSolids([object, device, this.marks, ...(shown.path ? [{ path: this.path }] : [])], OWN(1));
     const opaque = this.shaded || (!muscles && !(this.fine && shown.bones)); // what is inside is to be seen
@@ -186,6 +188,7 @@ class Renderer {
     gl.enable(gl.BLEND);
     if (shown.shapes) this.drawGlass([shape], SHAPE);
     if (shown.surfaces) this.drawGlass([surface], SURFACE);
+    if (shown.flesh) this.drawGlass([near_flesh], OWN(NEAR_GLASS), true);
     if (shown.flesh && !opaque && spared < 2) this.drawGlass([flesh], OWN(this.fine ? 0.2 : 0.42));
     if (this.fine) this.drawThrough({ tube: this.marks.tube, cone: this.marks.cone });
     if (shown.desired) {
@@ -216,15 +219,15 @@ class Renderer {
       for (const batch of Object.values(group)) batch.draw(this.solid.place, this.level);
   }
 
-  // Only the front of it, and its edges most.
-  drawGlass(groups, paint) {
+  // Only the front of it, and its edges most, where it is large.
+  drawGlass(groups, paint, large = this.fine) {
     const gl = this.gl;
-    if (this.fine && !this.level) {
+    if (large && !this.level) {
       gl.colorMask(false, false, false, false);
       this.drawSolids(groups, paint);
       gl.colorMask(true, true, true, true);
     }
-    gl.uniform1f(this.solid.place.glass, Number(this.fine));
+    gl.uniform1f(this.solid.place.glass, Number(large));
     this.drawSolids(groups, paint);
     gl.uniform1f(this.solid.place.glass, 0);
   }
@@ -246,7 +249,7 @@ class Renderer {
   }
 
   // Each pixel once, however many shapes lie above it.
-  drawShadows(layer, matrix, eye, middle) {
+  drawShadows(layers, matrix, eye, middle) {
     const gl = this.gl;
     this.solid = this.begin(this.programs.solids[1], matrix, eye, { poses: this.poses });
     gl.uniform4f(this.solid.place.ground, ...shadowPlane(this.ground, middle));
@@ -258,7 +261,7 @@ class Renderer {
     gl.enable(gl.POLYGON_OFFSET_FILL); // the ground is wide, and its depth not exact everywhere
     gl.polygonOffset(-1, -64);
     gl.depthMask(false);
-    this.drawSolids([layer, this.layers.object], OWN(1));
+    this.drawSolids([...layers, this.layers.object], OWN(1));
     gl.depthMask(true);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.disable(gl.STENCIL_TEST);

@@ -15,6 +15,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.scene import Character
 from warpmuscle.scene.anatomy import Side, joint_place
 from warpmuscle.scene.initial_pose import plain_vector
+from warpmuscle.scene.masses import massless
 from warpmuscle.view.bones.named import named_role
 from warpmuscle.view.bones.skeleton import trunk_bones
 from warpmuscle.view.hulls import Mesh, Seeds, rounded_hull
@@ -39,8 +40,10 @@ class RibCage(NamedTuple):
 
 
 def rib_cage(character: Character, body: str, sides: Mapping[str, Side]) -> RibCage | None:
-    """Where a rib cage is, of a body that is called so and that collar bones hang on; None of any other."""
+    """Where a rib cage is, of a body that is called so and that collar bones hang on, or of a lone arm's; else None."""
     joints = character.joints.values()
+    if (lone := _cage_of_arm(character, body, sides)) is not None:
+        return lone
     collars = [one for one in joints if one.parent == body and named_role(one.child) == "collar bone"]
     if named_role(body) != "rib cage" or not collars:
         return None
@@ -51,6 +54,22 @@ def rib_cage(character: Character, body: str, sides: Mapping[str, Side]) -> RibC
     shoulders = {way: notch + scale * np.array(SHOULDER) * [way, 1.0, 1.0] for way in (1.0, -1.0)}
     drawn = [shoulders[-sign]] if len(collars) == 1 else []
     return RibCage(neck - [0.0, TALL * scale, 0.0], neck, list(shoulders.values()), drawn, scale)
+
+
+def _cage_of_arm(character: Character, body: str, sides: Mapping[str, Side]) -> RibCage | None:
+    """The rib cage of a body without mass and shapes on which an upper arm and muscles hang, and nothing else."""
+    arms = [joint for joint in character.joints.values() if joint.parent == body]
+    alone = len(arms) == 1 and named_role(arms[0].child) == "upper arm"
+    if not alone or not massless(character.bodies[body]) or character.bodies[body].shapes:
+        return None
+    if not any(True for _ in _muscle_ends(character, body)):
+        return None
+    scale, shoulder = _scale(character), joint_place(arms[0])
+    sign = -1.0 if sides[arms[0].child] == "right" else 1.0
+    notch = shoulder - scale * np.array(SHOULDER) * [sign, 1.0, 1.0]
+    neck = notch + scale * np.array(NECK)
+    shoulders: list[Floats] = [notch + scale * np.array(SHOULDER) * [way, 1.0, 1.0] for way in (1.0, -1.0)]
+    return RibCage(neck - [0.0, TALL * scale, 0.0], neck, shoulders, shoulders, scale)
 
 
 def rib_cage_bones(cage: RibCage) -> Mesh:
