@@ -155,7 +155,10 @@ def press_bar(
 def press_edges(
     instance: int, first: int, second: int, a: Side, b: Side, model: ModelRef, own: ObjectExtension
 ):  # fmt: skip
-    """Let edges of a box push another box that they cross, at the middle of what is inside; their ends are not."""
+    """Let edges of a box push another box that they cross, at the middle of what is inside; their ends are not.
+
+    Each is half as stiff as a corner, since edges of both boxes push where two bars lie across each other.
+    """
     half = a.row.half
     if half[0] <= 0.0 or half[2] <= 0.0 or b.row.half[0] <= 0.0 or b.row.half[2] <= 0.0:
         return
@@ -168,7 +171,7 @@ def press_edges(
         inside = within(there, way, b.row.half)
         if inside[0] > -1.0 and inside[1] < 1.0 and inside[0] < inside[1]:
             place = middle + along * (0.5 * (inside[0] + inside[1]))
-            press(instance, first, second, a, b, place, 1.0, 2, model, own)
+            press(instance, first, second, a, b, place, 0.5, 2, model, own)
 
 
 @cache
