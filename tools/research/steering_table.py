@@ -5,6 +5,7 @@ For docs/how-to/steer-a-walk.md.
 python tools/research/steering_table.py                tables in Markdown; minutes of two cores
 python tools/research/steering_table.py --runs 5       of fewer walks each
 python tools/research/steering_table.py --scene steer56 --only speeds
+python tools/research/steering_table.py --scene steer_quick --only turns --seed 7
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from warpmuscle.scene.sizes.sized import sized
 from warpmuscle.scene.terrain.tiles import Rough
 
 SPEEDS = (0.2, 0.5, 0.8, 1.1, 1.3, 1.6, 1.8)
+TURNED = (0.5, 0.8, 1.1, 1.3, 1.6, 1.8)  # m/s, of walks that turn
+OVER_BUMPS = (0.6, 0.8, 1.0)  # m/s, of those over bumps
 NOISE = 0.1  # m/s, of each component of the root's velocity at the start
 SECONDS, SETTLED = 12.0, 6.0  # s, and from when on it is measured
 TURN_AT, TURN_IN, QUARTER = 5.0, 3.0, 0.5 * np.pi
@@ -35,12 +38,12 @@ def value(recording: Any, name: str) -> np.ndarray:
     return np.asarray(recording.controller_value[:, recording.controller_value_names.index(name)])
 
 
-def ran(scene: Scene, runs: int, duration: float, **commands: Any) -> wm.Rollout:
+def ran(scene: Scene, runs: int, duration: float, seed: int, **commands: Any) -> wm.Rollout:
     """Disturbed walks, all of them recorded."""
     rollout = wm.Rollout(msgspec.structs.replace(scene, duration=duration), runs, "cpu", record=range(runs))
     if commands:
         rollout.set_commands(commands)
-    rollout.reset(velocity_noise=NOISE, seed=1)
+    rollout.reset(velocity_noise=NOISE, seed=seed)
     rollout.run()
     return rollout
 
@@ -62,12 +65,12 @@ def clearances(recording: Any) -> np.ndarray:
     return np.array(found)
 
 
-def speeds(scene: Scene, runs: int) -> None:
+def speeds(scene: Scene, runs: int, seed: int) -> None:
     """How fast it walks that is to walk at a speed."""
     print("| asked for, m/s | upright | walks at, m/s | error | steps/s | foot clearance, cm |")
     print("|---|---|---|---|---|---|")
     wanted = [speed for speed in SPEEDS if speed <= scene.commands["speed"].max]
-    rollout = ran(scene, runs * len(wanted), SECONDS, speed=np.repeat(wanted, runs))
+    rollout = ran(scene, runs * len(wanted), SECONDS, seed, speed=np.repeat(wanted, runs))
     well = upright(rollout).reshape(len(wanted), runs)
     for row, asked in enumerate(wanted):
         walks = [rollout.recording(row * runs + run) for run in np.flatnonzero(well[row])]
@@ -92,31 +95,31 @@ def turned(recording: Any) -> np.ndarray:
     return np.unwrap(2.0 * np.arctan2(y, w))
 
 
-def turns(scene: Scene, runs: int) -> None:
-    """How it turns by 90 degrees in 3 s."""
+def turns(scene: Scene, runs: int, seed: int) -> None:
+    """How it turns by 90 degrees in 3 s, half of the walks to each side."""
     print("\n| speed, m/s | upright | turning rate, degrees/s | behind in the middle, degrees | error after, degrees |")
     print("|---|---|---|---|---|")
-    for asked in (0.5, 0.8, 1.1):
-        told = msgspec.convert(msgspec.to_builtins(scene), type(scene))
-        told.commands["heading"].over = [(TURN_AT, 0.0), (TURN_AT + TURN_IN, QUARTER)]
-        rollout = ran(told, runs, TURN_AT + TURN_IN + 3.0, speed=asked)
-        walks = [rollout.recording(run) for run in np.flatnonzero(upright(rollout))]
-        if not walks:
+    for asked in (speed for speed in TURNED if speed <= scene.commands["speed"].max):
+        rates, behind, error = [], [], []
+        for side in (1.0, -1.0):
+            told = msgspec.convert(msgspec.to_builtins(scene), type(scene))
+            told.commands["heading"].over = [(TURN_AT, 0.0), (TURN_AT + TURN_IN, side * QUARTER)]
+            rollout = ran(told, runs // 2, TURN_AT + TURN_IN + 3.0, seed, speed=asked)
+            for walk in map(rollout.recording, np.flatnonzero(upright(rollout))):
+                angle, time = side * turned(walk), walk.time
+                during = (time > TURN_AT + 0.5) & (time < TURN_AT + TURN_IN)
+                rates.append(np.polyfit(time[during], angle[during], 1)[0])
+                middle = np.abs(time - TURN_AT - 0.5 * TURN_IN) < 0.4
+                behind.append(0.5 * QUARTER - angle[middle].mean())
+                error.append(angle[time > TURN_AT + TURN_IN + 2.0].mean() - QUARTER)
+        if not rates:
             print(f"| {asked:.1f} | 0 of {runs} | | | |")
             continue
-        rates, behind, error = [], [], []
-        for walk in walks:
-            angle, time = turned(walk), walk.time
-            during = (time > TURN_AT + 0.5) & (time < TURN_AT + TURN_IN)
-            rates.append(np.polyfit(time[during], angle[during], 1)[0])
-            middle = np.abs(time - TURN_AT - 0.5 * TURN_IN) < 0.4
-            behind.append(0.5 * QUARTER - angle[middle].mean())
-            error.append(angle[time > TURN_AT + TURN_IN + 2.0].mean() - QUARTER)
         rate, lag, last = (np.degrees(np.mean(numbers)) for numbers in (rates, behind, np.abs(error)))
-        print(f"| {asked:.1f} | {len(walks)} of {runs} | {rate:.1f} | {lag:.1f} | {last:.1f} |")
+        print(f"| {asked:.1f} | {len(rates)} of {runs} | {rate:.1f} | {lag:.1f} | {last:.1f} |", flush=True)
 
 
-def bodies(scene: Scene, runs: int) -> None:
+def bodies(scene: Scene, runs: int, seed: int) -> None:
     """Bodies of other sizes on the same numbers."""
     print("\n| height, m | mass, kg | upright | walks at, m/s |")
     print("|---|---|---|---|")
@@ -124,7 +127,7 @@ def bodies(scene: Scene, runs: int) -> None:
     count = len(own)
     rollout = wm.Rollout(msgspec.structs.replace(scene, duration=SECONDS), count, "cpu", record=range(count))
     rollout.change(batch_scene(own))
-    rollout.reset(velocity_noise=NOISE, seed=1)
+    rollout.reset(velocity_noise=NOISE, seed=seed)
     rollout.run()
     well = upright(rollout).reshape(len(BODIES), runs)
     for row, (height, mass) in enumerate(BODIES):
@@ -133,21 +136,22 @@ def bodies(scene: Scene, runs: int) -> None:
         print(f"| {height:.2f} | {mass:g} | {len(walks)} of {runs} | {speed:.2f} |")
 
 
-def unseen(scene: Scene, runs: int) -> None:
+def unseen(scene: Scene, runs: int, seed: int) -> None:
     """Bumps, another piece of ground for each walk."""
-    print("\n| bumps, cm, 30 cm apart | upright, feet see the ground | upright, feet do not |")
-    print("|---|---|---|")
-    places = np.random.default_rng(0).uniform(0.0, 30.0, runs)
-    for height in (0.02, 0.03, 0.05):
-        found = []
-        for sight in (1.0, 0.0):
-            over = msgspec.convert(msgspec.to_builtins(scene), Scene)
-            over.commands["place"] = Command(reference=0.0, min=0.0, max=30.0)
-            bumps = Terrain([Rough(height=height, spacing=0.3)], z=Free(0.0, per={"place": 1.0}))
-            over.ground = msgspec.structs.replace(over.ground, terrain=bumps)
-            over.controller.parameters["sight"] = sight
-            found.append(int(upright(ran(over, runs, SECONDS, place=places)).sum()))
-        print(f"| {100 * height:.0f} | {found[0]} of {runs} | {found[1]} of {runs} |")
+    print("\n| speed, m/s | bumps, cm, 30 cm apart | upright, feet see the ground | upright, feet do not |")
+    print("|---|---|---|---|")
+    places = np.random.default_rng(seed - 1).uniform(0.0, 30.0, runs)
+    for speed in OVER_BUMPS:
+        for height in (0.02, 0.03, 0.05):
+            found = []
+            for sight in (1.0, 0.0):
+                over = msgspec.convert(msgspec.to_builtins(scene), Scene)
+                over.commands["place"] = Command(reference=0.0, min=0.0, max=30.0)
+                bumps = Terrain([Rough(height=height, spacing=0.3)], z=Free(0.0, per={"place": 1.0}))
+                over.ground = msgspec.structs.replace(over.ground, terrain=bumps)
+                over.controller.parameters["sight"] = sight
+                found.append(int(upright(ran(over, runs, SECONDS, seed, place=places, speed=speed)).sum()))
+            print(f"| {speed:.1f} | {100 * height:.0f} | {found[0]} of {runs} | {found[1]} of {runs} |", flush=True)
 
 
 PARTS = {"speeds": speeds, "turns": turns, "bodies": bodies, "ground": unseen}
@@ -157,12 +161,13 @@ def main(
     runs: Annotated[int, typer.Option(help="walks of each row")] = 20,
     scene: Annotated[str, typer.Option(help="name of the scene")] = "steer",
     only: Annotated[str, typer.Option(help="speeds, turns, bodies or ground; by default all")] = "",
+    seed: Annotated[int, typer.Option(help="of the noise, and of places on bumps")] = 1,
 ) -> None:
     """Print the tables of the page."""
     loaded = wm.load(scene)
     for name, part in PARTS.items():
         if only in ("", name):
-            part(loaded, runs)
+            part(loaded, runs, seed)
 
 
 if __name__ == "__main__":

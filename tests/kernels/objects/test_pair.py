@@ -179,3 +179,33 @@ def test_objects_that_do_not_name_each_other_pass_through():
     }
     _, motion = played(together(objects))
     np.testing.assert_allclose(motion["one"].velocity[-1], [0.0, 0.0, 3.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("yaw", "off"), [(0.0, 0.0), (0.4, 0.03)])
+def test_a_plank_lies_across_a_beam(yaw: float, off: float):
+    """No corner of either is on the other: four crossings of edges, half as stiff as corners, bear it."""
+    mass, gravity = 2.0, 9.8
+    beam = BoxObject(size=(2.0, 0.2, 0.2), position=(0.0, 0.1, 0.0), fixed=True, stiffness=STIFF)
+    turn = tuple(about(np.array([0.0, 1.0, 0.0]), yaw))
+    plank = BoxObject(
+        size=(0.1, 0.1, 1.0), mass=mass, position=(0.3, 0.252, off), orientation=turn, touches=["beam"],
+        restitution=0.1, friction=0.8, stiffness=STIFF,
+    )  # fmt: skip
+    _, motion = played(together({"plank": plank, "beam": beam}, duration=1.0, gravity=gravity))
+    deep = mass * gravity / (4.0 * 0.5 * STIFF)
+    assert motion["plank"].position[-1, 1] == pytest.approx(0.25 - deep, abs=2e-4)
+    np.testing.assert_allclose(motion["plank"].position[-1, [0, 2]], (0.3, off), atol=1e-3)
+    assert np.abs(motion["plank"].angular_velocity[-1]).max() < 1e-3
+
+
+def test_bars_that_meet_crosswise_in_the_air_keep_their_momentum():
+    one = BoxObject(
+        size=(0.1, 0.1, 1.0), mass=1.0, position=(0.05, 1.15, 0.1), velocity=(0.0, -2.0, 0.0), touches=["other"],
+        restitution=0.5,
+    )  # fmt: skip
+    other = BoxObject(size=(1.0, 0.1, 0.1), mass=2.0, position=(0.0, 1.0, 0.0), restitution=0.5)
+    _, motion = played(together({"one": one, "other": other}, duration=0.3))
+    momentum = 1.0 * motion["one"].velocity[-1] + 2.0 * motion["other"].velocity[-1]
+    np.testing.assert_allclose(momentum, (0.0, -2.0, 0.0), atol=2e-5)
+    assert motion["other"].velocity[-1, 1] < -0.5
+    assert motion["one"].position[-1, 1] > motion["other"].position[-1, 1]

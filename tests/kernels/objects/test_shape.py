@@ -71,3 +71,37 @@ def test_corners_of_a_ball_a_capsule_and_a_box_are_counted_once():
         places = evaluate(shape.corner, numbers, np.array(half))[seen]
         assert len({tuple(place) for place in places}) == count
         np.testing.assert_allclose(np.abs(places), np.broadcast_to(half, places.shape), rtol=1e-6)
+
+
+def test_points_between_corners_lie_on_edges_and_faces():
+    numbers = np.arange(shape.PARTS**3)
+    for half, count in (((0.2, 0.1, 0.4), 90), ((0.0, 0.3, 0.0), 23), ((0.0, 0.0, 0.0), 0)):
+        each = np.tile(half, (len(numbers), 1))
+        used = evaluate(shape.is_between, numbers, each).astype(bool)
+        places = evaluate(shape.part_of, numbers, each)[used]
+        assert used.sum() == count == len(np.unique(places.round(6), axis=0))
+        assert np.all(np.abs(places) <= np.array(half) + 1e-7)
+        if half[0] > 0.0:
+            at_ends = np.isclose(np.abs(places), half)
+            assert np.all((at_ends.sum(axis=1) == 1) | (at_ends.sum(axis=1) == 2))
+
+
+def test_a_segment_is_within_a_box_where_points_of_it_are():
+    middle, along, half = vectors(COUNT, 4, 0.3), vectors(COUNT, 5, 0.6), np.abs(vectors(COUNT, 6, 0.4)) + 0.05
+    found = evaluate(shape.within, middle, along, half)
+    t = np.linspace(-1.0, 1.0, 2001)
+    inside = np.all(np.abs(middle[:, None] + along[:, None] * t[:, None]) < half[:, None], axis=2)
+    expected = (found[:, :1] < t) & (t < found[:, 1:])
+    near = np.abs(t - found[:, :1]) < 1e-5
+    near |= np.abs(t - found[:, 1:]) < 1e-5
+    assert np.all((inside == expected) | near)
+    assert 20 < np.any(inside, axis=1).sum() < COUNT - 20
+
+
+def test_middles_of_edges_are_those_of_a_box():
+    half = np.array([0.2, 0.1, 0.4])
+    found = evaluate(shape.edge_middle, np.arange(12), np.tile(half, (12, 1))).reshape(3, 4, 3)
+    for axis in range(3):
+        sides = np.round(np.delete(found[axis] / half, axis, axis=1), 6)
+        assert np.all(found[axis][:, axis] == 0.0)
+        assert sorted(sides.tolist()) == [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]

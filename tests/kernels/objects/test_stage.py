@@ -1,5 +1,6 @@
 """Objects against closed forms: flight, bounces, sliding, rolling, rest, collisions, and what is held."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -237,3 +238,39 @@ def test_a_ball_bounces_off_a_stair_with_less_energy_than_it_had(speed):
     assert motion.velocity[-1, 2] < 0.0
     assert total.max() < 1.01 * total[0]
     assert total[-1] < 0.5 * total[0]
+
+
+ALONG_Z = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
+
+
+@pytest.mark.parametrize(
+    ("solid", "lies"),
+    [
+        (BoxObject(size=(0.3, 0.2, 0.5), friction=1.0), 0.1),
+        (BoxObject(size=(0.3, 0.1, 1.2), friction=1.0), 0.05),
+        (CapsuleObject(radius=0.05, length=0.6, orientation=ALONG_Z, friction=1.0), 0.05),
+    ],
+)
+def test_what_is_longer_than_a_wall_rests_on_it(solid, lies):
+    """Its corners are in the air on both sides."""
+    top = 0.3
+    terrain = Terrain([Stairs(top, 0.3, 1, start=1.0, landing=0.3)])
+    place = (0.0, top + lies + 0.005, 1.14)
+    one = msgspec.structs.replace(solid, position=place, mass=2.0, restitution=0.1)
+    _, motion = played(beside(one, Ground(terrain=terrain), 0.5, place=(5.0, 3.0, 0.0)))
+    assert motion.position[-1, 1] == pytest.approx(top + lies, abs=1e-3)
+    np.testing.assert_allclose(motion.position[-1, [0, 2]], (0.0, 1.14), atol=0.02)
+
+
+def test_on_a_slope_the_corners_of_a_box_bear_it_alone():
+    """Each is pressed in by a quarter of the weight across the slope over the stiffness."""
+    angle, stiffness, mass, half = 0.1, 1e4, 2.0, 0.1
+    up = np.array([0.0, np.cos(angle), np.sin(angle)])
+    solid = BoxObject(
+        size=(0.3, 2.0 * half, 0.4), position=tuple(up * (half - 4e-4)), orientation=tuple(about(X, angle)), mass=mass,
+        stiffness=stiffness, friction=1.0, tangential_damping=1e4,
+    )  # fmt: skip
+    ground = Ground(terrain=Terrain([Slope(-angle), Flat()]))
+    _, motion = played(beside(solid, ground, 0.5, place=(5.0, 3.0, 0.0)))
+    depth = half - motion.position[-1] @ up
+    assert depth == pytest.approx(mass * G * np.cos(angle) / (4.0 * stiffness), rel=0.01)

@@ -7,6 +7,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
 from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Held, Hinge
 from warpmuscle.scene.number import Free
+from warpmuscle.scene.validation.objects import object_warnings
 from warpmuscle.scene.validation.scene import check_scene
 
 
@@ -72,3 +73,21 @@ def test_a_name_that_no_recording_could_have_is_refused(name: str):
     with pytest.raises(SceneError, match="no name of an object") as error:
         checked(**{name: BallObject()})
     assert error.value.key == "objects"
+
+
+def test_objects_that_touch_nothing_where_one_expects_it_are_doubted():
+    scene = sound_scene()
+    table = BoxObject(size=(1.0, 0.7, 0.6), position=(0.0, 0.35, 2.0), fixed=True)
+    cup = BallObject(radius=0.05, position=(0.3, 0.8, 2.1))
+    scene.objects = {"table": table, "cup": cup, "far": BallObject(position=(3.0, 1.0, 0.0))}
+    shaped = any(body.shapes for body in scene.character.bodies.values())
+    (doubt,) = [one for one in object_warnings(scene) if one.key.endswith("touches")]
+    assert doubt.key == "objects.table.touches"
+    assert "'table' and 'cup' lie one above the other" in doubt.message
+    table.touches = ["cup"]
+    assert shaped
+    assert object_warnings(scene) == []
+    for body in scene.character.bodies.values():
+        body.shapes = []
+    (doubt,) = object_warnings(scene)
+    assert "no body has shapes" in doubt.message

@@ -1,7 +1,6 @@
-"""What two objects do to each other where they touch: at corners of one on the other, and where a bar crosses it.
+"""What two objects do to each other where they touch: at corners of one on the other, and where a bar or an edge crosses.
 
-Corners are points of a ball or a capsule, too, with spheres about them. Two edges of boxes that cross pass through
-each other. The force acts on both, equal and opposite at one point, as of a body and an object, see `objects.touch`.
+Corners are points of a ball or a capsule, too, with spheres about them. The force acts on both, equal and opposite at one point, as of a body and an object, see `objects.touch`.
 """
 
 from functools import cache
@@ -15,7 +14,16 @@ from warpmuscle.kernels.object_structs import MOMENT, PUSH, ObjectExtension, Obj
 from warpmuscle.kernels.objects.bounce import bounce, eased
 from warpmuscle.kernels.objects.hinge import object_mobility
 from warpmuscle.kernels.objects.motion import is_held, motion_now
-from warpmuscle.kernels.objects.shape import LEVEL, between, beyond, corner, end_of_nearest, is_another
+from warpmuscle.kernels.objects.shape import (
+    LEVEL,
+    between,
+    beyond,
+    corner,
+    edge_middle,
+    end_of_nearest,
+    is_another,
+    within,
+)
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
 SAME = 1.0e-6  # m, between two places that are one
@@ -143,6 +151,29 @@ def press_bar(
             press(instance, first, second, a, b, wp.vec3(0.0, half[1] * t, 0.0), 0.5, 2, model, own)
 
 
+@func
+def press_edges(
+    instance: int, first: int, second: int, a: Side, b: Side, model: ModelRef, own: ObjectExtension
+):  # fmt: skip
+    """Let edges of a box push another box that they cross, at the middle of what is inside; their ends are not.
+
+    Each is half as stiff as a corner, since edges of both boxes push where two bars lie across each other.
+    """
+    half = a.row.half
+    if half[0] <= 0.0 or half[2] <= 0.0 or b.row.half[0] <= 0.0 or b.row.half[2] <= 0.0:
+        return
+    for number in range(12):
+        middle = edge_middle(number, half)
+        along = wp.vec3(0.0)
+        along[number // 4] = half[number // 4]
+        there = seen_from(a.motion.place + wp.quat_rotate(a.motion.orientation, middle), b.motion)
+        way = wp.quat_rotate_inv(b.motion.orientation, wp.quat_rotate(a.motion.orientation, along))
+        inside = within(there, way, b.row.half)
+        if inside[0] > -1.0 and inside[1] < 1.0 and inside[0] < inside[1]:
+            place = middle + along * (0.5 * (inside[0] + inside[1]))
+            press(instance, first, second, a, b, place, 0.5, 2, model, own)
+
+
 @cache
 def push_each_other_of(pairs: int) -> Any:
     """The Warp function that puts into memories what objects do to each other in this step, before any moves."""
@@ -171,5 +202,7 @@ def push_each_other_of(pairs: int) -> Any:
                         press(instance, second, first, b, a, corner(number, b.row.half), 1.0, 0, model, own)
                 press_bar(instance, first, second, a, b, model, own)
                 press_bar(instance, second, first, b, a, model, own)
+                press_edges(instance, first, second, a, b, model, own)
+                press_edges(instance, second, first, b, a, model, own)
 
     return push_each_other

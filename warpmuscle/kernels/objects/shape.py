@@ -10,6 +10,8 @@ from warpmuscle.kernels.functions import func
 HALVINGS = 14  # of the segment, before a straight line finds the rest of the way
 LEVEL = 1.0e-3  # slope of the distance along the segment that counts as none: there it is as near everywhere
 TINY = 1.0e-6  # m, distance at which a segment is inside
+PARTS = 5  # points along each edge of a box, corners among them
+ALONG = 25  # of the same along a capsule
 
 
 @func
@@ -114,3 +116,59 @@ def is_another(number: int, half: wp.vec3) -> bool:
     again = number % 2 == 1 and half[0] == 0.0
     again = again or (number // 2 % 2 == 1 and half[1] == 0.0)
     return not (again or (number // 4 == 1 and half[2] == 0.0))
+
+
+@func
+def part_of(number: int, half: wp.vec3) -> wp.vec3:
+    """One of the points that part a box, or a capsule along y, evenly, corners among them, m; there are 125."""
+    if half[0] == 0.0 and half[2] == 0.0:
+        return wp.vec3(0.0, half[1] * (1.0 - float(number) * wp.static(2.0 / (ALONG - 1.0))), 0.0)
+    per_part = wp.static(2.0 / (PARTS - 1.0))
+    x = 1.0 - per_part * float(number % PARTS)
+    y = 1.0 - per_part * float(number // PARTS % PARTS)
+    z = 1.0 - per_part * float(number // (PARTS * PARTS))
+    return wp.vec3(x * half[0], y * half[1], z * half[2])
+
+
+@func
+def is_between(number: int, half: wp.vec3) -> bool:
+    """Whether such a point lies on an edge or a face between the corners."""
+    if half[0] == 0.0 and half[2] == 0.0:
+        return half[1] > 0.0 and number > 0 and number < ALONG - 1
+    ends = wp.int32(0)
+    place = wp.vec3i(number % PARTS, number // PARTS % PARTS, number // (PARTS * PARTS))
+    for axis in range(3):
+        if place[axis] == 0 or place[axis] == PARTS - 1:
+            ends += 1
+    return ends == 1 or ends == 2
+
+
+@func
+def edge_middle(number: int, half: wp.vec3) -> wp.vec3:
+    """The middle of one of the twelve edges of a box, m; edges 0 to 3 lie along x, 4 to 7 along y, 8 to 11 along z."""
+    axis = number // 4
+    first = wp.where(number % 2 == 0, 1.0, -1.0)
+    second = wp.where(number // 2 % 2 == 0, 1.0, -1.0)
+    middle = wp.vec3(0.0)
+    middle[(axis + 1) % 3] = first * half[(axis + 1) % 3]
+    middle[(axis + 2) % 3] = second * half[(axis + 2) % 3]
+    return middle
+
+
+@func
+def within(middle: wp.vec3, along: wp.vec3, half: wp.vec3) -> wp.vec2:
+    """Between which places of a segment, -1 to 1, it is inside a box about the origin; the first is beyond the last
+    where it is not.
+    """
+    first = wp.float32(-1.0)
+    last = wp.float32(1.0)
+    for axis in range(3):
+        if wp.abs(along[axis]) < TINY:
+            if wp.abs(middle[axis]) >= half[axis]:
+                last = -2.0
+        else:
+            low = (-half[axis] - middle[axis]) / along[axis]
+            high = (half[axis] - middle[axis]) / along[axis]
+            first = wp.max(first, wp.min(low, high))
+            last = wp.min(last, wp.max(low, high))
+    return wp.vec2(first, last)

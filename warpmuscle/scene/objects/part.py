@@ -33,7 +33,7 @@ class Solid(Part, kw_only=True):
     Bodies feel an object by their shapes as capsules, as those of `body_contact`; edges of boxes are rounded by 2 cm
     for them, and sharp on the ground. A contact is a spring and a damper, by which a free impact has the restitution
     whatever its speed is. Objects pass through each other, but for those that `touches` names. Of two, the smaller
-    stiffness, friction and restitution count; edges of boxes that cross do not feel each other.
+    stiffness, friction and restitution count.
     """
 
     mass: Annotated[Number, "kg", ABOVE_0] = 1.0

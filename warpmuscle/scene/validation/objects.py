@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
+
+import numpy as np
+
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.pose import rotate
+from warpmuscle.scene import Scene
+from warpmuscle.scene.initial_pose import plain_vector
 from warpmuscle.scene.objects.part import AnyObject, BoxObject, Held, Hinge
+from warpmuscle.scene.objects.shape import rounded
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.validation.checks import Checks, known
 
 
@@ -27,6 +37,37 @@ def check_objects(checks: Checks) -> None:
             _check_held(f"{key}.held", solid, solid.held, checks)
         if solid.hinge is not None:
             _check_hinge(f"{key}.hinge", solid, solid.hinge, checks)
+
+
+def object_warnings(scene: Scene) -> list[SceneError]:
+    """Objects that touch nothing where that is probably a mistake: errors that are not raised, see `start.doubts_of`."""
+    found: list[SceneError] = []
+    if not any(solid.held is None for solid in scene.objects.values()):
+        return found
+    objects = {name: solid for name, solid in at_start(scene).objects.items() if solid.held is None}
+    if not any(body.shapes for body in scene.character.bodies.values()):
+        said = "no body has shapes, so that all pass through objects; give those shapes that are to touch one"
+        found.append(SceneError(said, f"objects.{next(iter(objects))}"))
+    for (name, one), (other_name, other) in itertools.combinations(objects.items(), 2):
+        strange = name not in other.touches and other_name not in one.touches
+        if strange and not (one.fixed and other.fixed) and _one_above_the_other(one, other):
+            said = f"{name!r} and {other_name!r} lie one above the other and pass through each other"
+            found.append(SceneError(f"{said}: name one in the other's touches", f"objects.{name}.touches"))
+    return found
+
+
+def _one_above_the_other(one: AnyObject, other: AnyObject) -> bool:
+    """Whether the middle of one of two objects starts over or below the other one."""
+    apart = np.abs(plain_vector(one.position) - plain_vector(other.position))
+    return any(bool(np.all(apart[[0, 2]] <= _extent(solid)[[0, 2]])) for solid in (one, other))
+
+
+def _extent(solid: AnyObject) -> Floats:
+    """How far an object goes from its middle along each axis of the world, m."""
+    shape = rounded(solid)
+    turn = plain_vector(solid.orientation)
+    turned = [np.abs(rotate(turn / np.linalg.norm(turn), edge)) for edge in np.diag(shape.half[0])]
+    return np.sum(turned, axis=0) + shape.radius[0]
 
 
 def _check_solid(key: str, solid: AnyObject, checks: Checks) -> None:

@@ -22,6 +22,7 @@ from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.validation.damping import damping_warnings
 from warpmuscle.scene.validation.muscles import SceneWarning, muscle_warnings
 from warpmuscle.scene.validation.objective import sign_warnings
+from warpmuscle.scene.validation.objects import object_warnings
 
 LOOKED_AT = 100  # scenes of a sweep, which may have very many
 DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; beyond it the ground throws it up
@@ -29,7 +30,8 @@ DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; bey
 
 def doubts_of(scene: Scene) -> list[SceneError]:
     """What is probably a mistake in a checked scene, as errors that are not raised, so that a reader can place them."""
-    return [*muscle_warnings(scene), *start_warnings(scene), *damping_warnings(scene), *sign_warnings(scene)]
+    doubts = [*muscle_warnings(scene), *start_warnings(scene), *damping_warnings(scene), *sign_warnings(scene)]
+    return [*doubts, *object_warnings(scene)]
 
 
 def start_warnings(scene: Scene) -> list[SceneError]:

@@ -21,6 +21,7 @@ from warpmuscle.kernels.control.walking.inverted_pendulum import (
 from warpmuscle.kernels.control.walking.parameters import (
     BEGUN,
     FOOTHOLD,
+    HALF_WIDTH,
     HASTE,
     HEADING,
     HEEL,
@@ -265,14 +266,34 @@ def falls_to_the_right(
 
 
 @func
+def catching_leg(
+    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
+) -> int:
+    """The leg with which a body that stands has to step out, since no sole bears where it falls to; -1: neither."""
+    falls = extrapolated(instance, parameters, model, work, memory)
+    beyond = wp.abs(falls[1]) > 0.5 * (memory[TOE] - memory[HEEL])
+    aside = wp.abs(falls[0]) > 0.5 * feet_apart(model, work, memory) + memory[HALF_WIDTH]
+    if beyond or aside:
+        return wp.where(falls[0] > 0.0, 1, 0)
+    return -1
+
+
+@func
 def starts(
     instance: int, parameters: Walking, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
 ) -> bool:
-    """Whether a body that has stood until now walks from now on, its right leg first unless it falls to that side."""
+    """Whether a body that has stood until now steps from now on.
+
+    It does if it is to walk, its right leg first unless it falls to that side, and if it would fall otherwise.
+    """
     memory[SPEED] = 0.0
     memory[TUNED] = 0.0
     memory[WAY] = 0.0
     memory[SINCE] = 0.0
+    catches = catching_leg(instance, parameters, model, work, memory)
+    if catches >= 0:
+        swing(instance, catches, model, state, work, memory)
+        return True
     if wp.abs(parameters.speed) <= STILL:
         memory[PHASE] = 0.0
         return False
