@@ -169,14 +169,17 @@ def test_what_cannot_be_represented_is_said_in_one_line(tmp_path: Path, old: str
 def test_mocap_bodies_stay_and_bodies_may_be_as_small_as_a_fly(tmp_path: Path):
     """A target of a task is such a body, with what is welded to it."""
     target = '<body name="target" mocap="true"><geom size=".1"/><body pos="1 0 0"><geom size=".1"/></body></body>'
-    leg = '<body name="leg"><joint name="hip" axis="0 1 0"/>'
+    leg = '<body name="leg"><joint name="hip" axis="0 1 0" actuatorfrcrange="-1 1"/>'
     leg += '<inertial pos="0 0 -1e-3" mass="1e-7" diaginertia="2e-14 2e-14 1e-14"/>'
     ignored: list[Ignored] = []
-    path = saved(tmp_path, f"<mujoco><worldbody>{target}{leg}</body></worldbody></mujoco>")
+    motor = '<actuator><motor name="m" joint="hip"/></actuator>'
+    path = saved(tmp_path, f"<mujoco><worldbody>{target}{leg}</body></worldbody>{motor}</mujoco>")
     scene = load(path, ignored=ignored)
     assert list(scene.character.joints) == ["hip"]
     assert set(scene.character.bodies) == {"ground", "leg"}
-    assert "a mocap body stays where it is here" in [one.reason for one in ignored]
+    reasons = [one.reason for one in ignored]
+    assert "a mocap body stays where it is here" in reasons
+    assert "the greatest force of its actuators (actuatorfrcrange) has no effect here" in reasons
     check_scene(scene)
     scene.character.bodies["leg"].inertia = (1e-19, 1e-19, 1e-19)
     with pytest.raises(SceneError, match=r"leg\.inertia\.0: must be at least 1e-18"):

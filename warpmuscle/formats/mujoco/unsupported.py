@@ -27,6 +27,9 @@ def tell_lost(reference: Reference) -> None:
         reference.lose(f"joint {name}", "its friction has no effect here")
     for body in np.flatnonzero(model.body_mocapid >= 0):
         reference.lose(f"body {reference.name('body', int(body))}", "a mocap body stays where it is here")
+    for limited in np.flatnonzero(model.jnt_actfrclimited) if model.nu else ():
+        name = reference.name("joint", int(limited))
+        reference.lose(f"joint {name}", "the greatest force of its actuators (actuatorfrcrange) has no effect here")
     for joint in range(model.njnt):
         if model.jnt_type[joint] == BALL and model.jnt_limited[joint]:
             reference.lose(f"joint {reference.name('joint', joint)}", "its limit, a cone, has no effect here")
