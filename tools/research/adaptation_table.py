@@ -2,7 +2,7 @@
 
 For docs/how-to/devices-and-impairments.md.
 
-    python tools/research/adaptation_table.py gait2392_by_policy.h5 gait2392_by_policy.toml --folder patients
+    python tools/research/adaptation_table.py gait2392_arms_by_policy.h5 gait2392_arms_by_policy.toml --folder patients
 
 Learning goes on three times, where the folder has no file of it yet: with healthy muscles, so that more learning is not
 taken for weakness, with the left calf and with the left gluteus medius at half their strength. Then each walks 30 s at
