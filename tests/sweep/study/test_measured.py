@@ -113,6 +113,8 @@ def test_the_page_has_every_number_and_nothing_that_runs(found: StudyResult, fol
     assert "Loads &lt;script&gt;" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert "4 runs, 2 conditions, 2 seeds; 4 walked to the end; of what was expected 2 open" in page
+    assert "found: change from load 1<" in page
+    assert page.count("<td>load 1.2</td>") == 2
     for row in found.rows:
         for cell in row.cells:
             assert f'<td class="n">{study_page.number(row.unit, cell.spread.median)}<small>' in page

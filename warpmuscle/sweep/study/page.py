@@ -93,7 +93,7 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
             text=found.study.text,
             counted=counted(found),
             held=[_held(held, found) for held in found.held],
-            reference=text_of(found.study.reference),
+            reference=_named(found.study.reference, found),
             verdicts=VERDICTS,
             figure=figure,
             words=any(isinstance(condition, str) for condition in _conditions(found)),
@@ -177,6 +177,12 @@ def _expected(held: Held, found: StudyResult) -> str:
     return " ".join(words)
 
 
+def _named(condition: Condition, found: StudyResult) -> str:
+    """A condition in words, with the name of its axis where it is a number."""
+    axis = found.study.condition
+    return text_of(condition) if isinstance(condition, str) or axis in NAMES else f"{axis} {text_of(condition)}"
+
+
 def _where(held: Held) -> str:
     return text_of(held.cell.condition) + (f", {held.series}" if held.series else "")
 
@@ -203,7 +209,7 @@ def _unit(held: Held, found: StudyResult) -> str:
 def _held(held: Held, found: StudyResult) -> dict[str, str]:
     return {
         "measure": held.expected.measure,
-        "condition": _where(held),
+        "condition": _named(held.cell.condition, found) + (f", {held.series}" if held.series else ""),
         "expected": _expected(held, found),
         "found": _found(held, found),
         "note": _note(held),
