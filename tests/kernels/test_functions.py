@@ -12,7 +12,8 @@ import warp as wp
 from probes import evaluate
 
 import warpmuscle.kernels
-from warpmuscle.kernels.functions import LateFunction, func, gradient_of, known_gradient
+from warpmuscle.kernels.functions import COUNTERS, LateFunction, cpu_loops, func, gradient_of, known_gradient
+from warpmuscle.kernels.step import module_options
 
 KERNELS = Path(warpmuscle.kernels.__file__).parent
 MODULES = sorted(path for path in KERNELS.rglob("*.py") if path.name != "functions.py")
@@ -170,3 +171,49 @@ assert wm.Rollout("fwalk", 1, "cpu").running
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+LOOPS = [
+    (0, 0, 1), (0, 5, 1), (3, 5, 1), (5, 3, 1), (-4, 3, 2), (1, 8, 3), (1, 7, 3), (4, -1, -1), (7, 0, -3), (0, 7, -3),
+    (2, 2, -1), (0, 5, 0), (5, 0, 0),
+]  # fmt: skip
+
+
+@wp.kernel(
+    module="unique",
+    enable_backward=False,
+    module_options={"enable_backward": False, "max_unroll": 1, "optimization_level": 0, **cpu_loops()},
+)
+def visit(loops: wp.array2d[int], visited: wp.array2d[int], whole: wp.array2d[int], counts: wp.array[int]):
+    row = wp.tid()
+    place = wp.int32(0)
+    for k in range(loops[row, 0], loops[row, 1], loops[row, 2]):
+        visited[row, place] = k
+        place += 1
+    for k in range(loops[row, 0], loops[row, 1]):
+        if k == 1:
+            continue
+        for other in range(loops[row, 1]):
+            if other > k:
+                break
+            whole[row, k] = whole[row, k] + 1
+    counts[row] = place
+
+
+def test_loops_on_a_cpu_visit_what_those_of_python_do():
+    loops, shape = np.array(LOOPS, np.int32), (len(LOOPS), 10)
+    visited, whole = (wp.zeros(shape, dtype=int, device="cpu") for _ in range(2))
+    counts = wp.zeros(len(LOOPS), dtype=int, device="cpu")
+    wp.launch(visit, len(LOOPS), [wp.array(loops, device="cpu"), visited, whole, counts], device="cpu")
+    for row, (start, end, step) in enumerate(LOOPS):
+        expected = list(range(start, end, step)) if step else []
+        assert visited.numpy()[row, : counts.numpy()[row]].tolist() == expected
+        times = np.zeros(10, int)
+        for k in range(start, end):
+            if k != 1:
+                times[k] += sum(other <= k for other in range(end))
+        assert whole.numpy()[row].tolist() == times.tolist()
+
+
+def test_steps_count_their_loops_in_registers():
+    assert module_options(1)["extra_build_options"].extra_cpu_preamble == COUNTERS

@@ -21,6 +21,37 @@ CPU_FLAGS = (
     "-march=native -ffp-contract=fast -mllvm=-inline-threshold=100000 -mllvm=-inline-cold-callsite-threshold=100000"
 )
 
+# Warp's counters of loops are structures of 16 bytes, which a function returns in two registers of a processor of x86
+# or ARM. Clang leaves two numbers in each of them, and then knows neither how often a loop runs nor where its data lie.
+# These are constructed instead, so that each number has a register of its own.
+COUNTERS = """
+namespace wp {
+struct counter_t {
+    int i = 0, end = 0, step = 1;
+    counter_t() { }
+    counter_t(int end) : end(end) { }
+    counter_t(int start, int end) : i(start), end(end) { }
+    counter_t(int start, int end, int step) : i(start), end(end), step(step) { }
+};
+inline int iter_next(counter_t& c)
+{
+    int now = c.i;
+    c.i += c.step;
+    return now;
+}
+inline bool iter_cmp(const counter_t& c) { return c.step > 0 ? c.i < c.end : c.step < 0 && c.i > c.end; }
+}
+#define range_t counter_t
+#define range counter_t
+"""
+
+
+def cpu_loops() -> dict[str, Any]:
+    """Module options of a kernel without gradients whose loops a CPU shall run quickly."""
+    if not LATE:  # Warp calls them experimental, so that another version may name things differently
+        return {}
+    return {"extra_build_options": wp.ModuleBuildOptions(extra_cpu_preamble=COUNTERS)}
+
 
 class LateFunction(wp.Function):
     """A Warp function that is parsed when somebody first asks for more than its name and its Python code."""
