@@ -157,7 +157,9 @@ def page_of(
     width = BESIDE if len(tracks) > 1 and not over else 0.0
     terrain = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
     if pool is not None:
-        _pack(contents, pool, packer)
+        for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
+            content["arrays"] = {name: number for name, (number, _) in places.items()}
+            content["rows"] = {name: row for name, (_, row) in places.items()}
     known = list(facts) or [Facts()] * len(tracks)
     contents = [{**content, **more} for content, more in zip(contents, facts_content(known), strict=True)]
     content = {
@@ -184,13 +186,6 @@ def page_of(
         "arrays": packer.text(),
     }
     return _filled((folder / "page.html").read_text(encoding="utf-8"), fields)
-
-
-def _pack(contents: list[dict[str, Any]], pool: Pool, packer: Packer) -> None:
-    """Put the arrays of all tracks into common ones, and say where each lies."""
-    for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
-        content["arrays"] = {name: number for name, (number, _) in places.items()}
-        content["rows"] = {name: row for name, (_, row) in places.items()}
 
 
 def _filled(page: str, fields: dict[str, str]) -> str:
