@@ -187,13 +187,6 @@ def page_of(
     return _filled((folder / "page.html").read_text(encoding="utf-8"), fields)
 
 
-def _pack(contents: list[dict[str, Any]], pool: Pool, packer: Packer) -> None:
-    """Put the arrays of all tracks into common ones, and say where each lies."""
-    for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
-        content["arrays"] = {name: number for name, (number, _) in places.items()}
-        content["rows"] = {name: row for name, (_, row) in places.items()}
-
-
 def _filled(page: str, fields: dict[str, str]) -> str:
     """A page with texts in place of their names in double braces."""
     head, *rest = page.split("{{")

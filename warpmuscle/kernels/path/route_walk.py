@@ -216,23 +216,23 @@ def stops_of(kind: RouteKind, moving: bool) -> tuple[Any, Any]:
 
 @cache
 def measured_ends_of(count: int) -> tuple[Any, Any]:
-    """The Warp functions (bends, k) of the places where a route's length says that it reaches surface k and leaves it.
+    """The Warp functions of the places where a route's length says that it reaches surface k and leaves it.
 
-    Round several surfaces they are those of the first round.
+    They take (bends, k, last), the place of the last round. Round several surfaces they are those of the first round.
     """
     bends_struct, rows = bends_of(count), rows_of(count)
     row, number = rows.row, rows.number
 
     @wp.func(inline=True)
-    def reaches(bends: wp.ref[bends_struct], k: int) -> wp.vec3:
-        place = row(bends.first, k)
+    def reaches(bends: wp.ref[bends_struct], k: int, last: wp.vec3) -> wp.vec3:
+        place = last
         if wp.static(count > 1) and number(bends.kept, k) == 1:
             place = row(bends.kept_first, k)
         return place
 
     @wp.func(inline=True)
-    def leaves(bends: wp.ref[bends_struct], k: int) -> wp.vec3:
-        place = row(bends.second, k)
+    def leaves(bends: wp.ref[bends_struct], k: int, last: wp.vec3) -> wp.vec3:
+        place = last
         if wp.static(count > 1) and number(bends.kept, k) == 1:
             place = row(bends.kept_second, k)
         return place
@@ -280,8 +280,8 @@ def walk_of(
             fixed = wp.int32(0)
             reached = wp.vec3(0.0)
             if onto >= 0:
-                b = reaches(bends, onto)
                 reached = row(bends.first, onto)
+                b = reaches(bends, onto, reached)
                 stop = WRAP_BIT + onto
             else:
                 next_point += 1
@@ -317,8 +317,8 @@ def walk_of(
             if wp.static(wrapping):
                 if onto >= 0:
                     total += share * arc_of(bends.arc, onto)
-                    a = leaves(bends, onto)
                     left = row(bends.second, onto)
+                    a = leaves(bends, onto, left)
                     if wp.static(slips):
                         faster = slip(span, stop, stop, body, body, a - b, left - reached, model, work)
                         pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
