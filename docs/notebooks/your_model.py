@@ -15,5 +15,10 @@ run
 
 # %%
 wm.convert("arm.osim", "arm.toml")
+
+# %% [markdown]
+# Half the strength of the biceps, in N:
+
+# %%
 weak = wm.load("arm.toml", set={"character.muscles.biceps.f_max": {"factor": 0.5}})
 weak.character.muscles["biceps"].f_max
