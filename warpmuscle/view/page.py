@@ -157,7 +157,9 @@ def page_of(
     width = BESIDE if len(tracks) > 1 and not over else 0.0
     terrain = terrain_content([scene.ground for scene in scenes], motions, list(offsets), width)
     if pool is not None:
-        _pack(contents, pool, packer)
+        for content, places in zip(contents, pool.pack(packer, [one["arrays"] for one in contents]), strict=True):
+            content["arrays"] = {name: number for name, (number, _) in places.items()}
+            content["rows"] = {name: row for name, (_, row) in places.items()}
     striding = live is None and any(map(_strides, contents))
     known = list(facts) or [Facts()] * len(tracks)
     contents = [{**content, **more} for content, more in zip(contents, facts_content(known), strict=True)]
