@@ -1,6 +1,7 @@
-"""What two objects do to each other where they touch: at corners of one on the other, and where a bar or an edge crosses.
+"""What two objects do to each other where they touch: at corners of one on the other, and where a bar crosses it.
 
-Corners are points of a ball or a capsule, too, with spheres about them. The force acts on both, equal and opposite at one point, as of a body and an object, see `objects.touch`.
+Corners are points of a ball or a capsule, too, with spheres about them; bars are capsules and edges of boxes. The force
+acts on both, equal and opposite at one point, as of a body and an object, see `objects.touch`.
 """
 
 from functools import cache

@@ -40,7 +40,7 @@ def check_objects(checks: Checks) -> None:
 
 
 def object_warnings(scene: Scene) -> list[SceneError]:
-    """Objects that touch nothing where that is probably a mistake: errors that are not raised, see `start.doubts_of`."""
+    """Objects that touch nothing where that is probably a mistake: errors that are not raised, see `doubts_of`."""
     found: list[SceneError] = []
     if not any(solid.held is None for solid in scene.objects.values()):
         return found

@@ -1,5 +1,7 @@
 """The plan of a walk over time: steps last as long as their formula says, by gravity and the length of a leg."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -10,6 +12,7 @@ from warpmuscle.kernels.body_structs import Feet
 from warpmuscle.kernels.control.walking import parameters as places
 from warpmuscle.kernels.control.walking.plan import aim
 from warpmuscle.kernels.structs import Model, Scratch, Skeleton
+from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
 
 STEP_TIME, QUICKENING = 1.83, 0.845  # of the scene
@@ -37,6 +40,21 @@ def test_a_phase_goes_on_by_the_time_of_a_step(speed: float):
     assert 0.02 < followed < speed
     assert after[int(places.HASTE)] == 1.0
     assert gained == pytest.approx(scene.time_step / duration, rel=1e-3)
+
+
+def test_who_stands_steps_out_where_no_sole_bears_it():
+    """Pushed forwards and backwards; who is pushed to the side by 0.2 m/s keeps standing."""
+    pushes = np.array([[0.0, 0.0, 0.4], [0.0, 0.0, -0.3], [0.0, 0.0, -0.6], [0.2, 0.0, 0.0]])
+    rollout = Rollout(load("steer"), len(pushes), "cpu")
+    rollout.set_commands({"speed": 0.0})
+    rollout.disturb(replace(none(len(pushes)), velocity=pushes))
+    stepped = np.zeros(len(pushes), dtype=bool)
+    for _ in range(8):
+        rollout.run(0.25)
+        memory = rollout._extensions.struct.first.memory.numpy()[:, 0]
+        stepped |= memory[:, int(places.STANCE)] != float(places.STANDS)
+    assert stepped.tolist() == [True, True, True, False]
+    assert set(rollout.status_names()) == {"running"}
 
 
 @wp.kernel(enable_backward=False)

@@ -266,9 +266,7 @@ def falls_to_the_right(
 
 
 @func
-def catching_leg(
-    instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]
-) -> int:
+def catching_leg(instance: int, parameters: Walking, model: ModelRef, work: ScratchRef, memory: wp.array[float]) -> int:
     """The leg with which a body that stands has to step out, since no sole bears where it falls to; -1: neither."""
     falls = extrapolated(instance, parameters, model, work, memory)
     beyond = wp.abs(falls[1]) > 0.5 * (memory[TOE] - memory[HEEL])
