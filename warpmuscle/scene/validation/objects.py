@@ -67,7 +67,8 @@ def _extent(solid: AnyObject) -> Floats:
     shape = rounded(solid)
     turn = plain_vector(solid.orientation)
     turned = [np.abs(rotate(turn / np.linalg.norm(turn), edge)) for edge in np.diag(shape.half[0])]
-    return np.sum(turned, axis=0) + shape.radius[0]
+    extent: Floats = np.sum(turned, axis=0) + shape.radius[0]
+    return extent
 
 
 def _check_solid(key: str, solid: AnyObject, checks: Checks) -> None:
