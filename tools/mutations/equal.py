@@ -14,7 +14,7 @@ EQUAL: dict[tuple[str, str], str] = {
         "a tolerance, at which a bracket is small enough",
     ("warpmuscle/kernels/path/wrap_mujoco.py", "near = nearest_on_segment(a, b)"):
         "the nearest point of a segment is the same from either end",
-    ("warpmuscle/kernels/step.py", "monomials = 0 if muscles is None else muscles.paths.monomials"):
+    ("warpmuscle/kernels/step_parts.py", "return 0 if self.muscles is None else self.muscles.paths.monomials"):
         "a place in the working set that nothing reads where there are no muscles",
     ("warpmuscle/kernels/inverse/marker_fit.py", "newton = 0.0"):
         "which step is tried after one that went wrong, not the fit that steps end at",
