@@ -208,7 +208,8 @@ def test_an_expression_is_the_polynomial_that_it_is_or_a_spline():
         ("x + y", "x y", "is of 2 variables, where one is known"), ("x", "", "is of 0 variables"),
         ("", "x", "has no expression"), ("__import__('os')", "x", "<expression>"), ("x +", "x", "<expression>"),
         ("y", "x", "<expression>"), ("sqrt(x)", "x", "has no number at -"), ("x/0", "x", "has no number at"),
-        ("(" * 90 + "x" + ")" * 90, "x", "<expression>"),
+        ("(" * 90 + "x" + ")" * 90, "x", "<expression>"), ("x/1e-320", "x", "a factor is beyond"),
+        ("1e12*1e12*x", "x", "a factor is beyond"),
     ],
 )  # fmt: skip
 def test_expressions_that_are_none_are_refused_in_one_line(text: str, variables: str, message: str):

@@ -67,7 +67,7 @@ def of_one(text: str, variable: str) -> list[float] | Callable[[Floats], Floats]
     """An expression of one variable: coefficients of a polynomial, constant first, if it is one, or its values.
 
     Raises:
-        BadExpression: it is no expression of this variable.
+        BadExpression: it is no expression of this variable, or has a factor beyond limits.
     """
     program = parse(text, [variable])
     stack: list[np.polynomial.Polynomial] = []
@@ -78,10 +78,13 @@ def of_one(text: str, variable: str) -> list[float] | Callable[[Floats], Floats]
         if operation.kind == "negative":
             stack.append(-stack.pop())
             continue
-        made = _polynomial(operation.kind, *stack[-2:]) if operation.kind in ("+", "-", "*", "/", "^") else None
+        with np.errstate(all="ignore"):
+            made = _polynomial(operation.kind, *stack[-2:]) if operation.kind in ("+", "-", "*", "/", "^") else None
         if made is None or made.degree() > GREATEST_POWER:
             return lambda q: np.asarray(evaluate(program, {variable: q}, {})) + np.zeros_like(q)
         stack[-2:] = [made]
+    if not np.all(np.abs(stack[0].coef) <= GREATEST_NUMBER):
+        raise BadExpression(f"a factor is beyond {GREATEST_NUMBER:g}")
     return [float(c) for c in stack[0].coef]
 
 
