@@ -157,9 +157,7 @@ def edge_middle(number: int, half: wp.vec3) -> wp.vec3:
 
 @func
 def within(middle: wp.vec3, along: wp.vec3, half: wp.vec3) -> wp.vec2:
-    """Between which places of a segment, -1 to 1, it is inside a box about the origin; the first is beyond the last
-    where it is not.
-    """
+    """Places on a segment, -1 to 1, between which it is inside a box about the origin; in reverse where it never is."""
     first = wp.float32(-1.0)
     last = wp.float32(1.0)
     for axis in range(3):
