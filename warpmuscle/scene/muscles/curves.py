@@ -82,7 +82,7 @@ class MujocoCurves(Part, tag_field="type", tag="mujoco"):
     passive_force: Annotated[Number, "1", FROM_0] = 1.3  # fpmax: twice the force half-way to passive_until
     lengthening_force: Annotated[Number, "1"] = 1.2  # fvmax
     passive_from: Annotated[Number, "1"] = 1.0  # where the passive force begins, as `biasprm` may say
-    passive_until: Annotated[Number, "1"] | None = None  # lmax of the passive force; None: active_until
+    passive_until: Annotated[Number | None, "1"] = None  # lmax of the passive force; None: active_until
 
 
 class Spline(Part):
