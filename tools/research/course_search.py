@@ -29,6 +29,7 @@ WHOLE = {  # first steps
 }  # fmt: skip
 JOINTS = {"Shoulder.kp": 0.03, "Hip.kp": 0.3, "Hip.kd": 0.05}
 DURATION, SPEED, NOISE = 16.0, 0.6, 0.1  # s, m/s, and m/s of each component of the root's velocity at the start
+DEEPEST = 0.01  # m, that bodies may be inside each other, or legs pass through each other
 BEFORE, SETTLED = 3.0, 6.0  # s: between them a walk has its line, from which it must not go aside later
 NEAREST, FARTHEST = -0.4, 0.6  # m, that the ground is moved ahead
 
@@ -37,6 +38,7 @@ def searched() -> Scene:
     """The course without its turn and its stop, its numbers free."""
     scene = msgspec.convert(msgspec.to_builtins(wm.load("course")), Scene)
     scene.duration = DURATION
+    scene.failure.self_collision = DEEPEST
     for name, value in (("speed", SPEED), ("heading", 0.0)):
         scene.commands[name].over = []
         scene.commands[name].value = value
