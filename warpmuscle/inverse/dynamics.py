@@ -145,7 +145,7 @@ def inverse_dynamics(
         ArgumentError: a motion of another model, loads of another time, or a cut-off that is none.
         SceneError: the model cannot be read.
     """
-    many = not isinstance(coordinates, Coordinates | str | PathLike)
+    many = are_several(coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     trials = prepare(body, coordinates, loads, filter, times, exact_rates)
     found = moments_of(body, trials)
@@ -210,6 +210,11 @@ def prepare(
             np.concatenate([one, other], axis=1) for one, other in zip(found[1:], seeming[1:], strict=True)
         ))  # fmt: skip
     return Prepared([at for at, _ in moving], states, found, rates[0], speed_rates)
+
+
+def are_several(coordinates: Any) -> bool:
+    """Whether coordinates are those of a list of trials, rather than of one or the name of its file."""
+    return not isinstance(coordinates, Coordinates | str | PathLike)
 
 
 def trials_of(coordinates: Any, scene: Scene) -> list[Coordinates]:

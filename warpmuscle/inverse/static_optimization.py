@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -23,11 +22,11 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.activations import RESERVE, ActivationOptions, Activations, widths_left_out
 from warpmuscle.inverse.body_model import BodyModel, MuscleFrames
-from warpmuscle.inverse.dynamics import CoordinatesLike, Moments, Prepared, prepare
+from warpmuscle.inverse.dynamics import CoordinatesLike, Moments, Prepared, are_several, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
-from warpmuscle.inverse.trial import Coordinates, Loads, each_of
+from warpmuscle.inverse.trial import Loads, each_of
 from warpmuscle.kernels.inverse import static_optimization as kernels
 from warpmuscle.kernels.inverse.left_out_pennation import leave_out_pennation
 from warpmuscle.scene.masses import muscle_mass, specific_tension
@@ -76,7 +75,7 @@ def static_optimization(
         ArgumentError: see `inverse_dynamics`; or an option that is none, or EMG of other muscles or another time.
         SceneError: the model cannot be read, or has no muscles.
     """
-    many = not isinstance(coordinates, Coordinates | str | PathLike)
+    many = are_several(coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     unknown = next((name for name in options if name not in ActivationOptions.__dataclass_fields__), None)
     if unknown is not None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -27,9 +26,9 @@ from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.coordinates import States
-from warpmuscle.inverse.dynamics import INSTEAD, CoordinatesLike, Prepared, prepare
+from warpmuscle.inverse.dynamics import INSTEAD, CoordinatesLike, Prepared, are_several, prepare
 from warpmuscle.inverse.reactions.joint_frames import FrameOnBody, JointFrames, joint_frames
-from warpmuscle.inverse.trial import Coordinates, Loads, each_of
+from warpmuscle.inverse.trial import Loads, each_of
 from warpmuscle.kernels.inverse import joint_reactions as kernels
 from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of
 from warpmuscle.model.routes import path_kind
@@ -87,7 +86,7 @@ def joint_reactions(
         ArgumentError: see `inverse_dynamics`; or activations of other frames, or of muscles without lines of action.
         SceneError: the model cannot be read.
     """
-    many = not isinstance(coordinates, Coordinates | str | PathLike)
+    many = are_several(coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     trials = prepare(body, coordinates, loads, filter, times, exact_rates, of_speeds=True).of_speeds
     given = None

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from os import PathLike
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.dynamics import CoordinatesLike, prepare, trials_of, wanted_times
+from warpmuscle.inverse.dynamics import CoordinatesLike, are_several, prepare, trials_of, wanted_times
 from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
@@ -54,7 +53,7 @@ def track(
         ArgumentError: see `inverse_dynamics`; an option that is none; a part shorter than a window.
         SceneError: the model cannot be read, or has no muscles.
     """
-    many = not isinstance(coordinates, Coordinates | str | PathLike)
+    many = are_several(coordinates)
     body = model if isinstance(model, BodyModel) else BodyModel(model, device)
     unknown = next((name for name in options if name not in TrackingOptions.__dataclass_fields__), None)
     if unknown is not None:
