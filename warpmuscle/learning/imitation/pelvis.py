@@ -6,7 +6,8 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import about, multiply, normalized, rotate
-from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene import Joint
+from warpmuscle.scene.joints import JointType, joint_type
 from warpmuscle.scene.people.pinzone_two import SEARCHED_OBLIQUITY
 from warpmuscle.simulation.rollout import Rollout
 
@@ -69,9 +70,7 @@ def _turned(way: str, back: Floats, coordinate: Floats, up: Floats, rollout: Rol
 
 def turn_sideways(name: str, angle: Floats, coordinate: Floats, rollout: Rollout) -> None:
     """Turn a joint about the axis that points forwards by (n,) rad in coordinates (n, C), where it can turn so."""
-    joint, body = rollout.numeric.character.joints[name], rollout.names.body_of_joint(name)
-    span = slice(rollout.names.coordinate_start[body], rollout.names.coordinate_start[body + 1])
-    kind = joint_type(joint)
+    joint, kind, span = _joint(name, rollout)
     if kind.quaternion:
         coordinate[:, span] = multiply(about(FORWARD, angle), coordinate[:, span])
     elif len(kind.coordinates) == 2:
@@ -80,12 +79,16 @@ def turn_sideways(name: str, angle: Floats, coordinate: Floats, rollout: Rollout
 
 def turn_forwards(name: str, angle: Floats, coordinate: Floats, rollout: Rollout) -> None:
     """Turn a joint about the axis to the left by (n,) rad in coordinates (n, C), where it can turn so."""
-    joint, body = rollout.numeric.character.joints[name], rollout.names.body_of_joint(name)
-    span = slice(rollout.names.coordinate_start[body], rollout.names.coordinate_start[body + 1])
-    kind = joint_type(joint)
+    joint, kind, span = _joint(name, rollout)
     if kind.quaternion:
         coordinate[:, span] = multiply(about(LEFT, angle), coordinate[:, span])
     elif span.stop > span.start and not joint.follows:
         along = kind.frame(joint)[0][0, 0]
         if abs(along) > ALIGNED:
             coordinate[:, span.start] += angle * np.sign(along)
+
+
+def _joint(name: str, rollout: Rollout) -> tuple[Joint, JointType, slice]:
+    """A joint, its type, and where its coordinates are."""
+    joint, names = rollout.numeric.character.joints[name], rollout.names
+    return joint, joint_type(joint), names.coordinates_of(names.body_of_joint(name))
