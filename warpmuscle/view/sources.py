@@ -124,7 +124,12 @@ def fall_of(recording: Recording, scene: Scene) -> Facts:
     above = recording.com[[0, -1]] @ normal - height
     if end > scene.duration - EARLY or above[1] > (limit + SAME_HEIGHT) * above[0]:
         return NOTHING_KNOWN
-    return Facts(None, f"{Status.FELL.word} at {end:.1f} s", end)
+    return _ended(Status.FELL, end)
+
+
+def _ended(how: Status, end: float) -> Facts:
+    """That a motion ended in some way, and when, s."""
+    return Facts(None, f"{how.word} at {end:.1f} s", end)
 
 
 def with_measured(sights: Sequence[Sight], path: str | Path, result: Result, replay: int | None = None) -> list[Sight]:
@@ -180,8 +185,7 @@ def _walked(scene: Scene, values: Floats, device: str | None) -> tuple[list[Reco
         for place, number in enumerate(failed):
             motion = falls.recording(place)
             motions[number] = motion if motion.frames > motions[number].frames else motions[number]
-            end = float(ends[number])
-            facts[number] = Facts(None, f"{words[number].word} at {end:.1f} s", end)
+            facts[number] = _ended(words[number], float(ends[number]))
     return motions, facts
 
 
