@@ -17,6 +17,7 @@ import cma
 import msgspec
 import numpy as np
 import typer
+from steering_search import free_names, let_free
 
 import warpmuscle as wm
 from warpmuscle.scene import Command, Scene
@@ -46,14 +47,7 @@ def searched() -> Scene:
     terrain = scene.ground.terrain
     assert terrain is not None
     terrain.x, terrain.yaw, terrain.z = 0.0, 0.0, Free(0.0, per={"place": 1.0})
-    numbers = scene.controller.parameters
-    for name in WHOLE:
-        numbers[name] = Free(float(numbers[name]), min=-1e3, max=1e3)
-    for name in JOINTS:
-        joint, gain = name.split(".")
-        left, right = (scene.controller.by_joint[side + joint] for side in "lr")
-        left[gain] = Free(float(left[gain]), min=-1e3, max=1e3)
-        right[gain] = Free(same_as=f"controller.by_joint.l{joint}.{gain}")
+    let_free(scene, WHOLE, JOINTS)
     return scene
 
 
@@ -80,7 +74,7 @@ def main(
     """Search, and write the mean of each generation."""
     count = population * walks
     rollout = wm.Rollout(searched(), count, device, record=range(count), record_rate=10.0)
-    names = [one.name.rsplit("parameters.")[-1].rsplit("by_joint.l")[-1] for one in rollout.parameters]
+    names = free_names(rollout)
     begin = np.array([one.value for one in rollout.parameters], dtype=float)
     steps = np.array([(WHOLE | JOINTS)[name] for name in names])
     low = np.maximum(begin - 3.0 * steps, 0.01 * begin)

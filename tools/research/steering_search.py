@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -82,16 +83,26 @@ def searched() -> Scene:
         scene.commands[name] = wm.scene.Command(reference=0.0, min=0.0, max=most)
     follow = {name: Free(0.0, per={name: 1.0}) for name in ("tile", "place")}
     scene.ground = msgspec.structs.replace(scene.ground, terrain=Terrain(TILES, tile=follow["tile"], z=follow["place"]))
-    numbers = scene.controller.parameters
-    numbers["sight"] = 1.0
-    for name in WHOLE:
+    scene.controller.parameters["sight"] = 1.0
+    let_free(scene, WHOLE, JOINTS)
+    return scene
+
+
+def let_free(scene: Scene, whole: Iterable[str], joints: Iterable[str]) -> None:
+    """Let numbers of the walking controller be free, and gains of joints, such as Hip.kp, alike on both sides."""
+    numbers, by_joint = scene.controller.parameters, scene.controller.by_joint
+    for name in whole:
         numbers[name] = Free(float(numbers[name]), min=-1e3, max=1e3)
-    for name in JOINTS:
+    for name in joints:
         joint, gain = name.split(".")
-        left, right = (scene.controller.by_joint[side + joint] for side in "lr")
+        left, right = (by_joint[side + joint] for side in "lr")
         left[gain] = Free(float(left[gain]), min=-1e3, max=1e3)
         right[gain] = Free(same_as=f"controller.by_joint.l{joint}.{gain}")
-    return scene
+
+
+def free_names(rollout: wm.Rollout) -> list[str]:
+    """What `let_free` calls the free numbers of a batch, in their order."""
+    return [one.name.rsplit("parameters.")[-1].rsplit("by_joint.l")[-1] for one in rollout.parameters]
 
 
 def people(speed: float) -> float:
@@ -107,7 +118,7 @@ class Trial:
         self.population = population
         count = population * len(CASES)
         self.rollout = wm.Rollout(searched(), count, device, record=range(count), record_rate=50.0, threads=threads)
-        names = [one.name.rsplit("parameters.")[-1].rsplit("by_joint.l")[-1] for one in self.rollout.parameters]
+        names = free_names(self.rollout)
         self.order = [NAMES.index(name) for name in names]
         start = [one.value for one in self.rollout.parameters]
         self.start = np.array([start[names.index(name)] for name in NAMES])
