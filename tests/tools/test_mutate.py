@@ -67,6 +67,14 @@ def changed(source: bytes) -> dict[str, set[tuple[str, str]]]:
     return found
 
 
+def reads(source: bytes) -> bool:
+    try:
+        ast.parse(source)
+    except SyntaxError:
+        return False
+    return True
+
+
 def test_what_computes_is_changed_and_nothing_else():
     assert changed(SOURCE) == {
         "number": {("0.5", "0.625"), ("0.5", "0.4"), ("0.0", "1.0")},
@@ -91,6 +99,12 @@ def test_what_is_the_same_both_ways_is_left_out():
     assert "statement" not in changed(b"know_model(character)")
     assert changed(b'wp.set_module_options({"enable_backward": False, "max_unroll": 1})') == {}
     assert changed(b"if n < 3: n += 1")["comparison"] == {("n < 3", "n > 3"), ("n < 3", "n <= 3")}
+
+
+def test_what_goes_on_in_a_second_line_keeps_its_brackets():
+    for sign in "+-*/@":
+        source = f"x = a {sign} (\n    b\n    + c\n)\ny = (\n    b\n    + c\n) {sign} a\nx += (\n    a\n    * b\n)\n"
+        assert not [m for m in mutations_of("a.py", source.encode()) if not reads(m.applied(source.encode()))]
 
 
 def test_bounds_of_what_is_a_number_are_left_out_and_bounds_of_the_physics_are_not():

@@ -143,6 +143,7 @@ class _Text:
             for kind, place, after in self._changes(node) if id(node) not in self.left_out else ():
                 start, end = self._span(place)
                 before = self.source[start:end].decode()
+                after = _kept_together(after) if isinstance(place, ast.BinOp) else after
                 line = self.source[self.lines[place.lineno - 1] : self.lines[place.lineno]].decode().strip()
                 told_equal = line in self.equal or (line, " ".join(after.split())) in self.equal_changes
                 if before != after and not told_equal:
@@ -172,7 +173,7 @@ class _Text:
             yield from self._calls(node)
         elif isinstance(node, ast.AugAssign) and isinstance(node.op, ast.Add | ast.Sub | ast.Mult | ast.Div):
             sign = ARITHMETIC[type(node.op)]
-            yield "operator", node, f"{self._of(node.target)} {sign}= {self._of(node.value)}"
+            yield "operator", node, f"{self._of(node.target)} {sign}= {_kept_together(self._of(node.value))}"
             yield "statement", node, "pass"
         elif _may_go(node):
             yield "statement", node, "pass"
@@ -346,6 +347,11 @@ def _counts(node: ast.expr) -> bool:
     if isinstance(node, ast.Constant):
         return isinstance(node.value, int) and not isinstance(node.value, bool) and node.value != 0
     return isinstance(node, ast.Call) and _called(node) in ("len", "int")
+
+
+def _kept_together(text: str) -> str:
+    """Text of an expression that may stand alone, in brackets where it goes on in another line."""
+    return f"({text})" if "\n" in text else text
 
 
 def _bracketed(node: ast.expr, text: str) -> str:
