@@ -2,13 +2,14 @@
 
 import dataclasses
 
+import msgspec
 import numpy as np
 import pytest
 
 from biped import random_recording
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats import load
-from warpmuscle.gait.penetration import penetration
+from warpmuscle.gait.penetration import nearest_pair, penetration
 from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.parameters import start_values, substitute
@@ -92,3 +93,18 @@ def test_bodies_deeper_than_a_millimetre_count_as_inside_each_other(scene):
 
 def test_bodies_of_a_recording_without_frames_are_at_no_time_inside_each_other(scene):
     assert penetration(beside_each_other(scene, np.zeros(0)), scene) == (0.0, 0.0, None, 0.0)
+
+
+def test_who_collides_after_the_last_frame_is_nearest_in_it(scene):
+    """Forearms 1 cm from each other, though shanks were nearer before; thighs that nothing tests are nearer."""
+    recording = standing(scene, 3)
+    position = recording.body_position.copy()
+    for frame, (shanks, arms) in enumerate([(0.05, 0.30), (0.10, 0.20), (0.20, 0.11)]):
+        for kind, apart, at in (("Lowerleg", shanks, 1.0), ("Lowerarm", arms, 2.0), ("Upperleg", 0.07, 3.0)):
+            for side, half in (("l", 0.5), ("r", -0.5)):
+                position[frame, recording.body_names.index(side + kind)] = [0.0, at, half * apart]
+    moved = dataclasses.replace(recording, body_position=position)
+    tested = [("lLowerleg", "rLowerleg"), ("lLowerarm", "rLowerarm")]
+    failing = msgspec.structs.replace(scene.failure, self_collision=0.001, self_collision_pairs=tested)
+    assert nearest_pair(moved, msgspec.structs.replace(scene, failure=failing)) == tested[1]
+    assert nearest_pair(moved, scene) is None

@@ -155,15 +155,14 @@ def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parame
 def _ended(status: Status, recording: Recording, scene: Scene, cause: str = "") -> str:
     """How a simulation ended, in words; of bodies that ran into each other, which ones; and the scene's part if any."""
     from warpmuscle.core.status import Status
-    from warpmuscle.gait.penetration import penetration
+    from warpmuscle.gait.penetration import nearest_pair
     from warpmuscle.scene.parameters import at_start
 
     words = f"{status.meaning}: {cause}" if cause else str(status.meaning)
     if status != Status.COLLIDED:
         return words
-    deepest = penetration(recording.window(float(recording.time[-1])), at_start(scene))
-    pair = "" if deepest is None or deepest.pair is None else f" ({' and '.join(deepest.pair)})"
-    return words + pair
+    pair = nearest_pair(recording, at_start(scene)) if recording.frames else None
+    return f"{words} ({' and '.join(pair)})" if pair else words
 
 
 def _as_legacy(scene: Scene) -> Scene:

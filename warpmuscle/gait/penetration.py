@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.pose import normalized, rotate
-from warpmuscle.model.collisions import CapsuleRows, Pair, apart, capsule_of, segment_distance
+from warpmuscle.model.collisions import CapsuleRows, Pair, apart, capsule_of, collision_pairs, segment_distance
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import topology
@@ -42,16 +42,38 @@ def penetration(recording: Recording, scene: Scene) -> Penetration | None:
     pairs = apart(scene, names)
     if not pairs:
         return None
-    placed = {name: _placed(recording, scene, name) for name in dict.fromkeys(itertools.chain(*pairs))}
     deepest, inside = Penetration(0.0, 0.0, None, 0.0), np.zeros(recording.frames, dtype=bool)
-    for pair in pairs:
-        depths = [_depth(one, other) for one, other in itertools.product(placed[pair[0]], placed[pair[1]])]
-        depth = np.max(depths, axis=0, initial=0.0)
+    for pair, found in _depths(recording, scene, pairs).items():
+        depth = np.maximum(found, 0.0)
         inside |= depth > NOTICED
         frame = int(np.argmax(depth)) if len(depth) else 0
         if len(depth) and depth[frame] > deepest.depth:
             deepest = Penetration(float(depth[frame]), 0.0, pair, float(recording.time[frame]))
     return deepest._replace(share=float(inside.mean()) if len(inside) else 0.0)
+
+
+def nearest_pair(recording: Recording, scene: Scene) -> Pair | None:
+    """The bodies that are deepest inside each other in the last frame, or else nearest, of those that a scene tests.
+
+    A simulation that ends between two frames has its last one before the bodies are as deep as they may be.
+
+    Args:
+        recording: of the scene's character, of one frame or more. scene: without free parameters.
+
+    Returns:
+        None where no two bodies with shapes are apart.
+    """
+    depths = _depths(recording, scene, collision_pairs(scene, topology(scene.character)))
+    return max(depths, key=lambda pair: float(depths[pair][-1])) if depths else None
+
+
+def _depths(recording: Recording, scene: Scene, pairs: list[Pair]) -> dict[Pair, Floats]:
+    """How deep pairs of bodies are inside each other, m, in all frames; below 0 how far they are from each other."""
+    placed = {name: _placed(recording, scene, name) for name in dict.fromkeys(itertools.chain(*pairs))}
+    return {
+        (one, other): np.max([_depth(a, b) for a, b in itertools.product(placed[one], placed[other])], axis=0)
+        for one, other in pairs
+    }
 
 
 def _placed(recording: Recording, scene: Scene, name: str) -> list[CapsuleRows]:
