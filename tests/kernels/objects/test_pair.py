@@ -172,6 +172,44 @@ def test_the_end_of_a_bar_and_the_corner_of_a_box_push_each_other_once():
     np.testing.assert_allclose(motion["bar"].velocity[1], wanted, rtol=0.03)
 
 
+@pytest.mark.parametrize("solid", [BallObject(radius=0.2), CapsuleObject(radius=0.2, length=0.4)])
+def test_round_objects_of_two_radii_push_as_deep_as_both_reach(solid):
+    """One is 1 mm deep in a ball, or in the middle of a capsule's side."""
+    solid.position, solid.restitution, solid.friction, solid.mass = (0.0, 0.0, 0.299), 0.0, 0.0, 2.0
+    ball = BallObject(mass=2.0, radius=0.1, position=(0.0, 0.0, 0.0), restitution=0.0, friction=0.0, touches=["other"])
+    _, motion = played(together({"ball": ball, "other": solid}, duration=0.002), 2000.0)
+    wanted = STIFF * 0.001 / 2.0 * 0.5 * STEP  # after half a step
+    np.testing.assert_allclose(motion["ball"].velocity[1], [0.0, 0.0, -wanted], rtol=0.02, atol=1e-7)
+    np.testing.assert_allclose(motion["other"].velocity[1], [0.0, 0.0, wanted], rtol=0.02, atol=1e-7)
+
+
+def test_the_end_of_a_bar_whose_side_lies_on_a_corner_does_not_push_as_well():
+    """The corner is the nearest place of the box to the end, too, 1 cm away from where the bar is nearest to it."""
+    half, off, along = np.array([0.05, 0.05, 1.0]), np.full(3, 0.02), np.array([-1.0, -1.0, 2.0]) / np.sqrt(6.0)
+    across = np.cross([0.0, 1.0, 0.0], along)
+    turn = about(across / np.linalg.norm(across), float(np.arccos(along[1])))
+    distance = float(np.linalg.norm(off))
+    wanted = STIFF * (0.05 - distance) / 2.0 * 0.5 * STEP * off / distance  # after half a step
+    for past in (0.01, 0.3):
+        bar = CapsuleObject(
+            mass=2.0, length=1.0, radius=0.05, position=tuple(half + off + (0.5 - past) * along),
+            orientation=tuple(turn), restitution=0.0, friction=0.0, touches=["box"],
+        )  # fmt: skip
+        box = BoxObject(size=tuple(2.0 * half), position=(0.0, 0.0, 0.0), fixed=True)
+        _, motion = played(together({"bar": bar, "box": box}, duration=0.002), 2000.0)
+        np.testing.assert_allclose(motion["bar"].velocity[1], wanted, rtol=0.03)
+
+
+def test_a_ball_that_strikes_the_side_of_a_bar_has_the_restitution_that_was_asked_for():
+    bar = CapsuleObject(mass=1.0, radius=0.1, length=0.6, position=(0.0, 1.0, 0.0), restitution=0.6, friction=0.0)
+    ball = BallObject(mass=2.0, radius=0.2, position=(0.0, 1.0, -0.4), velocity=(0.0, 0.0, 2.0), touches=["bar"])
+    ball.restitution = 0.6
+    _, motion = played(together({"bar": bar, "ball": ball}))
+    after = [float(motion[name].velocity[-1, 2]) for name in ("bar", "ball")]
+    assert after[0] - after[1] == pytest.approx(0.6 * 2.0, rel=0.02)
+    assert after[0] + 2.0 * after[1] == pytest.approx(4.0, rel=1e-5)
+
+
 def test_objects_that_do_not_name_each_other_pass_through():
     objects = {
         "one": BallObject(velocity=(0.0, 0.0, 3.0), position=(0.0, 1.0, -0.5)),

@@ -139,7 +139,10 @@ def press(
 def press_bar(
     instance: int, first: int, second: int, a: Side, b: Side, model: ModelRef, own: ObjectExtension
 ):  # fmt: skip
-    """Let a capsule push where it lies across an object: at both ends of what is over it, half as stiff each."""
+    """Let a capsule push where it lies across an object: at both ends of what is over it, half as stiff each.
+
+    A ball, or a corner, on which its side lies pushes by itself, see `press`.
+    """
     half = a.row.half
     if half[0] > 0.0 or half[2] > 0.0 or half[1] <= 0.0:
         return
@@ -149,7 +152,7 @@ def press_bar(
     for side in range(2):
         t = end_of_nearest(middle, along, b.row.half, wp.where(side == 0, -LEVEL, LEVEL))
         if wp.abs(t) < END:
-            press(instance, first, second, a, b, wp.vec3(0.0, half[1] * t, 0.0), 0.5, 2, model, own)
+            press(instance, first, second, a, b, wp.vec3(0.0, half[1] * t, 0.0), 0.5, 0, model, own)
 
 
 @func
