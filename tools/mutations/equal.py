@@ -53,6 +53,8 @@ EQUAL: dict[tuple[str, str], str] = {
         "of steps, after so many of which it gives up, which it does when they lead nowhere",
     ("warpmuscle/kernels/program/lane_program.py", "size = wp.abs(work.needed[i])"):
         "the scale of a tolerance: by how much of it a balance may be missed",
+    ("warpmuscle/kernels/path/route_walk.py", "reached = wp.vec3(0.0)"):
+        "on either way it is set anew before it is read",
     ("warpmuscle/model/parts.py",
      "return rows_of_all, max((one.part.declaration.memory for one in remembering), default=0)"):
         "the length of no rows",
@@ -107,6 +109,8 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "one more coefficient that is none, and cut off behind",
     ("warpmuscle/kernels/algebra/bending.py", "square = np.zeros(DEGREE + 1)", "2"):
         "one more coefficient that is none, and cut off behind",
+    ("warpmuscle/kernels/muscle/sharing.py", "work.softness[body] = SOFTNESS * square + SMALLEST",
+     "(SOFTNESS * square + SMALLEST + SMALLEST)"): "the least that is divided by, where no muscle pulls",
     ("warpmuscle/kernels/control/reflex.py",
      "trailing = stance and state.muscles.stands[instance, 1 - side] == 1 and state.muscles.landed[instance] != side",
      "(side - 1)"): "0 of the right leg and -1 of the left one, which Warp counts from the end",

@@ -41,6 +41,27 @@ def test_excitations_bring_activations_to_their_aim_until_the_next_decision(rows
     np.testing.assert_array_equal(memory.numpy()[:, 0, 1], [4.0, 5.0])
 
 
+def test_what_is_told_of_an_answer_is_its_error_weighed_and_how_hard_points_push():
+    """sqrt(e^T W e), e = wanted - found, and the sum of what is neither a muscle nor a torque."""
+    wanted, found = np.array([[1.0, -2.0], [0.5, 3.0]]), np.array([[0.7, -1.2], [2.0, 2.5]])
+    weight = np.array([[4.0, 0.5, 0.5, 2.0], [1.0, -0.25, -0.25, 3.0]])
+    control = np.array([[0.3, 0.45, 0.42, 9.0, 4.0, 2.5], [0.38, 0.55, 0.56, -7.0, 1.5, 3.0]])
+    muscles = filled(Muscles, count=3, row={"rise_time": RISE, "fall_time": FALL})
+    state = filled(State, muscles=filled(MuscleState, activation=np.float32(NOW)))
+    programs = filled(Programs, wanted=np.float32(wanted), weight=np.float32(weight))
+    chosen, iterations = (wp.array(values, dtype=int, device="cpu") for values in ([0, 1], [4, 5]))
+    given = [chosen, filled(Model, time_step=STEP, muscles=muscles), state]
+    given += [filled(Layout, every=EVERY, torque=np.int32([[0, 0]])), programs]
+    given += [wp.array(np.float32(values), device="cpu") for values in (control, found)]
+    memory = wp.zeros((2, 1, REPORTED + 4), dtype=float, device="cpu")
+    wp.launch(tell_muscles, 2, [*given, iterations], [memory], device="cpu")
+    error = wanted - found
+    unmet = np.sqrt(np.einsum("is,isq,iq->i", error, weight.reshape(2, 2, 2), error))
+    np.testing.assert_allclose(memory.numpy()[:, 0, 0], unmet, rtol=1e-5)
+    np.testing.assert_allclose(memory.numpy()[:, 0, 2], [6.5, 4.5], rtol=1e-6)
+    np.testing.assert_array_equal(memory.numpy()[:, 0, REPORTED + 3], [9.0, -7.0])
+
+
 def test_muscles_and_torques_cost_and_give_what_their_numbers_say():
     """Two muscles across one coordinate and two torques, of which the last has no bound to speak of."""
     effort, torque_effort, bounds, arms, active, passive = (

@@ -86,6 +86,8 @@ pusher = CustomController(
     effort=push, update=count, parameters=Drive, by_joint=Push, state=2, state_a_body=1, recorded=RECORDED
 )
 tensing = CustomController(excitation=tense, by_muscle=Tone)
+steady = CustomController(effort=heavy, parameters=Drive, by_body=Tone, defaults=(("rate", 2.0),))
+loose = CustomController(effort=heavy, parameters=Drive, by_body=Tone, defaults=(("rate", 2.0, 1.0),))
 bodily = CustomController(effort=heavy, parameters=Drive, by_body=Tone)
 twice = CustomController(effort=push, by_joint=Push, by_muscle=Push, state=1)
 flat = CustomController(effort=push, by_joint=wp.vec3, state=1)
@@ -168,11 +170,12 @@ def test_muscles_and_bodies_may_have_numbers_of_their_own():
     rollout.run()
     np.testing.assert_allclose(rollout.recording().muscle_excitation, [[0.7, 0.1]] * 5, atol=1e-6)
     by_body = {"others": {"level": 1.0}, "shank": {"level": 3.0}}
-    scene = with_controller(f"{NAME}:bodily", parameters={"rate": 2.0}, by_body=by_body)
-    rollout = Rollout(scene, 1, "cpu", record=[0], trust=True)
-    rollout.step(1)
-    torque = np.linalg.norm(rollout.recording().joint_torque_desired[0], axis=1)
-    np.testing.assert_allclose(torque, [2.0, 6.0], rtol=1e-5)
+    for name, given in (("bodily", {"rate": 2.0}), ("steady", {})):  # which has 2.0 by default
+        scene = with_controller(f"{NAME}:{name}", parameters=given, by_body=by_body)
+        rollout = Rollout(scene, 1, "cpu", record=[0], trust=True)
+        rollout.step(1)
+        torque = np.linalg.norm(rollout.recording().joint_torque_desired[0], axis=1)
+        np.testing.assert_allclose(torque, [2.0, 6.0], rtol=1e-5)
 
 
 def test_a_scene_with_numbers_by_joint_is_written_and_read_again_and_all_of_them_are_used(tmp_path: Path):
@@ -275,6 +278,7 @@ def test_what_a_type_lacks_or_does_not_take_is_said_in_one_line(controller: Cont
         ("unnamed", r"must be a tuple of \(name, unit\)"),
         ("odd", "must be words, each once"),
         ("still", "reads `state.simbicon`, and the scene has no simbicon controller"),
+        ("loose", r"defaults of .* must be a tuple of \(parameter, number\)"),
         ("pushr", "has no function 'pushr'; did you mean 'pusher'"),
     ],
 )
