@@ -82,6 +82,13 @@ def _bent(instance: int, model: Model, state: State, work: Scratch, decision: De
 
 
 @wp.func
+def _turned(instance: int, model: Model, state: State, work: Scratch, decision: Decision, random: wp.uint32,
+            own: Width, memory: wp.array[float]):
+    memory[0] = memory[0] + 1.0
+    state.coordinates[instance, 7] = own.width * memory[0] + 0.05 * wp.randf(random)
+
+
+@wp.func
 def _late(instance: int, model: Model, state: State, work: Scratch, decision: Decision) -> bool:
     return decision.length[instance] >= 3 + instance % 2
 
@@ -98,6 +105,7 @@ decisions = Declaration(function=_decisions, memory=1, stage="decision")
 jolt = Declaration(function=_jolt, stage="accelerations", unit="m^2/s^3")
 somewhere = Declaration(function=_somewhere, stage="decision")
 bent = Declaration(function=_bent, stage="decision")
+turned = Declaration(function=_turned, stage="decision", parameters=Width, memory=1)
 reached = Declaration(function=_late, stage="decision", sign="earned")
 lost = Declaration(function=_late, stage="decision")
 harder = Declaration(function=_harder, stage="decision")
@@ -258,6 +266,21 @@ def test_goals_and_starts_are_drawn_ends_end_and_a_curriculum_makes_it_harder():
     assert ((starts >= 0.2) & (starts <= 0.5)).all()
     assert np.ptp(starts) > 0.05
     np.testing.assert_allclose(difficulty[-1], [1.0, 0.75, 1.0, 0.75])
+
+
+def test_a_start_may_have_numbers_and_a_memory_of_its_own():
+    task = task_with(ends=[f"{NAME}:reached"], variation=Variation(velocity_noise=0.0, start=f"{NAME}:turned"))
+    scene = arm()
+    scene.custom = {f"{NAME}:turned": CustomPart({"width": 0.3})}
+    batch = EpisodeBatch(scene, N, "cpu", task, 0, threads=1, trust=True)
+    column, drawn = batch.rollout.coordinate_names.index("elbow"), []
+    for _ in range(6):
+        batch.step()
+        drawn.append(batch.rollout.state.coordinates.numpy()[batch.episodes.length.numpy() == 0, column])
+    starts = np.concatenate(drawn)
+    assert len(starts) >= N
+    assert np.all((starts >= 0.3) & (starts <= 0.35))
+    assert np.ptp(starts) > 0.01
 
 
 def test_an_end_that_is_a_cost_is_a_failure():

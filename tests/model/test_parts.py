@@ -60,6 +60,11 @@ def _of_place(instance: int, m: int, w: MuscleWork, model: Model, given: Gain) -
 
 
 @wp.func
+def _of_work(instance: int, m: int, w: MuscleWork, model: Model) -> float:
+    return w.activation + 2.0 * w.excitation + 30.0 * w.length + 5.0 * w.speed + 0.01 * w.force
+
+
+@wp.func
 def _accelerates(instance: int, model: Model, state: State, work: Scratch) -> float:
     return wp.length(centre_acceleration(instance, model.body_count - 1, model, work))
 
@@ -74,6 +79,7 @@ steps = Declaration(function=_of_steps, memory=2, unit="1", description="steps, 
 joint = Declaration(function=_of_joint, parameters=Gain, memory=1, defaults={"power": 1.0}, limits={"gain": (0.0, 9.0)})
 muscle = Declaration(function=_of_muscle, parameters=Gain, memory=1, defaults={"power": 1.0})
 of_place = Declaration(function=_of_place, parameters=Gain, defaults={"power": 1.0})
+of_work = Declaration(function=_of_work)
 accelerates = Declaration(function=_accelerates, stage="accelerations", sign="earned", unit="m/s")
 too_long = Declaration(function=_too_long, parameters=Gain, memory=1, defaults={"power": 1.0})
 of_cycles = Declaration(function=_accelerates, stage="accelerations", follows_cycles=True)
@@ -124,9 +130,9 @@ class TestRuns:
     @pytest.fixture(scope="class")
     def rollout(self) -> Rollout:
         gains = GAINS | {"joint": CustomPart({"gain": Free(2.0, 0.0, 4.0)}, GAINS["joint"].each)}
-        terms = ("steps", "joint", "muscle", "of_place", "accelerates")
+        terms = ("steps", "joint", "muscle", "of_place", "of_work", "accelerates")
         own = scene(terms, ("too_long",), too_long=CustomPart({"gain": 1e9}), **gains)
-        return Rollout(own, 2, "cpu", trust=True)
+        return Rollout(own, 2, "cpu", record=[0], record_rate=1.0 / own.time_step, trust=True)
 
     def test_memories_count_the_steps_of_an_instance_of_each_joint_and_of_each_muscle(self, rollout: Rollout):
         rollout.reset()
@@ -147,6 +153,16 @@ class TestRuns:
         wanted = [0.1 * gains @ (10 * instance + np.arange(len(muscles))) for instance in range(2)]
         assert len(muscles) == 3
         assert rollout.terms()[f"{NAME}:of_place"] == pytest.approx(wanted, rel=1e-5)
+
+    def test_a_part_of_each_muscle_is_told_what_it_does(self, rollout: Rollout):
+        rollout.reset()
+        rollout.run()
+        frames = rollout.recording()
+        each = frames.muscle_activation + 2.0 * frames.muscle_excitation + 30.0 * frames.muscle_fibre_length
+        each = each + 5.0 * frames.muscle_fibre_velocity + 0.01 * frames.muscle_force
+        assert np.ptp(frames.muscle_fibre_velocity) > 0.1
+        wanted = rollout.scene.time_step * float(np.sum(each, dtype=np.float64))
+        assert rollout.terms()[f"{NAME}:of_work"][0] == pytest.approx(wanted, rel=1e-4)
 
     def test_a_memory_begins_anew_with_its_instance_alone(self, rollout: Rollout):
         rollout.reset()

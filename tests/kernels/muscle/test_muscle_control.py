@@ -10,7 +10,8 @@ from random_states import random_states
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels.muscle import activation, muscle_control
 from warpmuscle.kernels.structs import CLIP, DROP, KEEP, MuscleRow, Muscles, MuscleState, TimedExcitation
-from warpmuscle.scene import MuscleModel
+from warpmuscle.scene import JointState, MuscleModel
+from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stages import Stages
 
 TIME_STEP = 1.0 / 2000.0
@@ -72,6 +73,17 @@ def test_ideal_muscles_have_the_force_that_they_should_have_even_beyond_f_max():
     assert wanted.max() > 500.0
     np.testing.assert_array_equal(quantities["muscle_force"], wanted)
     np.testing.assert_allclose(quantities["muscle_activation"], np.minimum(wanted / 400.0, 1.0), rtol=1e-6)
+
+
+def test_the_fibre_of_an_ideal_muscle_is_as_fast_as_its_length_changes():
+    scene = leg(muscle_model=MuscleModel(ideal=True), duration=0.1)
+    scene.initial_state.joints = {"knee": JointState(angular_velocity=(3.0, 0.0, 0.0))}
+    rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=1.0 / scene.time_step)
+    rollout.run()
+    frames = rollout.recording()
+    speed = np.gradient(frames.muscle_fibre_length.astype(np.float64), scene.time_step, axis=0)[1:-1]
+    assert np.ptp(speed) > 0.05
+    np.testing.assert_allclose(frames.muscle_fibre_velocity[1:-1], speed, atol=0.02 * np.ptp(speed))
 
 
 # Excitations of their own.
