@@ -317,8 +317,10 @@ class Solver:
     def activations(self, solved: _Solved, effort: Floats) -> list[Activations]:
         """What was found, by trial."""
         body, trials = self.body, self.trials
-        strength = np.square(self.reserve)
-        reserve = solved.multiplier * strength
+        share = solved.multiplier * self.reserve
+        if self.law == kernels.POWER:
+            share = np.sign(share) * np.abs(share) ** self.exponent
+        reserve = share * self.reserve
         bare = sorted(set(range(body.topology.speeds)) - set(self.groups.coordinates))
         reserve[:, bare] = effort[:, bare]
         unmuscled = frozenset({body.map.coordinate_of(speed) for speed in bare} | set(body.map.names[: body.map.roots]))
