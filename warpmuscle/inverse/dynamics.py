@@ -206,9 +206,7 @@ def prepare(
     _warn(body, motions, given, states, starts, parts, [at for at, _ in moving])
     found = joined(parts)
     if not exact_rates and (seeming := seeming_loads(body, states, rates[0], rates[1])) is not None:
-        found = BodyLoads([*found.body, *seeming.body], *(
-            np.concatenate([one, other], axis=1) for one, other in zip(found[1:], seeming[1:], strict=True)
-        ))  # fmt: skip
+        found = found.beside(seeming)
     return Prepared([at for at, _ in moving], states, found, rates[0], speed_rates)
 
 

@@ -19,7 +19,7 @@ def body(tmp_path_factory) -> BodyModel:
 
 
 def shares(solved, strength: float, power: int):
-    """Reserves over their strength, of which |r|^p / p is least where its slope is the multiplier times the strength."""
+    """Reserves over their strength: the slope of their cost |r|^p / p is the multiplier times the strength."""
     u = strength * solved.multiplier.astype(float)
     return np.sign(u) * np.abs(u) ** (1.0 / (max(power, 2) - 1))
 
