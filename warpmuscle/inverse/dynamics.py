@@ -29,7 +29,7 @@ from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, places_of
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
-from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
+from warpmuscle.inverse.plausibility.motions import locked_notes, range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, column_of, columns_to_dataframe, each_of
 from warpmuscle.scene import Scene
@@ -240,6 +240,8 @@ def _warn(
         notes += value_notes(known, [units[name] for name in known], motion.times, values)
         notes += range_notes(known, values, limits)
         notes += side_notes(known, values)
+        if body.scene.opensim is not None:
+            notes += locked_notes(motion.names, motion.values, body.scene.opensim.locked)
         if loads is not None and loads.plates:
             notes += time_notes("the loads", loads.times)
             notes += _load_notes(body, loads, states.speeds[starts[k] : starts[k + 1]], times[k], parts[k], places[k])
