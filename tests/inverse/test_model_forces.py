@@ -1,5 +1,7 @@
 """Springs, bushings and limits of a model in inverse steps, against their own formulas and their power."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -113,3 +115,9 @@ def test_by_default_nothing_of_a_model_acts_but_its_muscles(tmp_path, plain):
     assert np.array_equal(inverse_dynamics(body, at).values, inverse_dynamics(plain, at).values)
     with pytest.raises(ArgumentError, match="model_forces"):
         BodyModel(body.file, "cpu", model_forces="yes")
+
+
+def test_a_model_without_mass_is_refused(tmp_path):
+    words = re.sub(r"<mass>[^<]*", "<mass>0", text())
+    with pytest.raises(ArgumentError, match="have no mass"):
+        inverse_dynamics(BodyModel(written(tmp_path, words), "cpu"), motion(8))

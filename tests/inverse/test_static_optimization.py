@@ -7,6 +7,8 @@ from opensim_table import table
 from osim_models import written
 from small_leg import loads, motion, small_leg, text
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.formats.lines import Ignored
+from warpmuscle.formats.load import load
 from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.as_opensim.differences import choices
 from warpmuscle.inverse.body_model import BodyModel
@@ -88,6 +90,15 @@ def test_activations_keep_within_the_controls_of_an_opensim_model(tmp_path):
     assert min(least.values()) == pytest.approx(0.01)
     assert most["hamstrings"] == pytest.approx(1.5)
     assert max(value for name, value in most.items() if name != "hamstrings") == 1.0
+
+
+def test_controls_whose_least_is_above_the_greatest_are_told(tmp_path):
+    own = '<Millard2012EquilibriumMuscle name="rectus">'
+    words = text().replace(own, f"{own}<min_control>0.9</min_control><max_control>0.2</max_control>")
+    ignored: list[Ignored] = []
+    scene = load(written(tmp_path, words), ignored=ignored)
+    assert scene.opensim.controls == {}
+    assert any("min_control, 0.9, is above its max_control, 0.2" in one.reason for one in ignored)
 
 
 def test_whether_pennation_counts_is_told_with_what_the_other_way_changes(body):

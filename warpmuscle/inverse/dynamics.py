@@ -186,6 +186,8 @@ def prepare(
         raise ArgumentError(f"there are loads of {number_of(len(given), 'trial')}, and coordinates of {len(motions)}")
     if not motions:
         raise ArgumentError("no trials are given")
+    if not body_mass(body.scene.character) > 0.0:
+        raise ArgumentError(f"the bodies of {body.scene.name!r} have no mass: no motion of it needs a force")
     parts, moving = [], []
     wanted: list[Floats | None] = [*times] if isinstance(times, (list, tuple)) else [times] * len(motions)  # type: ignore[list-item]
     if len(wanted) != len(motions):

@@ -80,6 +80,6 @@ def test_columns_that_move_what_a_model_locks_are_told():
     (note,) = locked_notes(("subtalar", "mtp"), moving, {"subtalar": 0.0, "mtp": 0.1})
     assert note.startswith("the motion moves subtalar, locked in the model, which stays there")
     (note,) = locked_notes(("subtalar", "mtp"), moving, {"subtalar": 0.0, "mtp": 0.0})
-    assert "subtalar and mtp" in note
+    assert "subtalar, mtp" in note
     assert "stay there" in note
     assert locked_notes(("subtalar", "mtp"), moving, {"mtp": 0.1}) == []

@@ -89,7 +89,7 @@ def build(
         f"OpenSim model {model.file.name}" + (f" by {model.credits}" if model.credits else "")
     )
     scene.opensim = skeleton.opensim
-    scene.opensim.controls = controls_of(model)
+    scene.opensim.controls = controls_of(model, notes)
     notes.places |= {f"character.surfaces.{name}": (model.file, one.line) for name, one in model.surfaces.items()}
     notes.places["muscle_model"] = (model.file, model.muscles[0].line if model.muscles else model.line)
     _gravity(model, scene, notes)

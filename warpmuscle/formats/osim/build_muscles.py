@@ -109,14 +109,17 @@ def _surface(model: Model, one: records.Surface, placement: Placement) -> Surfac
     return TorusSurface(body, position, sizes[0], sizes[1], turn, side)  # type: ignore[arg-type]
 
 
-def controls_of(model: records.Model) -> dict[str, tuple[float, float]]:
+def controls_of(model: records.Model, notes: Notes) -> dict[str, tuple[float, float]]:
     """Bounds of the controls of muscles where they are not the least activation and 1."""
     found = {}
     for one in model.muscles:
         if one.kind in FAMILIES:
             least = one.numbers.get("minimum_activation", 0.0)
             low, high = max(one.numbers["min_control"], least), max(one.numbers["max_control"], least)
-            if (low, high) != (least, 1.0) and low <= high:
+            if low > high:
+                reason = f"its min_control, {low:g}, is above its max_control, {high:g}: neither counts"
+                note(notes, model, one, reason)
+            elif (low, high) != (least, 1.0):
                 found[one.name] = (low, min(high, MOST_CONTROL))
     return found
 
