@@ -216,7 +216,7 @@ def main(
     import opensim
 
     opensim.Logger.setLevelString("off")
-    body = BodyModel(model, "cpu")
+    body = BodyModel(model, "cpu", model_forces=True)
     recorded = read_coordinates(motion, body.scene)
     times = recorded.times[(recorded.times >= begin) & (recorded.times <= end)]
     pulled = {body.map.coordinate_of(speed) for speed in groups_of(body).coordinates}

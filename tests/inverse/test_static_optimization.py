@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from opensim_table import table
-from small_leg import loads, motion, small_leg
+from osim_models import written
+from small_leg import loads, motion, small_leg, text
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.formats.lines import Ignored
+from warpmuscle.formats.load import load
 from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.as_opensim.differences import choices
 from warpmuscle.inverse.body_model import BodyModel
@@ -56,6 +59,46 @@ def test_fibres_of_millard_pull_at_no_angle_as_in_opensim_unless_asked_for(body)
         assert strength / own == pytest.approx(theirs / cosine, rel=1e-5)
         assert width == 0.0 or (strength > own).all()
     assert any(body.muscle(name).pennation for name in body.muscles)
+
+
+def test_fibres_of_de_groote_pull_as_along_themselves_as_in_opensim(tmp_path):
+    """OpenSim 4.6 takes `activeFiberForce`, which is along the fibre, for that along the tendon."""
+    words = text().replace("Millard2012EquilibriumMuscle", "DeGrooteFregly2016Muscle")
+    body, at = BodyModel(written(tmp_path, words), "cpu"), motion(8)
+    found, angled = (
+        static_optimization(body, at, loads(at.times), reserve=10.0, least=0.01, pennation=one) for one in (False, True)
+    )
+    for k, name in enumerate(body.muscles):
+        width = float(body.muscle(name).l_opt) * np.sin(float(body.muscle(name).pennation))
+        cosine = np.sqrt(1.0 - (width / found.fibre_length[:, k]) ** 2)
+        strength, own = (one.force[:, k] / one.activation[:, k] for one in (found, angled))
+        assert own / strength == pytest.approx(cosine, rel=1e-5)
+
+
+def test_activations_keep_within_the_controls_of_an_opensim_model(tmp_path):
+    kind = '<Millard2012EquilibriumMuscle name="{}">'
+    words = text()
+    for name, low, high in (("rectus", 0.2, 1.0), ("hamstrings", 0.01, 1.5)):
+        own = kind.format(name)
+        assert own in words
+        words = words.replace(own, f"{own}<min_control>{low}</min_control><max_control>{high}</max_control>")
+    body, at = BodyModel(written(tmp_path, words), "cpu"), motion(8)
+    assert body.scene.opensim.controls == {"rectus": (0.2, 1.0), "hamstrings": (0.01, 1.5)}
+    found = static_optimization(body, at, loads(at.times), reserve=1e-3)
+    least, most = (dict(zip(found.muscles, end, strict=True)) for end in np.quantile(found.activation, (0, 1), axis=0))
+    assert least["rectus"] == pytest.approx(0.2)
+    assert min(least.values()) == pytest.approx(0.01)
+    assert most["hamstrings"] == pytest.approx(1.5)
+    assert max(value for name, value in most.items() if name != "hamstrings") == 1.0
+
+
+def test_controls_whose_least_is_above_the_greatest_are_told(tmp_path):
+    own = '<Millard2012EquilibriumMuscle name="rectus">'
+    words = text().replace(own, f"{own}<min_control>0.9</min_control><max_control>0.2</max_control>")
+    ignored: list[Ignored] = []
+    scene = load(written(tmp_path, words), ignored=ignored)
+    assert scene.opensim.controls == {}
+    assert any("min_control, 0.9, is above its max_control, 0.2" in one.reason for one in ignored)
 
 
 def test_whether_pennation_counts_is_told_with_what_the_other_way_changes(body):

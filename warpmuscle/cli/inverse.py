@@ -47,6 +47,9 @@ Channels = Annotated[
     list[str] | None,
     typer.Option(metavar="MUSCLE=NAME", help="Analog channel of a muscle in an --emg that is a .c3d."),
 ]
+ModelForces = Annotated[
+    bool, typer.Option("--model-forces", help="Springs, bushings and limits of the model act, as in OpenSim.")
+]
 NoPlates = Annotated[bool, typer.Option("--no-plates", help="Find the ground's forces on the feet from the motion.")]
 
 
@@ -81,8 +84,9 @@ def inverse(
     emg_weight: Annotated[float, typer.Option(min=0, help="Of differences from EMG in the cost.")] = 1.0,
     rates: Annotated[bool, typer.Option("--rates", help="Activations change as fast as muscles can.")] = False,
     elastic: Annotated[bool, typer.Option("--elastic", help="Tendons stretch: a second pass.")] = False,
-    pennation: Annotated[bool, typer.Option("--pennation", help="Millard's angles count; OpenSim omits them.")] = False,
+    pennation: Annotated[bool, typer.Option("--pennation", help="Angles of fibres count; OpenSim omits some.")] = False,
     exact_rates: Annotated[bool, typer.Option("--exact-rates", help="Of knees, where OpenSim's are not.")] = False,
+    model_forces: ModelForces = False,
     on: Annotated[str, typer.Option(help="Body that joints act on: child or parent.")] = "child",
     frame: Annotated[str, typer.Option(help="Axes of joint reactions: child, parent or ground.")] = "child",
     window: Annotated[float, typer.Option(metavar="SECONDS", help="Over which tracked excitations stay.")] = 0.015,
@@ -120,7 +124,7 @@ def inverse(
         reserve=reserves_of(reserve or []), emg_weight=emg_weight if emg else 0.0, rates=rates, elastic=elastic,
     )  # fmt: skip
     with _notes(), log.status("reading") as shown:
-        body = BodyModel(model, device, trust=trust)
+        body = BodyModel(model, device, trust=trust, model_forces=model_forces)
         fitted, trials = read_motions(motions, body, setup, device, up, forward)
         predicted = predicted_loads(body, trials, loads, filter) if no_plates else None
         forces = predicted or read_all_loads(loads or [], motions, up, forward, wanted != ("ik",))

@@ -17,7 +17,7 @@ from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Moments
 from warpmuscle.inverse.trial import column_of, columns_to_dataframe
 from warpmuscle.scene.muscles import given
-from warpmuscle.scene.muscles.curves import MillardCurves
+from warpmuscle.scene.muscles.curves import DeGrooteCurves, MillardCurves
 
 if TYPE_CHECKING:
     import pandas
@@ -40,8 +40,8 @@ class ActivationOptions:
         emg_weight: of (a - e)^2 beside costs a^2, for muscles with EMG.
         rates: whether an activation changes no faster from frame to frame than its time constants let it.
         elastic: whether tendons stretch by the forces of a first pass with rigid ones.
-        pennation: whether fibres of Millard's muscles of an OpenSim model pull at their angle to the tendon; OpenSim's
-            static optimisation leaves it out. It counts in any case where tendons stretch.
+        pennation: whether fibres of Millard's and De Groote's muscles of an OpenSim model pull at their angle to the
+            tendon; OpenSim's static optimisation leaves it out. It counts in any case where tendons stretch.
     """
 
     power: int = 2
@@ -77,15 +77,20 @@ class ActivationOptions:
 
 
 def widths_left_out(body: BodyModel) -> Floats:
-    """Optimal lengths and widths (2, M), m, of muscles whose pennation OpenSim leaves out; of others the width is 0."""
-    model, found = body.scene.muscle_model, np.ones((2, len(body.muscles)))
+    """Optimal lengths, widths, and optimal lengths as OpenSim takes them for an angle (3, M), m.
+
+    The width is 0 of muscles whose pennation OpenSim counts, the last length 0 of those of which it asks for no angle.
+    """
+    model, found = body.scene.muscle_model, np.ones((3, len(body.muscles)))
     for k, name in enumerate(body.muscles):
         muscle = body.muscle(name)
         shape = given(muscle, model, "curve_shape")
         millard = isinstance(shape, MillardCurves) if shape is not None else model.curves == "millard"
+        fregly = isinstance(shape, DeGrooteCurves) if shape is not None else model.curves == "de_groote"
         found[0, k] = first_number(muscle.l_opt)
-        of_opensim = body.scene.opensim is not None and body.pulls[k]
-        found[1, k] = found[0, k] * np.sin(first_number(muscle.pennation)) if millard and of_opensim else 0.0
+        left_out = (millard or fregly) and body.scene.opensim is not None and body.pulls[k]
+        found[1, k] = found[0, k] * np.sin(first_number(muscle.pennation)) if left_out else 0.0
+        found[2, k] = 0.0 if fregly else 1.0
     return found
 
 

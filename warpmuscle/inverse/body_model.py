@@ -12,13 +12,16 @@ import msgspec
 import numpy as np
 import warp as wp
 
+from warpmuscle.core.arguments import as_truth
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import instance_zeros, structs_to_device, to_device
 from warpmuscle.formats import SceneLike
 from warpmuscle.formats.load import load, scene_of
 from warpmuscle.inverse.coordinates import CoordinateMap, States
+from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.kernels.inverse import inverse_dynamics as dynamics
 from warpmuscle.kernels.inverse import muscle_moments
+from warpmuscle.kernels.inverse.model_forces import model_forces_of
 from warpmuscle.model.build import with_fields
 from warpmuscle.model.muscles import muscle_kind, muscles_struct
 from warpmuscle.model.path_table import path_table
@@ -42,6 +45,11 @@ class BodyLoads(NamedTuple):
     force: Floats  # (n, L, 3) N
     point: Floats  # (n, L, 3) m
     moment: Floats  # (n, L, 3) N m, about the point
+
+    def beside(self, other: BodyLoads) -> BodyLoads:
+        """These and others in the same frames."""
+        vectors = (np.concatenate(both, axis=1) for both in zip(self[1:], other[1:], strict=True))
+        return BodyLoads([*self.body, *other.body], *vectors)
 
 
 class Dynamics(NamedTuple):
@@ -86,12 +94,17 @@ class BodyModel:
         lever_muscle, lever_speed: (levers,) pairs of a muscle and a speed that it acts on, by their numbers.
         file: the `.osim` that it was read from, if any.
         apart: whether the same number of neighbouring frames lies side by side on the device, as GPU lanes fetch it.
+        model_forces: whether springs, bushings and limits of the model act.
     """
 
-    def __init__(self, model: SceneLike, device: str | None = None, *, trust: bool = False) -> None:
+    def __init__(
+        self, model: SceneLike, device: str | None = None, *, trust: bool = False, model_forces: bool = False
+    ) -> None:
         """Take a scene, its name or its file; paths of a `.osim` jump as OpenSim's do.
 
         Args:
+            model_forces: let springs, bushings, limits and other passive forces of the model act, so that moments are
+                what is needed beside them, as OpenSim's are unless they are excluded.
             trust: let code of muscles' curves run that the scene names; no other code of a scene matters here.
 
         Raises:
@@ -103,6 +116,9 @@ class BodyModel:
             scene = load(self.file, hard_points=True, ignored=[]) if self.file else scene_of(model, trust=trust)
         plain = substitute(scene, start_values(scene))
         self.scene = msgspec.structs.replace(without_code(plain), muscle_model=plain.muscle_model)
+        self.model_forces = as_truth(model_forces, "model_forces") and bool(without_timed(self.scene.forces))
+        if self.model_forces:
+            self.scene = msgspec.structs.replace(self.scene, forces=without_timed(self.scene.forces))
         self.map, self.device = CoordinateMap(self.scene), find_device(device)
         self.topology = self.map.topology
         character = self.scene.character
@@ -158,9 +174,29 @@ class BodyModel:
 
     def dynamics(self, states: States, loads: BodyLoads) -> Dynamics:
         """Inverse dynamics of all frames, without muscles."""
+        along = None
+        if self.model_forces:
+            along, own = self.forces_of_model(states)
+            loads = loads.beside(own)
         chunks = self.chunks(len(states.coordinates))
         parts = [[one.numpy() for one in self.dynamics_on_device(states, loads, part)] for part in chunks]
-        return Dynamics(*(np.concatenate(arrays).astype(np.float64) for arrays in zip(*parts, strict=True)))
+        found = Dynamics(*(np.concatenate(arrays).astype(np.float64) for arrays in zip(*parts, strict=True)))
+        return found if along is None else found._replace(effort=found.effort - along)
+
+    def forces_of_model(self, states: States) -> tuple[Floats, BodyLoads]:
+        """What springs, bushings and limits do in all frames: along speeds (n, S), N and N m, and on bodies."""
+        count, speeds = len(self.topology.bodies), max(self.topology.speeds, 1)
+        parts = []
+        for part in self.chunks(len(states.coordinates)):
+            stages, n = self.stages(states, part), part.stop - part.start
+            shapes = [((n, speeds), float)] + [((n, count), wp.vec3)] * 3
+            outputs = [wp.zeros(shape, dtype=dtype, device=self.device) for shape, dtype in shapes]
+            kernel = model_forces_of(stages.structure.force_kinds)
+            inputs = [stages.model, stages.state, stages.workspace, stages.force_extensions]
+            wp.launch(kernel, n, inputs, outputs, device=self.device)
+            parts.append([array.numpy().astype(np.float64) for array in outputs])
+        along, *vectors = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        return along, BodyLoads(list(range(count)), *vectors)
 
     def dynamics_on_device(self, states: States, loads: BodyLoads, part: slice) -> DynamicsOnDevice:
         """The same of some frames, as arrays on the device."""

@@ -29,7 +29,7 @@ from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, places_of
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
-from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, value_notes
+from warpmuscle.inverse.plausibility.motions import locked_notes, range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
 from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, column_of, columns_to_dataframe, each_of
 from warpmuscle.scene import Scene
@@ -186,6 +186,8 @@ def prepare(
         raise ArgumentError(f"there are loads of {number_of(len(given), 'trial')}, and coordinates of {len(motions)}")
     if not motions:
         raise ArgumentError("no trials are given")
+    if not body_mass(body.scene.character) > 0.0:
+        raise ArgumentError(f"the bodies of {body.scene.name!r} have no mass: no motion of it needs a force")
     parts, moving = [], []
     wanted: list[Floats | None] = [*times] if isinstance(times, (list, tuple)) else [times] * len(motions)  # type: ignore[list-item]
     if len(wanted) != len(motions):
@@ -206,9 +208,7 @@ def prepare(
     _warn(body, motions, given, states, starts, parts, [at for at, _ in moving])
     found = joined(parts)
     if not exact_rates and (seeming := seeming_loads(body, states, rates[0], rates[1])) is not None:
-        found = BodyLoads([*found.body, *seeming.body], *(
-            np.concatenate([one, other], axis=1) for one, other in zip(found[1:], seeming[1:], strict=True)
-        ))  # fmt: skip
+        found = found.beside(seeming)
     return Prepared([at for at, _ in moving], states, found, rates[0], speed_rates)
 
 
@@ -242,6 +242,8 @@ def _warn(
         notes += value_notes(known, [units[name] for name in known], motion.times, values)
         notes += range_notes(known, values, limits)
         notes += side_notes(known, values)
+        if body.scene.opensim is not None:
+            notes += locked_notes(motion.names, motion.values, body.scene.opensim.locked)
         if loads is not None and loads.plates:
             notes += time_notes("the loads", loads.times)
             notes += _load_notes(body, loads, states.speeds[starts[k] : starts[k + 1]], times[k], parts[k], places[k])

@@ -13,6 +13,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
 
 ORDER = 3  # of the filter, one way
+SLOWEST = 5.0  # Hz, below which nobody records
 UNEVEN = 0.01  # of the mean distance, by which times may miss even ones
 LEAST = {5: 6, 3: 4, 1: 2}  # values that a natural spline of a degree is made of
 
@@ -40,8 +41,9 @@ def low_pass(times: Floats, values: Floats, cutoff: float) -> tuple[Floats, Floa
     even = bool(np.ptp(step) <= UNEVEN * step.mean())
     rate = (len(times) - 1) / (times[-1] - times[0]) if even else 1.0 / step.min()
     if not 0.0 < cutoff < 0.5 * rate:
+        slow = "; are its times in seconds?" if rate < SLOWEST else ""
         raise ArgumentError(f"the filter's cut-off, {cutoff:g} Hz, must lie between 0 and {0.5 * rate:g} Hz, "
-                            "half the rate of the motion")  # fmt: skip
+                            f"half the rate of the motion{slow}")  # fmt: skip
     at = times if even else np.linspace(times[0], times[-1], round((times[-1] - times[0]) * rate) + 1)
     x = values if even else spline(times, values, at)[0]
     pad = len(x) // 2

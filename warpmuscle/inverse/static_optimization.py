@@ -157,12 +157,15 @@ class Solver:
         self.body, self.trials, self.options = body, trials, options
         muscles = [body.muscle(name) for name in body.muscles]
         model = body.scene.muscle_model
-        own = [float(given(muscle, model, "minimum_activation") or 0.0) for muscle in muscles]
-        self.low = np.where(body.pulls, own if options.least is None else options.least, 0.0)
-        self.high = np.where(body.pulls, 1.0, 0.0)
+        own = [(float(given(muscle, model, "minimum_activation") or 0.0), 1.0) for muscle in muscles]
+        if body.scene.opensim is not None:
+            own = [body.scene.opensim.controls.get(name, ends) for name, ends in zip(body.muscles, own, strict=True)]
+        low, high = np.reshape(own, (-1, 2)).T
+        self.low = np.where(body.pulls, low if options.least is None else options.least, 0.0)
+        self.high = np.where(body.pulls, high, 0.0)
         # Ligaments pull in any case, as in OpenSim, which leaves out passive forces of muscles alone.
         self._taut = np.ones(len(muscles), bool) if options.passive else ~body.pulls
-        self._widths = widths_left_out(body) if not options.pennation else np.zeros((2, len(muscles)))
+        self._widths = widths_left_out(body) if not options.pennation else np.zeros((3, len(muscles)))
         self.weight = np.ones(len(muscles))
         if options.weight == "volume":
             volume = np.array([first_number(muscle_mass(one, specific_tension(one, model))) for one in muscles])
@@ -317,8 +320,10 @@ class Solver:
     def activations(self, solved: _Solved, effort: Floats) -> list[Activations]:
         """What was found, by trial."""
         body, trials = self.body, self.trials
-        strength = np.square(self.reserve)
-        reserve = solved.multiplier * strength
+        share = solved.multiplier * self.reserve
+        if self.law == kernels.POWER:
+            share = np.sign(share) * np.abs(share) ** self.exponent
+        reserve = share * self.reserve
         bare = sorted(set(range(body.topology.speeds)) - set(self.groups.coordinates))
         reserve[:, bare] = effort[:, bare]
         unmuscled = frozenset({body.map.coordinate_of(speed) for speed in bare} | set(body.map.names[: body.map.roots]))

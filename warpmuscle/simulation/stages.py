@@ -179,6 +179,11 @@ class Stages(Rollout):
             wp.launch(kernel, dim=self.instances, inputs=base, outputs=arrays, device=self.device)
         return [array.numpy() for array in arrays]
 
+    @property
+    def force_extensions(self) -> Any:
+        """Parameters of the scene's forces on the device, as kernels of `kernels.force` take them."""
+        return self._extensions.struct.rest
+
     def forward_kinematics(self) -> dict[str, Floats]:
         """Of all bodies: position, velocity (n, B, 3), orientation (n, B, 4), angular_velocity; com (n, 2, 3)."""
         b = len(self.names.bodies)

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from warpmuscle.inverse.plausibility.motions import range_notes, side_notes, time_notes, unit_notes, value_notes
+from warpmuscle.inverse.plausibility.motions import (
+    locked_notes,
+    range_notes,
+    side_notes,
+    time_notes,
+    unit_notes,
+    value_notes,
+)
 
 TIMES = np.arange(60) / 100.0
 SMOOTH = np.column_stack([0.5 * np.sin(5.0 * TIMES), 1.0 + 0.9 * np.cos(9.0 * TIMES)])
@@ -66,3 +73,13 @@ def test_one_side_in_another_unit_is_told():
     assert note == "knee_angle_r moves by 2 degrees where that of the other side moves by 1.1e+02: are its numbers rad?"
     assert side_notes(names, values * (0.0, 1.0, 1.0)) == []  # a stiff knee
     assert side_notes((), np.zeros((0, 0))) == []
+
+
+def test_columns_that_move_what_a_model_locks_are_told():
+    moving = np.stack([np.linspace(0.0, 0.3, 5), np.full(5, 0.1)], axis=1)
+    (note,) = locked_notes(("subtalar", "mtp"), moving, {"subtalar": 0.0, "mtp": 0.1})
+    assert note.startswith("the motion moves subtalar, locked in the model, which stays there")
+    (note,) = locked_notes(("subtalar", "mtp"), moving, {"subtalar": 0.0, "mtp": 0.0})
+    assert "subtalar, mtp" in note
+    assert "stay there" in note
+    assert locked_notes(("subtalar", "mtp"), moving, {"mtp": 0.1}) == []

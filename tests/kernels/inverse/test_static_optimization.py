@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, minimize
 
 from small_leg import loads, motion, small_leg
 from warpmuscle.inverse.activations import ActivationOptions
@@ -16,6 +16,12 @@ MUSCLES = 10
 @pytest.fixture(scope="module")
 def body(tmp_path_factory) -> BodyModel:
     return BodyModel(small_leg(tmp_path_factory.mktemp("leg")), "cpu")
+
+
+def shares(solved, strength: float, power: int):
+    """Reserves over their strength: the slope of their cost |r|^p / p is the multiplier times the strength."""
+    u = strength * solved.multiplier.astype(float)
+    return np.sign(u) * np.abs(u) ** (1.0 / (max(power, 2) - 1))
 
 
 class Problem:
@@ -35,11 +41,11 @@ class Problem:
         solver = Solver(self.body, self.trials, ActivationOptions(pennation=True, **options), ())
         return solver, solver.run(self.effort, None)
 
-    def balance(self, solved, reserve: float):
+    def balance(self, solved, reserve: float, power: int = 2):
         """What the moments miss, over what muscles can make."""
         own = slice(6, None)
         made = np.einsum("fsm,fm->fs", self.b, solved.activation.astype(float))[:, own]
-        made += reserve**2 * solved.multiplier[:, own]
+        made += reserve * shares(solved, reserve, power)[:, own]
         strength = np.sqrt(np.sum(self.b**2, axis=2) + reserve**2)[:, own]
         return np.abs(made - self.effort[:, own]) / strength
 
@@ -61,7 +67,7 @@ def test_activations_are_optimal_for_every_power(body, power):
     problem, d, low = Problem(body), 0.5, 0.02
     _, solved = problem.solved(power=power, reserve=d, least=low)
     assert (solved.iterations >= 0).all()
-    assert problem.balance(solved, d).max() < 1e-4
+    assert problem.balance(solved, d, power).max() < 1e-4
     a, y = solved.activation.astype(float), np.einsum("fsm,fs->fm", problem.b, solved.multiplier.astype(float))
     slope = a ** (power - 1) if power > 1 else 1.0 + SMALLEST_BEND * a  # of the cost
     free = (a > low + 1e-3) & (a < 1.0 - 1e-3)
@@ -69,6 +75,29 @@ def test_activations_are_optimal_for_every_power(body, power):
     assert slope[free] == pytest.approx(y[free], rel=0.01, abs=0.005)
     assert (y[a <= low] <= slope[a <= low] + 0.005).all()
     assert (y[a >= 1.0] >= slope[a >= 1.0] - 0.005).all()
+
+
+@pytest.mark.parametrize("power", [3, 4])
+def test_reserves_cost_the_power_of_activations(body, power):
+    problem, d = Problem(body, 1.5), 5.0  # beyond what muscles can do in some frames
+    solver, solved = problem.solved(power=power, reserve=d, least=0.0)
+    assert (solved.iterations >= 0).all()
+    (found,) = solver.activations(solved, problem.effort)
+    for f in range(0, 20, 5):
+        b, tau = problem.b[f, 6:], problem.effort[f, 6:]
+
+        def cost(a, b=b, tau=tau):
+            r = (tau - b @ a) / d
+            return np.sum(a**power) + np.sum(np.abs(r) ** power)
+
+        def slope(a, b=b, tau=tau):
+            r = (tau - b @ a) / d
+            return power * (a ** (power - 1) - b.T @ (np.sign(r) * np.abs(r) ** (power - 1)) / d)
+
+        own = solved.activation[f].astype(float)
+        best = minimize(cost, own, jac=slope, bounds=[(0.0, 1.0)] * MUSCLES, method="L-BFGS-B", options={"ftol": 1e-15})
+        assert cost(own) == pytest.approx(best.fun, rel=1e-4)
+        assert np.sort(np.abs(found.reserve[f]))[-1] == pytest.approx(np.abs(tau - b @ own).max(), rel=0.01)
 
 
 def test_heavier_weights_take_less_part(body):

@@ -14,7 +14,7 @@ from warpmuscle.formats.osim.actions.controls import excitation_of, moments
 from warpmuscle.formats.osim.balls import merge_balls
 from warpmuscle.formats.osim.blends import blend_conditions, open_at_stops
 from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell_ranges
-from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, on_ground
+from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, controls_of, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body
 from warpmuscle.formats.osim.loops.build import close_loops, put_loops
@@ -89,6 +89,7 @@ def build(
         f"OpenSim model {model.file.name}" + (f" by {model.credits}" if model.credits else "")
     )
     scene.opensim = skeleton.opensim
+    scene.opensim.controls = controls_of(model, notes)
     notes.places |= {f"character.surfaces.{name}": (model.file, one.line) for name, one in model.surfaces.items()}
     notes.places["muscle_model"] = (model.file, model.muscles[0].line if model.muscles else model.line)
     _gravity(model, scene, notes)

@@ -48,6 +48,7 @@ METHODS = ("hybrid", "midpoint", "axial")
 AT_ONCE = 1.0e-6  # s, time constants with which an activation is the excitation after every step
 MARGIN = 1.0e-5  # rad or m, by which OpenSim's conditional points count beyond the ends of their range
 
+MOST_CONTROL = 1.0e3  # of a muscle whose control has no bound
 FAMILIES = {"Millard2012EquilibriumMuscle": "millard", "Thelen2003Muscle": "thelen",
     "DeGrooteFregly2016Muscle": "de_groote"}  # fmt: skip
 BLENDED = "DeGrooteFregly2016Muscle"  # the class whose activation rises and falls by a law of its own
@@ -106,6 +107,21 @@ def _surface(model: Model, one: records.Surface, placement: Placement) -> Surfac
         case "WrapEllipsoid":
             return EllipsoidSurface(body, position, vector(np.array(sizes)), turn, side)  # type: ignore[arg-type]
     return TorusSurface(body, position, sizes[0], sizes[1], turn, side)  # type: ignore[arg-type]
+
+
+def controls_of(model: records.Model, notes: Notes) -> dict[str, tuple[float, float]]:
+    """Bounds of the controls of muscles where they are not the least activation and 1."""
+    found = {}
+    for one in model.muscles:
+        if one.kind in FAMILIES:
+            least = one.numbers.get("minimum_activation", 0.0)
+            low, high = max(one.numbers["min_control"], least), max(one.numbers["max_control"], least)
+            if low > high:
+                reason = f"its min_control, {low:g}, is above its max_control, {high:g}: neither counts"
+                note(notes, model, one, reason)
+            elif (low, high) != (least, 1.0):
+                found[one.name] = (low, min(high, MOST_CONTROL))
+    return found
 
 
 class MuscleBuilder:

@@ -23,18 +23,19 @@ COMMON = {
 CLASSES: dict[str, dict[str, float]] = {
     "Millard2012EquilibriumMuscle": {
         **COMMON, "fiber_damping": 0.1, "default_activation": 0.05, "activation_time_constant": 0.01,
-        "deactivation_time_constant": 0.04, "minimum_activation": 0.01, "min_control": 0.01,
+        "deactivation_time_constant": 0.04, "minimum_activation": 0.01, "min_control": 0.01, "max_control": 1.0,
     },
     "Thelen2003Muscle": {
         **COMMON, "default_activation": 0.05, "FmaxTendonStrain": 0.04, "FmaxMuscleStrain": 0.6, "KshapeActive": 0.45,
         "KshapePassive": 5.0, "Af": 0.25, "Flen": 1.4, "fv_linear_extrap_threshold": 0.95,
         "activation_time_constant": 0.015, "deactivation_time_constant": 0.05, "minimum_activation": 0.01,
-        "min_control": 0.01,
+        "min_control": 0.01, "max_control": 1.0,
     },
     "DeGrooteFregly2016Muscle": {
         **COMMON, "default_activation": 0.5, "active_force_width_scale": 1.0, "fiber_damping": 0.0,
         "passive_fiber_strain_at_one_norm_force": 0.6, "tendon_strain_at_one_norm_force": 0.049,
         "activation_time_constant": 0.015, "deactivation_time_constant": 0.06, "min_control": 0.0,
+        "max_control": 1.0,
     },
     "PathActuator": {"optimal_force": 1.0, "min_control": float("-inf"), "max_control": float("inf")},
     "Ligament": {"resting_length": 0.0, "pcsa_force": 0.0},

@@ -16,6 +16,7 @@ from warpmuscle.inverse.as_opensim.turned_axes import turned_joints
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import inverse_dynamics
 from warpmuscle.inverse.static_optimization import static_optimization
+from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.inverse.trial import Coordinates, Loads
 
 Found = TypeVar("Found")
@@ -42,7 +43,7 @@ def choices(
 ) -> list[Choice]:
     """Which ways were taken in trials, and by how much others would change them in some of their frames.
 
-    Nothing is said where both are the same, as in models without muscles of Millard or turned knees.
+    Nothing is said where both are the same, as in models without muscles of Millard or De Groote, or turned knees.
 
     Args:
         steps, motions, loads, filter, options, exact_rates: see `steps.run_steps`. times: of each trial.
@@ -50,6 +51,8 @@ def choices(
     some = [at[np.unique(np.linspace(0, len(at) - 1, FRAMES).astype(int))] for at in times[:TRIALS]]
     trials = list(motions[:TRIALS]), list(loads[:TRIALS])
     found = []
+    if set(steps) & {"id", "so", "jr"} and (count := len(without_timed(body.scene.forces))):
+        found.append(_of_model_forces(count, body.model_forces))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that have been said
         if set(steps) & {"id", "so", "jr"} and turned_joints(body):
@@ -57,6 +60,17 @@ def choices(
         if "so" in steps and options is not None and widths_left_out(body)[1].any() and not options.elastic:
             found.append(_of_pennation(body, *trials, some, filter, options, exact_rates))
     return found
+
+
+def _of_model_forces(count: int, act: bool) -> Choice:
+    """On what of a model acts besides its muscles."""
+    words = f"{number_of(count, 'force')} of the model beside its muscles, such as springs and limits,"
+    one = "s" if count == 1 else ""
+    if act:
+        return Choice("model_forces", f"{words} act{one}, as in OpenSim")
+    return Choice(
+        "model_forces", f"{words} play{one} no part; in OpenSim they do unless excluded, and with --model-forces"
+    )
 
 
 def _of_rates(
@@ -81,7 +95,7 @@ def _of_pennation(
     body: BodyModel, motions: list[Coordinates], loads: list[Loads | None], times: list[Floats], cutoff: float | None,
     options: ActivationOptions, exact: bool,
 ) -> Choice:  # fmt: skip
-    """On the pennation of Millard's muscles."""
+    """On the pennation of Millard's and De Groote's muscles."""
     alone = replace(options, rates=False, emg_weight=0.0)  # frames far from each other are solved by themselves
     without, counted = (
         _listed(static_optimization(body, motions, loads, filter=cutoff, times=times, exact_rates=exact,
@@ -93,10 +107,8 @@ def _of_pennation(
     other = f"activations would differ by up to {most.max():.2g} ({body.muscles[int(np.argmax(most))]})"
     count = number_of(int(np.count_nonzero(widths_left_out(body)[1])), "muscle")
     if options.pennation:
-        return Choice("pennation", f"the pennation of {count} of Millard counts; without it, as in OpenSim, {other}")
-    return Choice(
-        "pennation", f"the pennation of {count} of Millard is left out, as in OpenSim; with it (--pennation) {other}"
-    )
+        return Choice("pennation", f"the pennation of {count} counts; without it, as in OpenSim, {other}")
+    return Choice("pennation", f"the pennation of {count} is left out, as in OpenSim; with it (--pennation) {other}")
 
 
 def _listed(found: Found | list[Found]) -> list[Found]:

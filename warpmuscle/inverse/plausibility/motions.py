@@ -21,6 +21,7 @@ BEYOND = 0.1  # rad, out of a range
 LEAST_ANGLE = 3.2  # degrees, which angles in rad stay below
 UNIT = (20.0, 200.0)  # times that one side moves more than the other, about the 57.3 degrees of 1 rad
 LISTED = 4
+STAYS = 0.02  # rad or m, by which a motion may miss where a model locks a coordinate
 
 
 def time_notes(what: str, times: Floats) -> list[str]:
@@ -85,6 +86,19 @@ def range_notes(names: Sequence[str], values: Floats, ranges: Mapping[str, tuple
             span = f"{np.degrees(low):.0f} to {np.degrees(high):.0f} degrees, by {np.degrees(beyond):.0f}"
             notes.append(f"{name} leaves its range, {span}: is its name, sign or unit another?")
     return notes[:LISTED]
+
+
+def locked_notes(names: Sequence[str], values: Floats, locked: Mapping[str, float]) -> list[str]:
+    """Columns (F, K) that move what a model locks."""
+    moved = [
+        name for name, column in zip(names, values.T, strict=True)
+        if name in locked and np.abs(column - locked[name]).max(initial=0.0) > STAYS
+    ]  # fmt: skip
+    if not moved:
+        return []
+    stay = "stay" if len(moved) > 1 else "stays"
+    return [f"the motion moves {few_of(moved, LISTED)}, locked in the model, which {stay} there: unlock it for moments "
+            "with it"]  # fmt: skip
 
 
 def side_notes(names: Sequence[str], values: Floats) -> list[str]:

@@ -144,6 +144,8 @@ def transmitted(
     Args:
         tension: (n, M) N, of all frames; None: no muscle pulls. dynamics: of the trials, if it is known already.
     """
+    if dynamics is None and body.model_forces:
+        dynamics = body.dynamics(trials.states, trials.loads)
     joints = joints_of(body)
     table = structs_to_device(kernels.ReactionJoint, _columns(body, joints, on, frame), body.device)
     parts = [

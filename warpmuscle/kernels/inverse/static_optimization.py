@@ -2,11 +2,12 @@
 
 Of each frame, with B the generalised forces of muscles at full activation, D strengths of reserves, tau what is needed:
 
-    minimise  sum of c_j(a_j) + 1/2 sum r_i^2    so that  B a + D r = tau,  low <= a <= high
+    minimise  sum of c_j(a_j) + sum of |r_i|^p / p    so that  B a + D r = tau,  low <= a <= high
 
-The unknown is one multiplier m a *coordinate*: a(m) minimises c_j(a) - (B^T m)_j a within its bounds, and r = D m. So
-what is left is h(m) = B a(m) + D^2 m - tau = 0, the slope of a convex function, which Newton's method solves with the
-exact zero of the slope along each step: H d = -h with H = B diag(da/dy) B^T + D^2.
+where p is 2, or the power of c_j where that is greater. The unknown is one multiplier m a *coordinate*: a(m) minimises
+c_j(a) - (B^T m)_j a within its bounds, and r = D m, or its (p - 1)th root. So what is left is
+h(m) = B a(m) + D r(m) - tau = 0, the slope of a convex function, which Newton's method solves with the
+exact zero of the slope along each step: H d = -h with H = B diag(da/dy) B^T + D diag(dr/dm).
 
 Muscles of different limbs share no coordinate. What is solved is a group of coordinates that muscles connect, so the
 matrices are small. A group of a run of frames is a thread's; within a run, bounds of a frame may follow from the one

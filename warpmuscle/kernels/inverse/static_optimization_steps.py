@@ -11,6 +11,7 @@ import warp as wp
 LINEAR, POWER = 0, 1  # how activations follow: clip(gain y + shift), or clip((gain y)^exponent)
 SEARCHES = 50  # of the slope's zero along a step at most
 EXACT = 5.0e-4  # of the slope at the start of a step, that may be left
+BENT = 1.0e-6  # of a multiplier times a strength, below which a root of it is straight
 
 
 @wp.struct
@@ -85,6 +86,28 @@ def activation_of(law: int, real: Any) -> Any:
 
 
 @cache
+def reserve_of(law: int, real: Any) -> Any:
+    """The Warp function (u, exponent) -> reserve over its strength and its slope, of u, multiplier times strength.
+
+    Args:
+        law: LINEAR, u itself, or POWER, |u|^exponent with the sign of u: costs of reserves have the power of muscles'.
+    """
+    pair = wp.types.vector(length=2, dtype=real)
+
+    @wp.func
+    def linear(u: real, exponent: real) -> pair:
+        return pair(u, real(1.0))
+
+    @wp.func
+    def power(u: real, exponent: real) -> pair:
+        square = u * u + real(BENT) * real(BENT)  # without it the slope is infinite at 0
+        part = wp.pow(square, real(0.5) * (exponent - real(1.0)))
+        return pair(part * u, part * (real(1.0) + (exponent - real(1.0)) * u * u / square))
+
+    return linear if law == LINEAR else power
+
+
+@cache
 def begin_of(rates: bool, real: Any) -> Any:
     """The Warp function that begins a frame: bounds by muscle, scales by coordinate, and no multipliers.
 
@@ -154,7 +177,7 @@ def balance_of(law: int, rates: bool, real: Any) -> Any:
     At the start (`step` 0) muscles count as free of their bounds, at which most of them are: without them H would have
     the reserves alone, and a step many times too long.
     """
-    answered = answer_of(law, rates, real)
+    answered, reserved = answer_of(law, rates, real), reserve_of(law, real)
 
     @wp.func
     def balance(
@@ -166,10 +189,15 @@ def balance_of(law: int, rates: bool, real: Any) -> Any:
         for i in range(g.coordinates):
             speed = groups.coordinate[g.first + i]
             reserve = real(frames.reserve[speed])
-            h[i] = reserve * reserve * x[i] - real(frames.needed[f, speed])
+            if wp.static(law == LINEAR):
+                h[i] = reserve * reserve * x[i] - real(frames.needed[f, speed])
+                hessian[i, i] = reserve * reserve
+            else:
+                r = reserved(reserve * x[i], real(cost.exponent))
+                h[i] = reserve * r[0] - real(frames.needed[f, speed])
+                hessian[i, i] = reserve * reserve * wp.where(step == 0, real(1.0), r[1])
             for q in range(i):
                 hessian[i, q] = real(0.0)
-            hessian[i, i] = reserve * reserve
         for j in range(g.muscles):
             muscle = groups.muscle[g.first_muscle + j]
             force = real(frames.active[f, muscle])
@@ -206,7 +234,7 @@ def step_length_of(law: int, rates: bool, real: Any) -> Any:
 
     The slope rises with the step: the zero is found by its own rate, within a bracket.
     """
-    answered = answer_of(law, rates, real)
+    answered, reserved = answer_of(law, rates, real), reserve_of(law, real)
 
     @wp.func
     def step_length(
@@ -220,8 +248,11 @@ def step_length_of(law: int, rates: bool, real: Any) -> Any:
             speed = groups.coordinate[g.first + i]
             reserve = real(frames.reserve[speed])
             start += d[i] * h[i]
-            constant += d[i] * (reserve * reserve * x[i] - real(frames.needed[g.frame, speed]))
-            rate += d[i] * reserve * reserve * d[i]
+            if wp.static(law == LINEAR):
+                constant += d[i] * (reserve * reserve * x[i] - real(frames.needed[g.frame, speed]))
+                rate += d[i] * reserve * reserve * d[i]
+            else:
+                constant -= d[i] * real(frames.needed[g.frame, speed])
         for j in range(g.muscles):
             s = real(0.0)
             for e in range(groups.first_lever[g.first_muscle + j], groups.first_lever[g.first_muscle + j + 1]):
@@ -233,6 +264,12 @@ def step_length_of(law: int, rates: bool, real: Any) -> Any:
         for _ in range(SEARCHES):
             value = constant + rate * t
             bend = rate
+            if wp.static(law != LINEAR):
+                for i in range(g.coordinates):
+                    reserve = real(frames.reserve[groups.coordinate[g.first + i]])
+                    r = reserved(reserve * (x[i] + t * d[i]), real(cost.exponent))
+                    value += d[i] * reserve * r[0]
+                    bend += d[i] * d[i] * reserve * reserve * r[1]
             for j in range(g.muscles):
                 a = answered(y[j] + t * dy[j], g, j, groups, cost, lows, highs)
                 value += dy[j] * a[0]

@@ -57,5 +57,7 @@ class OpenSim(Part):
     angles: list[str] = []  # coordinates that OpenSim's files have in degrees
     balls: dict[str, BallCoordinates] = {}  # by ball joint; of all other joints coordinates have the joint's name
     ranges: Annotated[dict[str, tuple[float, float]], "rad or m"] = {}  # within which inverse kinematics keeps them
+    controls: Annotated[dict[str, tuple[float, float]], "1"] = {}  # of muscles, least and greatest; of others the least
+    # activation and 1: within which static optimisation keeps activations
     meshes: list[DrawnMesh] = []  # that it is drawn with
     sideways: Annotated[float, "m"] = 0.0  # of a planar root: how far to the left of the plane x = 0 the model has it
