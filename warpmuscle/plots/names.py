@@ -8,7 +8,13 @@ from collections.abc import Iterable
 ALIASES = {
     "grf": "ground_force", "ground reaction force": "ground_force", "ground reaction forces": "ground_force",
     "emg": "activation", "muscle activation": "activation", "muscle activations": "activation",
-    "excitation": "control", "joint angles": "joints", "joint moments": "moments", "joint torques": "moments",
+    "excitation": "control", "joint angles": "joints", "joint angle": "joints", "kinematics": "joints",
+    "joint moments": "moments", "joint torques": "moments", "torques": "moments", "torque": "moments",
+    "kinetics": "moments", "power": "moments", "powers": "moments", "joint powers": "moments",
+    "muscles": "activation", "muscle activity": "activation", "stick figure": "sticks", "stick figures": "sticks",
+    "ground forces": "ground_force", "footprints": "feet", "foot": "feet", "cost": "convergence",
+    "costs": "convergence", "history": "convergence", "learning curve": "convergence", "params": "parameters",
+    "moment arm": "moment_arms",
 }  # fmt: skip
 CURVES = {
     "com": "centre of mass",
@@ -17,6 +23,7 @@ CURVES = {
     "knee angle": "knee flexion",
     "ankle angle": "ankle dorsiflexion",
     "ankle flexion": "ankle dorsiflexion",
+    "torque": "moment",
     "soleus": "sol",
     "gastrocnemius": "gas",
     "hamstrings": "ham",
@@ -25,12 +32,24 @@ CURVES = {
     "gluteus maximus": "glu",
     "rectus femoris": "rf",
 }  # of curves, and of muscles by the abbreviations of shipped scenes
+SIDES = {"left": "left", "right": "right", "l": "left", "r": "right"}
+JOINTS = ("hip", "knee", "ankle")
 FEW = 6  # names that a message lists
 
 
 def plain(name: str) -> str:
     """A name in small letters, with single spaces for `_` and the like."""
     return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
+
+
+def without_side(name: str) -> tuple[str, str]:
+    """A name without the side at its begin or end, and that side: of `knee_angle_r` or `right knee`; or "" for none."""
+    words = plain(name).split()
+    if len(words) > 1 and words[-1] in SIDES:
+        return " ".join(words[:-1]), SIDES[words[-1]]
+    if len(words) > 1 and words[0] in SIDES:
+        return " ".join(words[1:]), SIDES[words[0]]
+    return name, ""
 
 
 def kind_named(name: str, kinds: Iterable[str]) -> str:
@@ -42,7 +61,7 @@ def kind_named(name: str, kinds: Iterable[str]) -> str:
 
 
 def curves_named(name: str, curves: Iterable[str]) -> list[str]:
-    """Curves that a name means: the one that is called so, or else all that hold its words."""
+    """Curves that a name means: the one that is called so, or else all that hold its words; `knee` is its angle."""
     asked, listed = plain(name), list(curves)
     known = {plain(curve) for curve in listed}
     for word, meant in CURVES.items() if asked not in known else ():
@@ -51,4 +70,6 @@ def curves_named(name: str, curves: Iterable[str]) -> list[str]:
     exact = [curve for curve in listed if plain(curve) == asked]
     if exact or not asked:
         return exact[:1]
-    return [curve for curve in listed if all(word in plain(curve).split() for word in asked.split())]
+    found = [curve for curve in listed if all(word in plain(curve).split() for word in asked.split())]
+    angles = [curve for curve in found if plain(curve).endswith("flexion")]
+    return angles if len(angles) == 1 and asked in JOINTS else found
