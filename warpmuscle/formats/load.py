@@ -144,11 +144,11 @@ def _source(given: object) -> Any:
 def _changed(scene: Scene, notes: Notes, set: Mapping[str, Any] | None, ignored: list[Ignored] | None) -> Scene:
     """A scene with other values, whose doubts and notes are told where `load` was called."""
     scene = with_values(scene, set)
-    _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=4)
+    _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=5)
     if ignored is not None:
         ignored.extend(notes.ignored)
     elif notes.ignored:
-        warnings.warn(summary(notes.ignored), stacklevel=3)
+        warnings.warn(summary(notes.ignored), stacklevel=4)
     return scene
 
 
@@ -197,7 +197,7 @@ def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:"
     return "\n".join(lines)
 
 
-def _warn(doubts: Iterable[SceneError], stacklevel: int = 3) -> None:
+def _warn(doubts: Iterable[SceneError], stacklevel: int = 4) -> None:
     """A warning for each, at the place where `load` was called."""
     for doubt in doubts:
         warnings.warn(str(doubt), SceneWarning, stacklevel=stacklevel)

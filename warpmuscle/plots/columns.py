@@ -9,8 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.plots.names import curves_named
-from warpmuscle.plots.pairs import pairs
+from warpmuscle.plots.names import curves_named, pairs
 from warpmuscle.plots.style import GRAY, SIDE_COLORS, grid, heading, style
 from warpmuscle.scene.validation.checks import near
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 ALIASES = {
     "grf": "ground_force", "ground reaction force": "ground_force", "ground reaction forces": "ground_force",
@@ -35,6 +36,12 @@ CURVES = {
 SIDES = {"left": "left", "right": "right", "l": "left", "r": "right"}
 JOINTS = ("hip", "knee", "ankle")
 FEW = 6  # names that a message lists
+_SWAPS = (
+    ("l", "r", r"^{}(?=[A-Z_])"),
+    ("left", "right", r"{}"),
+    ("l", "r", r"(?<=_){}$"),
+    ("L", "R", r"^{}(?=[A-Z_])"),
+)
 
 
 def plain(name: str) -> str:
@@ -73,3 +80,30 @@ def curves_named(name: str, curves: Iterable[str]) -> list[str]:
     found = [curve for curve in listed if all(word in plain(curve).split() for word in asked.split())]
     angles = [curve for curve in found if plain(curve).endswith("flexion")]
     return angles if len(angles) == 1 and asked in JOINTS else found
+
+
+class Pair(NamedTuple):
+    """A part on both sides, or in the middle, where both names are the same."""
+
+    label: str
+    left: str
+    right: str
+
+
+def pairs(names: Sequence[str]) -> list[Pair]:
+    """The names as pairs of left and right where both sides are among them, in the order of their first part."""
+    found: dict[str, Pair] = {}
+    for name in names:
+        pair = _pair(name, names)
+        found.setdefault(pair.left, pair)
+    return list(found.values())
+
+
+def _pair(name: str, names: Sequence[str]) -> Pair:
+    for left, right, place in _SWAPS:
+        for own, other in ((left, right), (right, left)):
+            swapped = re.sub(place.format(own), other, name, count=1)
+            if swapped != name and swapped in names:
+                label = re.sub(place.format(own), "", name, count=1).strip("_. ")
+                return Pair(label or name, *((name, swapped) if own == left else (swapped, name)))
+    return Pair(name, name, name)
