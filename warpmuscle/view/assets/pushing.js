@@ -1,7 +1,7 @@
 // A push by hand: drag from a body, with ctrl or while `push` is on, and let go; the longer the drag, the harder.
 
 const PUSH_SEEN = 600, PUSH_LENGTH = 0.01; // ms that a push is seen; m per N s
-const LEAST_PUSH = 0.5, PUSH_GAP = 0.15; // N s; m before the root
+const LEAST_PUSH = 0.5; // N s
 
 class Pushing {
   constructor(live) {
@@ -59,7 +59,7 @@ class Pushing {
     if (this.pointer !== undefined) this.arrow(root, times(this.impulse, PUSH_LENGTH));
     else if (this.last && performance.now() <= this.last.until) {
       const along = times(this.last.impulse, PUSH_LENGTH);
-      this.arrow(minus(root, add(along, times(unit(along), PUSH_GAP))), along); // whose head is not within the body
+      this.arrow(minus(root, add(along, times(unit(along), 0.15))), along); // whose head is not within the body
     } else return;
     player.drawn = null;
   }
