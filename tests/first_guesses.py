@@ -60,7 +60,14 @@ def first_guesses(folder: Path) -> list[str]:
     say(run.to_dataframe().iloc[3])
     run.save(folder / "run.mot")
     run.save(folder / "run.csv")
-    scene = wm.load("fwalk", set={"duration": 0.5})  # 13
+    say(run["knee_angle_r"].mean())
+    say(run["grf"].sel(side="left", xyz="y").max())
+    say(run.plot("hip flexion", norms=False, start=0.2))
+    say(run.plot("kinematics"))
+    say(wm.plot(run))
+    scene = wm.load("fwalk", duration=0.5)  # 13
+    say(scene["controller.states.0.time"])
+    say(wm.load(scene, set={"gravity": 9.81}).gravity)
     say(scene._repr_html_()[:4])  # 14
     say(wm.show(scene))  # 15
     with wm.Rollout(scene, instances=4, record=[3]) as rollout:  # 16
@@ -71,6 +78,8 @@ def first_guesses(folder: Path) -> list[str]:
         say(rollout.cost().shape)  # 20
         say(len(rollout))
         recording = rollout.recording(3)
+        say(rollout[-1].frames)
+        say(wm.plot(rollout, "hip flexion"))
         say(rollout._repr_html_()[:4])
         say(wm.show(rollout))
     say(wm.show(recording))  # 21
@@ -79,6 +88,7 @@ def first_guesses(folder: Path) -> list[str]:
     say(wm.simulate(folder / "scene.toml", 0.2))  # 23
     found = wm.optimize(scene, candidates=8)  # 24
     say(found.show())  # 25
+    say(found.plot())
     say(found.plot("convergence"))
     found.save(folder / "found.h5")
     say(found._repr_html_()[:7])

@@ -194,6 +194,8 @@ def _instead(name: str) -> str:
         return f"; {_ELSEWHERE[name]}"
     from difflib import get_close_matches
 
+    if not name.startswith("_") and name in import_module("warpmuscle.core.shipped").shipped_scenes():
+        return f"; wm.simulate({name!r}) runs this scene, wm.load({name!r}) reads it"
     if name[:1].isupper() and name in import_module("warpmuscle.scene").__all__:
         return f"; wm.load(SCENE) has its parts, and `from warpmuscle.scene import {name}` is their class"
     found = [] if name.startswith("_") else get_close_matches(name, __all__, n=1)

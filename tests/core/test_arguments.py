@@ -136,7 +136,7 @@ def cases(folder: Path, p: Any = None) -> dict[str, Case]:
         "load": Case(
             wm.load,
             {"source": "fwalk", "ignored": None, "keyword_rule": False, "trust": False, "ball_joints": False}
-            | {"hard_points": False, "merge_welds": False, "limit_stiffness": 0.0, "set": None},
+            | {"hard_points": False, "merge_welds": False, "limit_stiffness": 0.0, "set": None, "duration": 1.0},
         ),
         "simulate": Case(
             wm.simulate,

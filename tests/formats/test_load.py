@@ -195,7 +195,7 @@ def test_errors_of_the_whole_scene_carry_file_and_line(reference_data, tmp_path)
     ("sources", "message"),
     [
         ([], "no scene given; shipped scenes: arm18, arm18_reach, back56, back56_search, bigbird_walk"),
-        (["fwlk"], "there is no scene called 'fwlk'; did you mean 'fwalk'? shipped scenes: arm18, arm18_reach, back56"),
+        (["fwlk"], "there is no scene called 'fwlk'; did you mean 'fwalk'? `warpmuscle scenes` or wm."),
         (["biped"], "there is no scene called 'biped'"),
         (["/"], "a scene is read from .toml"),
         (["a.toml", "b.sbc"], "'a.toml' cannot be combined with other files"),

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 import hostile
-from warpmuscle.plots.pairs import Pair, pairs
+from warpmuscle.plots.names import Pair, pairs
 from warpmuscle.plots.style import LONGEST_NAME, apart, legible, picture
 
 

@@ -127,7 +127,7 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("wm.Model('a.osim')", "wm.load reads a model"),
     ("wm.scene('fwalk')", "wm.load('walk56') reads a scene"),
     ("wm.compare(run, run)", "wm.show([a, b])"),
-    ("wm.load('fwalk').copy()", "scenes do not change"),
+    ("wm.load('fwalk').copy()", "copy.deepcopy(scene) is one"),
     ("run.plot('com')", "name one of 'centre of mass x'"),
     ("run.plot('hip flexoin')", "did you mean 'Hip flexion'?"),
     ("run.plot(['hip flexion', 3])", "kind must be a list of texts; 3 is none"),
@@ -136,7 +136,7 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("run.sel(time=0.1)", "to_xarray() has it"),
     ("run.fps", "record_rate=200"),
     ("run.columns", "run.keys() names the quantities"),
-    ("run['grf']", "run['foot_force'] has them"),
+    ("run['grf x']", "no quantity is called 'grf x'"),
     ("run.plot('hip flexion', save='a.png')", "path='hip.png' writes the figure"),
     ("run.plot('hip flexion', ax=None)", "plot returns a figure of matplotlib"),
     ("run.plot('hip flexion', side='left')", "run['hip flexion'].sel(side='left')"),
@@ -199,12 +199,124 @@ WRONG = [  # what is typed, and what is to be in the one line that answers
     ("wm.show('fwalk', live=True)", "`warpmuscle view SCENE --live` runs one"),
     ("wm.Rollout('fwalk').to('cuda')", "device='cuda:0'"),
     ("wm.Rollout('fwalk').obs", "gymnasium.make('warpmuscle/walk56-v0')"),
+    ("wm.load('walk56', gravity=1.6)", "load has no argument 'gravity'; set={'objective.target_speed': 1.25, ...}"),
+    ("wm.load('walk56', {'duration': 2})", "other numbers go by name: load('walk56', set={'duration': 2.0})"),
+    ("wm.load('walk57')", "did you mean 'walk56'? `warpmuscle scenes` or wm.scenes() lists all"),
+    ("wm.load('walk56')['duraton']", "there is no 'duraton' in this scene; a scene has no 'duraton'; did you mean"),
+    ("wm.load('walk56')['character.muscles.SOL']", "no muscle is called 'SOL'; did you mean 'lSOL' or 'rSOL'?"),
+    ("wm.load('walk56').character.muscles['rSOL'].max_isometric_force", "f_max is the greatest force, N"),
+    ("wm.load('walk56').character.muscles['rSOL'].name", "parts have no names of their own"),
+    ("wm.load('walk56').character.mass", "sum(body.mass for body in character.bodies.values())"),
+    (
+        "wm.Rollout('fwalk').set_parameters(speed=1)",
+        "Rollout.set_parameters has no argument 'speed'; set_parameters({name",
+    ),
+    ("wm.Rollout('fwalk').set_commands(speed=1)", "set_commands({'speed': 1.2})"),
+    ("wm.Rollout('fwalk').run(steps=10)", "step(10) makes ten steps"),
+    ("wm.Rollout('fwalk')[0]", "instance 0 was not recorded: name it in Rollout(..., record=[0])"),
+    ("wm.Rollout('fwalk', 2, record=[0])[0:1]", "list(rollout)[0:2] are several"),
+    ("wm.Rollout('fwalk', 2, record='all')", "record=range(2) are all"),
+    ("wm.Rollout('fwalk', seed=3)", "nothing in a rollout is random"),
+    ("wm.Rollout('fwalk').body_names", "names.bodies has their names"),
+    ("wm.Rollout('fwalk').fell", "status_names() says how each ended"),
+    ("wm.simulate('fwalk', 1, device='cuda:7')", "there is no device 'cuda:7' here; known: cpu"),
+    ("wm.simulate((wm.load('fwalk'), ''))", "the scene is the first of these: best_scene(result)[0]"),
+    ("wm.plot('walk56')", "a scene is simulated before it is drawn: wm.simulate('walk56').plot()"),
+    ("wm.plot(wm.load('fwalk'))", "wm.simulate(scene).plot()"),
+    ("wm.plot(3)", "source must be a run, a result or its file, a recording, a rollout, or a table over time, not 3"),
+    ("wm.plot(wm.Rollout('fwalk'))", "name instances in Rollout(..., record=[0])"),
+    ("wm.plot(run, ax=None)", "plot returns a figure of matplotlib"),
+    ("run.plot('hip flexion', 'knee flexion')", "a list draws several: ['hip flexion', 'knee flexion']"),
+    ("run.plot('right hip flexion')", "'hip flexion' shows both sides, run['right hip flexion'] is one"),
+    ("run.hip_flexion", "run['hip flexion'] is a curve by its name"),
+    ("run.show('page.html')", "run.save('page.html') writes the page"),
+    ("run.show(path='page.html')", "run.save('page.html') writes it"),
+    ("run.save('a.mp4', fps=30)", "`warpmuscle video run.h5 -o run.mp4` has such options"),
+    ("run.show().show()", "open() shows it in the browser"),
+    ("wm.show(run, run)", "several motions are given as a list: show([a, b])"),
+    ("wm.show(run, 'page.html')", "show(result).save('page.html')"),
+    ("run.gait.stride_length", "a stride is two steps"),
+    ("run.gait.cost_of_transport", "`warpmuscle gait run.h5`"),
+    ("wm.optimize('fwalk', save='a.h5')", "output='found.h5' writes it"),
+    ("wm.optimize('fwalk', parameters=['gravity'])", "frees a number"),
+    ("wm.scenes(muscles=56)", "wm.scenes('56') are those with this word"),
+    ("wm.walk56", "wm.simulate('walk56') runs this scene"),
 ]
 
 
 @pytest.fixture(scope="module")
 def walked():
     return wm.simulate("fwalk", duration=0.2)
+
+
+def test_a_scene_is_changed_and_asked_by_the_same_paths():
+    scene = wm.load("walk56", duration=2)
+    assert scene.duration == scene["duration"] == 2.0
+    other = wm.load(scene, set={"controller.states.0.time": 0.6, "character.muscles.rSOL.f_max": 9.0})
+    assert (scene["controller.states.0.time"].value, other["controller.states.0.time"]) == (0.7, 0.6)
+    assert other["character.muscles.rSOL.f_max"] == other.character.muscles["rSOL"].f_max == 9.0
+    assert copy.deepcopy(other) == pickle.loads(pickle.dumps(other)) == other
+    with pytest.raises(KeyError, match=r"^no muscle is called 'rsol'; did you mean 'rSOL'\?$"):
+        scene.character.muscles["rsol"]
+    with pytest.raises(KeyError, match=r"^no body is called 'foot'; did you mean 'lFoot' or 'rFoot'\?$"):
+        scene.character.bodies["foot"]
+    with pytest.raises(KeyError, match=r"asked for by its name, such as \['"):
+        scene.character.joints[0]
+
+
+def test_a_rollout_gives_its_recordings_by_number_and_is_drawn():
+    pytest.importorskip("matplotlib")
+    with wm.Rollout("fwalk", instances=2, record=[0, 1]) as rollout:
+        rollout.run(0.1)
+        assert len(list(rollout)) == 2
+        np.testing.assert_array_equal(rollout[-1].joint_angle, rollout.recording(1).joint_angle)
+        drawn = [line for line in wm.plot(rollout, "hip flexion").axes[0].lines if len(line.get_xdata())]
+        assert len(drawn) == 4
+        with pytest.raises(IndexError, match="there is no instance 2 of 2"):
+            rollout[2]
+
+
+@pytest.mark.parametrize("name", ["right knee", "knee_angle_r", "R knee flexion", "knee flexion right"])
+def test_a_curve_of_one_side_goes_by_its_name_and_the_side(walked, name):
+    pytest.importorskip("xarray")
+    np.testing.assert_array_equal(walked[name], walked["knee flexion"].sel(side="right"))
+
+
+def test_forces_of_the_ground_are_over_both_sides_and_curves_of_a_cycle_over_time(walked):
+    pytest.importorskip("xarray")
+    forces = walked["ground reaction force"]
+    assert forces.dims == ("time", "side", "xyz")
+    np.testing.assert_array_equal(forces.sel(side="right"), walked.recording.foot_force_right)
+    weight = 9.8 * sum(body.mass for body in walked.scene.character.bodies.values())
+    np.testing.assert_allclose(walked["vertical ground force"], forces.sel(xyz="y") / weight, rtol=1e-5)
+    assert walked["knee moment"].attrs["units"] == "N m/kg"
+
+
+def test_a_table_over_time_is_drawn_with_both_sides_in_a_panel(tmp_path):
+    pytest.importorskip("matplotlib")
+    times = np.linspace(0.0, 1.0, 5)
+    values = np.stack([times, 2.0 * times, -times], axis=1)
+    table: Any = SimpleNamespace(
+        names=("hip_flexion_l", "hip_flexion_r", "pelvis_tilt"), units=("N m",) * 3, times=times, values=values
+    )
+    figure = wm.plot(table, path=tmp_path / "moments.png")
+    hip, pelvis = figure.axes[:2]
+    assert [len(axes.lines) for axes in (hip, pelvis)] == [3, 2]  # with a line at 0
+    np.testing.assert_array_equal(hip.lines[1].get_ydata(), 2.0 * times)
+    assert (tmp_path / "moments.png").stat().st_size > 1000
+    assert len(wm.plot(table, "pelvis tilt").axes) == 1
+    with pytest.raises(wm.Error, match="nothing is called 'knee'; there are hip_flexion_l"):
+        wm.plot(table, "knee")
+
+
+def test_a_page_opens_in_the_browser_from_a_file(walked, monkeypatch):
+    seen: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda address: bool(seen.append(address)) or len(seen) == 1)
+    path = walked.show().open()
+    assert seen == [path.as_uri()]
+    assert path.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    with pytest.raises(wm.Error, match=r"no browser was found; open .*page.html in one"):
+        walked.show().open()
 
 
 @pytest.mark.parametrize(("typed", "answer"), WRONG)

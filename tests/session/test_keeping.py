@@ -65,6 +65,7 @@ def test_figures_and_curves_are_found_however_they_are_written():
     curves = ("Hip flexion", "Hip moment", "Knee flexion", "rSOL")
     assert curves_named("hip_flexion", curves) == ["Hip flexion"]
     assert curves_named("knee", curves) == ["Knee flexion"]
-    assert curves_named("hip", curves) == ["Hip flexion", "Hip moment"]
+    assert curves_named("hip", curves) == ["Hip flexion"]
+    assert curves_named("moment", (*curves, "Knee moment")) == ["Hip moment", "Knee moment"]
     assert curves_named("rsol", curves) == ["rSOL"]
     assert curves_named("elbow", curves) == curves_named("", curves) == []

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 LINES = 10.0  # s between two lines of progress where there is no terminal to draw it in
 SILENCE, BRIEF = 1.3, 0.5  # s, the same of a work's first minutes, whose reader waits
-AWAITED = 120.0  # s since the program's start, which those minutes are
+AWAITED = 300.0  # s since the program's start, which those minutes are
 _BEGIN = time.monotonic()
 
 

@@ -24,11 +24,12 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def answering(instead: Mapping[str, str]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def answering(instead: Mapping[str, str], otherwise: str = "") -> Callable[[Callable[P, R]], Callable[P, R]]:
     """A decorator of functions that say what to type in place of an argument which they do not have.
 
     Args:
-        instead: what to type, by names of arguments that are often tried.
+        instead: what to type, by names of arguments that are often tried. otherwise: what to type for all others that
+            are no slip of the pen.
 
     Raises:
         TypeError: of the decorated function, as Python's own, with what to type.
@@ -37,12 +38,14 @@ def answering(instead: Mapping[str, str]) -> Callable[[Callable[P, R]], Callable
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
         parameters = inspect.signature(function).parameters
         name = function.__qualname__.removesuffix(".__init__")
+        is_method = "." in name and next(iter(parameters), "") == "self"
 
         @functools.wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
             for one in kwargs:
                 if one not in parameters:
-                    raise TypeError(f"{name} has no argument {one!r}{_hint(one, parameters, instead)}")
+                    said = f"{type(args[0]).__name__}.{function.__name__}" if is_method and args else name
+                    raise TypeError(f"{said} has no argument {one!r}{_hint(one, parameters, instead, otherwise)}")
             return function(*args, **kwargs)
 
         return called
@@ -89,12 +92,14 @@ def obtained_by(instead: str) -> Callable[[type[Kind]], type[Kind]]:
     return decorated
 
 
-def _hint(name: str, known: Iterable[str], instead: Mapping[str, str]) -> str:
+def _hint(name: str, known: Iterable[str], instead: Mapping[str, str], otherwise: str) -> str:
     """What to type in place of an argument, or the nearest that there is, as the end of a message."""
     if name in instead:
         return f"; {instead[name]}"
     found = difflib.get_close_matches(name, [one for one in known if one != "self"], n=1)
-    return f"; did you mean {found[0]!r}?" if found else ""
+    if found:
+        return f"; did you mean {found[0]!r}?"
+    return f"; {otherwise}" if otherwise else ""
 
 
 def in_words(value: object) -> str:

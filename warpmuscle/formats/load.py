@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from warpmuscle.core.arguments import as_kind, as_number, as_path, as_truth, in_words
+from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.shipped import is_scene, moved_scene, shipped_file, shipped_scenes
 from warpmuscle.formats import rbs, rs, sbc, toml
@@ -37,9 +37,17 @@ NOT_SCENES = {
 SceneLike = Scene | str | PathLike[str]  # a scene, its name, or its file
 
 
+@answering(
+    {
+        **dict.fromkeys(("values", "overrides", "changes", "parameters", "params"), "set={'gravity': 9.81} has them"),
+        **dict.fromkeys(("geometry", "mesh_dir", "geometry_path"), "wm.show(scene, meshes=FOLDER) draws with them"),
+    },
+    "set={'objective.target_speed': 1.25, ...} changes numbers of the scene, by their paths",
+)
 def load(
-    *sources: str | PathLike[str],
+    *sources: SceneLike,
     set: Mapping[str, Any] | None = None,
+    duration: float | None = None,
     ignored: list[Ignored] | None = None,
     keyword_rule: bool = False,
     trust: bool = False,
@@ -51,12 +59,14 @@ def load(
     """A checked scene.
 
     Args:
-        sources: the name of a shipped scene; or a TOML file; or files of the Simbicon Controller Editor Framework in
-            any order: a `.rbs` with the character, others with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one
-            that the `.sbc` names is looked for from its folder upward. Or a model of OpenSim, `.osim`. Or one of
-            MuJoCo, `.xml`, or a skeleton, `.urdf`, for which the package `mujoco` must be installed.
+        sources: the name of a shipped scene; or a scene, of which another one with other numbers is made; or a TOML
+            file; or files of the Simbicon Controller Editor Framework in any order: a `.rbs` with the character, others
+            with the ground, a `.sbc`, a `.rs`. Without a `.rs`, the one that the `.sbc` names is looked for from its
+            folder upward. Or a model of OpenSim, `.osim`. Or one of MuJoCo, `.xml`, or a skeleton, `.urdf`, for which
+            the package `mujoco` must be installed.
         set: other values in the scene, by their paths, as `--set` of the command takes them, such as
             `{"objective.target_speed": 1.25, "character.muscles.?SOL.f_max": {"factor": 0.5}}`; see `overrides`.
+        duration: s, that is simulated, in place of the scene's; the same as `set={"duration": 2.0}`.
         ignored: gets what was not used; without it, that is summed up in a warning.
         keyword_rule: muscles drive only the joints that a `.rbs` marks `actuationType muscle`, where it marks any;
             otherwise all that they cross.
@@ -79,10 +89,14 @@ def load(
     """
     if not sources:
         raise SceneError(f"no scene given; {_available()}")
-    for source in sources:
-        if isinstance(source, Scene):
-            raise SceneError("a scene is loaded from its name or files, and this one is loaded already")
-    paths = [as_path(source, "source", error=SceneError) for source in sources]
+    if duration is not None:
+        set = {
+            **as_kind(dict, {} if set is None else set, "set"),
+            "duration": as_number(duration, "duration", above=0.0),
+        }
+    if len(sources) == 1 and isinstance(sources[0], Scene):
+        return scene_of(with_values(sources[0], set), trust=trust)
+    paths = [as_path(_source(source), "source", error=SceneError) for source in sources]
     if ignored is not None:
         as_kind(list, ignored, "ignored")
     as_truth(keyword_rule, "keyword_rule")
@@ -118,14 +132,23 @@ def load(
     return _changed(scene, notes, set, ignored)
 
 
+def _source(given: object) -> Any:
+    """What is given as a source, unless it is known to be none."""
+    if isinstance(given, Scene):
+        raise SceneError("a scene that is loaded already is given alone: load(scene, set={...})")
+    if isinstance(given, Mapping):
+        raise SceneError("source is a name or a file; other numbers go by name: load('walk56', set={'duration': 2.0})")
+    return given
+
+
 def _changed(scene: Scene, notes: Notes, set: Mapping[str, Any] | None, ignored: list[Ignored] | None) -> Scene:
     """A scene with other values, whose doubts and notes are told where `load` was called."""
     scene = with_values(scene, set)
-    _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=4)
+    _warn([notes.placed(doubt) for doubt in doubts_of(scene)], stacklevel=5)
     if ignored is not None:
         ignored.extend(notes.ignored)
     elif notes.ignored:
-        warnings.warn(summary(notes.ignored), stacklevel=3)
+        warnings.warn(summary(notes.ignored), stacklevel=4)
     return scene
 
 
@@ -145,11 +168,13 @@ def scene_of(given: SceneLike, name: str = "scene", trust: bool = False) -> Scen
         return given
     if isinstance(given, str | PathLike) and given:
         return load(given, trust=trust)
-    hint = "; best_scene(result)[0] is that of a result" if hasattr(given, "replays") else ""
+    hint = "; wm.best_scene(result)[0] is that of a result" if hasattr(given, "replays") else ""
     if hasattr(given, "result"):
         hint = "; its scene is run.scene"
     elif isinstance(given, list | tuple):
         hint = "; call it once for each"
+        if given and isinstance(given[0], Scene):
+            hint = "; the scene is the first of these: best_scene(result)[0]"
     raise SceneError(f"{name} must be a scene, its name or its file, not {in_words(given)}{hint}")
 
 
@@ -172,7 +197,7 @@ def summary(ignored: Iterable[Ignored], heading: str = "notes on what was read:"
     return "\n".join(lines)
 
 
-def _warn(doubts: Iterable[SceneError], stacklevel: int = 3) -> None:
+def _warn(doubts: Iterable[SceneError], stacklevel: int = 4) -> None:
     """A warning for each, at the place where `load` was called."""
     for doubt in doubts:
         warnings.warn(str(doubt), SceneWarning, stacklevel=stacklevel)
@@ -191,9 +216,11 @@ def _shipped(name: str) -> Path:
         hint = NOT_SCENES.get(suffix, "")
         raise SceneError(f"there is no such file, and a scene is read from {', '.join(READ)}{hint}", file=name)
     names = scene_names()  # of which each is read, so only where one has to be said
-    near = difflib.get_close_matches(name, names, n=1)
-    hint = f" did you mean {near[0]!r}?" if near else ""
-    raise SceneError(f"there is no scene called {name!r};{hint} {_available()}, or give a file ({', '.join(READ)})")
+    near = difflib.get_close_matches(name.lower(), names, n=1)
+    if near:
+        more = "`warpmuscle scenes` or wm.scenes() lists all"
+        raise SceneError(f"there is no scene called {name!r}; did you mean {near[0]!r}? {more}")
+    raise SceneError(f"there is no scene called {name!r}; {_available()}, or give a file ({', '.join(READ)})")
 
 
 def _available() -> str:

@@ -39,6 +39,18 @@ def gait_curves(recording: Recording, scene: Scene, cycles: dict[str, Strides]) 
     Args:
         scene: without free parameters. cycles: of both sides, from contact to contact.
     """
+    found = {
+        name: Curves(unit, {side: over_strides(recording.time, sides[side], cycles[side]) for side in SIDES}, None)
+        for name, (unit, sides) in frame_curves(recording, scene).items()
+    }
+    found |= {name: Curves("deg", sides, None) for name, sides in stride_turns(recording, scene, cycles).items()}
+    for name in set(found) & set(PEOPLE):
+        found[name] = found[name]._replace(people=(PEOPLE[name].mean(PERCENT), PEOPLE[name].sd(PERCENT)))
+    return found
+
+
+def frame_curves(recording: Recording, scene: Scene) -> dict[str, tuple[str, dict[str, Floats]]]:
+    """The same over time: unit and both sides (F,) by name, but for turns of pelvis and trunk, which strides define."""
     frames: dict[str, tuple[str, dict[str, Floats]]] = {}
     try:
         frames |= {name: ("deg", sides) for name, sides in leg_angles(recording, scene).items()}
@@ -49,14 +61,7 @@ def gait_curves(recording: Recording, scene: Scene, cycles: dict[str, Strides]) 
     frames[FORCE] = ("body weights", vertical_forces(recording, scene))
     frames[FORWARDS] = ("body weights", forward_forces(recording, scene))
     frames[PRESSURE] = ("% of the foot", centre_of_pressure(recording, scene))
-    found = {
-        name: Curves(unit, {side: over_strides(recording.time, sides[side], cycles[side]) for side in SIDES}, None)
-        for name, (unit, sides) in frames.items()
-    }
-    found |= {name: Curves("deg", sides, None) for name, sides in stride_turns(recording, scene, cycles).items()}
-    for name in set(found) & set(PEOPLE):
-        found[name] = found[name]._replace(people=(PEOPLE[name].mean(PERCENT), PEOPLE[name].sd(PERCENT)))
-    return found
+    return frames
 
 
 def as_numbers(curves: Mapping[str, Curves]) -> dict[str, Any]:

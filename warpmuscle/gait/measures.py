@@ -24,6 +24,17 @@ SHORTEST_STRIDE = 0.1  # m, from which on a stride has a direction
 _UP = np.array([0.0, 1.0, 0.0])
 
 
+INSTEAD = {  # of a gait, by names that are often tried
+    "speed": "it has speed_forward and speed_horizontal",
+    "stride_length": "a stride is two steps: 2 * gait.step_length",
+    **dict.fromkeys(("to_dict", "keys", "items"), "dataclasses.asdict(gait) is one"),
+    **dict.fromkeys(
+        ("cost_of_transport", "cot", "energy", "double_support", "duty_factor", "stance", "stance_time", "swing_time"),
+        "save the run as run.h5; `warpmuscle gait run.h5` of the command line measures it",
+    ),
+}
+
+
 @dataclass(frozen=True)
 class Gait:
     """Measures of a walk over a window of time; None where the window holds too few steps to tell."""
@@ -42,7 +53,7 @@ class Gait:
 
         def __getattr__(self, name: str) -> Any:
             """Say what to type instead of what is often tried."""
-            raise lacking("a gait", name, dir(self), {"speed": "it has speed_forward and speed_horizontal"})
+            raise lacking("a gait", name, dir(self), INSTEAD)
 
 
 def feet_of(scene: Scene) -> tuple[str, str]:

@@ -9,17 +9,19 @@ To add: a figure as said above.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
-from warpmuscle.core.arguments import as_path, as_text, as_texts, as_truth
+from warpmuscle.core.arguments import answering, as_path, as_text, as_texts, as_truth, in_words
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.formats import SceneLike, scene_of
+from warpmuscle.formats import SceneLike, scene_names, scene_of
 from warpmuscle.plots import (
     activation,
     angles,
+    columns,
     convergence,
     dataset,
     feet,
@@ -33,13 +35,14 @@ from warpmuscle.plots import (
     parameters,
     stick_figures,
 )
-from warpmuscle.plots.names import FEW, curves_named, kind_named
+from warpmuscle.plots.names import FEW, curves_named, kind_named, without_side
 from warpmuscle.plots.overlay import OVERLAYS
 from warpmuscle.plots.style import check_picture, save, style
 from warpmuscle.plots.subject import Absent, Choices, Subject, of_recording
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read
+from warpmuscle.scene import Scene
 from warpmuscle.scene.validation.checks import near
 
 if TYPE_CHECKING:
@@ -57,7 +60,35 @@ class HasResult(Protocol):
         """All that was recorded, with its scene."""
 
 
-Source = Result | Recording | HasResult | str | Path
+@runtime_checkable
+class HasRecordings(Protocol):
+    """What has recorded motions of several instances, as a rollout does."""
+
+    @property
+    def recorded_instances(self) -> tuple[int, ...]:
+        """Their numbers."""
+
+    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
+        """The motion of one of them."""
+
+
+class HasTimes(Protocol):
+    """A table over time, such as inverse dynamics gives."""
+
+    @property
+    def times(self) -> Floats:
+        """(F,) s."""
+
+
+Source = Result | Recording | HasResult | HasRecordings | HasTimes | str | Path
+ARGUMENTS = {
+    **dict.fromkeys(("save", "savefig", "output", "file", "filename"), "path='hip.png' writes the figure"),
+    **dict.fromkeys(
+        ("title", "ax", "show", "figsize", "color", "xlim", "ylim", "label", "legend", "lw", "style", "dpi"),
+        "plot returns a figure of matplotlib: fig.axes[0], fig.savefig('hip.png', dpi=300)",
+    ),
+    **dict.fromkeys(("x", "y", "name", "curve", "quantity", "what"), "the second argument names the curve"),
+}
 DATASET = "dataset:"  # before the path of a dataset, in place of a kind
 RECORDED = "objects.", "ground.treadmill."  # what names of quantities begin with that motions have curves of
 
@@ -85,9 +116,10 @@ KINDS: dict[str, Kind] = {
 }
 
 
+@answering(ARGUMENTS)
 def plot(
     source: Source | Sequence[Source],
-    kind: str | Sequence[str] = "angles",
+    kind: str | Sequence[str] = "",
     path: str | Path | None = None,
     *,
     scene: SceneLike | None = None,
@@ -102,10 +134,13 @@ def plot(
     """Draw a figure, and write it if a file is named.
 
     Args:
-        source: a result, a run, or the path of its HDF5 file, or a recording, of which `scene` made it; or a list of
-            these, to be drawn over one another where the kind is a curve or one of `overlay.OVERLAYS`.
+        source: a result, a run, or the path of its HDF5 file, or a recording, of which `scene` made it; a rollout, all
+            of whose recorded motions are drawn; or a list of these, to be drawn over one another where the kind is a
+            curve or one of `overlay.OVERLAYS`. Or a table over time, such as moments of inverse dynamics.
         kind: one of `KINDS`; or `dataset:` and the path of a dataset in a file; or the name of a curve, such as `hip
-            flexion`, `knee moment`, a degree of freedom or a muscle, or a list of curves, see `one_curve`.
+            flexion`, `knee moment`, a degree of freedom or a muscle, or a list of curves, see `one_curve`. By default
+            the angles of a walk over the gait cycle, those of other motions over time, the convergence of a search
+            without a motion, and all of a table.
         path: file to write; its ending (.png, .svg, .pdf) chooses the format.
         scene: of a recording that does not know it, or its name or file; free parameters count with their start values.
         joints: names or patterns such as `l*` of what is shown, by default all. muscles: the same.
@@ -125,6 +160,10 @@ def plot(
     only = several[0] if several else as_text(kind, "kind")
     picture = None if path is None else as_path(path, "path")
     if picture is not None:
+        if not picture.suffix and only:
+            raise Error(
+                f"path must be the name of a picture, not {str(path)!r}; a list draws several: {[only, str(path)]}"
+            )
         check_picture(picture)
     choices = Choices.between(
         replay, start, end, joints=as_texts(joints, "joints"), muscles=as_texts(muscles, "muscles"),
@@ -133,7 +172,13 @@ def plot(
     sources = list(source) if isinstance(source, list | tuple) else [source]
     if not sources:
         raise Error("source must be a result, a recording, the path of a file, or a list of these, not an empty list")
-    subjects = [_subject(one, choices, scene, run) for one in sources]
+    if len(sources) == 1 and (table := columns.columns_of(sources[0])) is not None:
+        drawn = columns.draw(table, several or [only] if only else [])
+        if picture is not None:
+            save(drawn, picture)
+        return drawn  # type: ignore[no-any-return]
+    subjects = [_subject(one, choices, scene, run) for given in sources for one in _each(given)]
+    only = only or _usual(subjects[0])
     if len(several) > 1 and len(subjects) > 1:
         raise Error("a list of curves is drawn of one result at a time")
     figure: Figure
@@ -146,6 +191,22 @@ def plot(
     if picture is not None:
         save(figure, picture)
     return figure
+
+
+def _each(source: Any) -> list[Any]:
+    """The recorded motions of a rollout; or what else is given, alone."""
+    if not isinstance(source, HasRecordings):
+        return [source]
+    if not source.recorded_instances:
+        raise Error("this rollout has recorded nothing to draw: name instances in Rollout(..., record=[0])")
+    return [source.recording(one) for one in source.recorded_instances]
+
+
+def _usual(subject: Subject) -> str:
+    """The kind that is drawn where none is named."""
+    if not subject.result.replays and subject.result.evaluations is not None:
+        return "convergence"
+    return "angles" if not subject.result.replays or subject.walks else "joints"
 
 
 def _subject(source: Any, choices: Choices, scene: SceneLike | None, run: str | None) -> Subject:
@@ -161,6 +222,12 @@ def _subject(source: Any, choices: Choices, scene: SceneLike | None, run: str | 
     elif isinstance(source, HasResult):
         result = source.result
     else:
+        if isinstance(source, Scene) or (isinstance(source, str) and source in scene_names()):
+            named = repr(source) if isinstance(source, str) else "scene"
+            raise Error(f"a scene is simulated before it is drawn: wm.simulate({named}).plot()")
+        if not isinstance(source, str | PathLike):
+            kinds = "a run, a result or its file, a recording, a rollout, or a table over time"
+            raise ArgumentError(f"source must be {kinds}, not {in_words(source)}")
         file = as_path(source, "source")
         result = read(file, run, replay=choices.replay)
     return Subject(result, choices, file, run)
@@ -182,7 +249,7 @@ def draw_over(subjects: Sequence[Subject], kind: str) -> Any:
         with style():
             return overlay.curve(subjects, names.pop())
     if kind not in OVERLAYS:
-        raise Error(f"{kind} shows one result at a time; over one another there are {', '.join(OVERLAYS)}")
+        raise Error(f"{kind} shows one result at a time; over one another there are {', '.join(OVERLAYS)}, and curves")
     with style():
         return OVERLAYS[kind](subjects)
 
@@ -223,7 +290,17 @@ def curve_of(result: Result, name: str, beside: Sequence[str] = ()) -> tuple[str
         Error: none is called so, or several are.
     """
     subject = Subject(result, Choices())
-    return one_curve.over_time(subject)[_curve_named(subject, name, beside, "quantity").lower()]
+    curves = one_curve.over_time(subject)
+    names = [title for title, _, _ in curves.values()]
+    try:
+        return curves[_curve_named(subject, name, beside, "quantity", names).lower()]
+    except Error as error:
+        rest, side = without_side(name)
+        found = curves_named(rest, names) if side else []
+        title, unit, lines = curves[found[0].lower()] if len(found) == 1 else ("", "", {})
+        if side not in lines:
+            raise error from None
+        return f"{title}, {side}", unit, {"": lines[side]}
 
 
 def draw_curves(subject: Subject, names: Sequence[str]) -> Any:
@@ -232,10 +309,16 @@ def draw_curves(subject: Subject, names: Sequence[str]) -> Any:
         return one_curve.draw(subject, [_curve_named(subject, name) for name in names])
 
 
-def _curve_named(subject: Subject, name: str, beside: Sequence[str] = (*KINDS,), what: str = "figure") -> str:
-    """The curve of a motion that a name means; raises Error, which lists what there is, for none, or for several."""
+def _curve_named(
+    subject: Subject, name: str, beside: Sequence[str] = (*KINDS,), what: str = "figure", known: Sequence[str] = ()
+) -> str:
+    """The curve of a motion that a name means; raises Error, which lists what there is, for none, or for several.
+
+    Args:
+        known: names of the curves; by default all that figures show.
+    """
     try:
-        curves = one_curve.curve_names(subject)
+        curves = list(known) or one_curve.curve_names(subject)
     except Absent:
         if what == "figure":
             check_kind(name)
@@ -248,6 +331,9 @@ def _curve_named(subject: Subject, name: str, beside: Sequence[str] = (*KINDS,),
         also = ["and curves: "] if beside else ["curves: "]
         few = ", ".join(curves[:12]) + (", ..." if len(curves) > 12 else "")
         hint = near(name, [*beside, *curves])
+        rest, side = without_side(name)
+        if side and curves_named(rest, curves):
+            hint = f"; {rest!r} shows both sides, run[{name!r}] is one."
         listed = " There are" if hint else "; there are"
         raise Error(f"no {what} is called {name!r}{hint}{listed} {', '.join([*beside, *also])}{few}")
     return found[0]

@@ -10,7 +10,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.cycles import PERCENT, over_strides
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.muscle_timing import side_and_muscle
-from warpmuscle.plots.pairs import Pair, pairs
+from warpmuscle.plots.names import Pair, pairs
 from warpmuscle.plots.style import MAP, cycle_axis, grid, heading, legible, mean_and_spread, page, top_legend
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.scene.people.emg import SOURCE, WINDOWS

@@ -9,7 +9,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats.sto import coordinates
 from warpmuscle.gait.cycles import flexion_signs
-from warpmuscle.plots.pairs import pairs
+from warpmuscle.plots.names import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.results.recording import Recording

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpmuscle.gait.cycles import flexion_signs
 from warpmuscle.plots.joints import angle_label
-from warpmuscle.plots.pairs import pairs
+from warpmuscle.plots.names import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading, label_ends
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.scene.anatomy import leg

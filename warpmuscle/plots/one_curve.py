@@ -11,8 +11,8 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.extras import imported
-from warpmuscle.gait.curves import gait_curves
-from warpmuscle.gait.cycles import PERCENT, leg_angles
+from warpmuscle.gait.curves import frame_curves, gait_curves
+from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.plots.angles import angle_bands, legend_below
 from warpmuscle.plots.style import (
     BAND_COLOR,
@@ -61,7 +61,10 @@ def draw(subject: Subject, names: Sequence[str]) -> Any:
 
 def over_time(subject: Subject) -> dict[str, tuple[str, str, dict[str, Floats]]]:
     """Curves over time by their names in small letters: name, unit, and a line (F,) or one a side."""
-    return {title.lower(): (title, unit, lines) for title, unit, lines in _over_time(subject)}
+    found: dict[str, tuple[str, str, dict[str, Floats]]] = {}
+    for title, unit, lines in _over_time(subject):
+        found.setdefault(title.lower(), (title, unit, lines))
+    return found
 
 
 def labelled_curve(title: str, unit: str, time: Floats, lines: Mapping[str, Floats]) -> xarray.DataArray:
@@ -103,10 +106,10 @@ def _over_time(subject: Subject) -> Iterator[tuple[str, str, dict[str, Floats]]]
     """Curves over time: name, unit, and a line or one a side."""
     recording, scene = subject.recording, subject.scene
     try:
-        for title, sides in leg_angles(recording, scene).items():
-            yield title, "deg", sides
+        for title, (unit, sides) in frame_curves(recording, scene).items():
+            yield title, unit, sides
     except Error:
-        pass  # no legs
+        pass  # no feet
     for degree in degrees_of_freedom(recording, scene):
         turns = degree.unit == "rad"
         yield degree.name, "deg" if turns else degree.unit, {"": np.degrees(degree.values) if turns else degree.values}

@@ -12,8 +12,8 @@ from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.angles import angle_bands
+from warpmuscle.plots.names import pairs
 from warpmuscle.plots.one_curve import over_time
-from warpmuscle.plots.pairs import pairs
 from warpmuscle.plots.style import GRAY, PALETTE, cycle_axis, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
 from warpmuscle.scene.norms import LEG_ANGLES

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import msgspec
 
 from warpmuscle.core.arguments import not_made_by_hand
-from warpmuscle.core.errors import lacking
+from warpmuscle.core.errors import SceneError, lacking
 from warpmuscle.core.html_table import html_table
 from warpmuscle.scene.body_contact.part import BodyContact
 from warpmuscle.scene.character.opensim import BallCoordinates, DrawnMesh, Marker, OpenSim, drawable
@@ -57,7 +57,7 @@ from warpmuscle.scene.muscles.curves import (
 from warpmuscle.scene.number import Number, Vector
 from warpmuscle.scene.objective import Failure, Objective, RecordedNorms, Robustness, SearchStage, Tracking
 from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, CapsuleObject, Held, Hinge
-from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, Part, Side
+from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, INSTEAD, NoSuchPart, Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
 from warpmuscle.scene.simbicon.controller import PD, Balance, Component, Curve, Feedback, MachineState, Trajectory
 from warpmuscle.scene.surfaces import (
@@ -215,41 +215,6 @@ class Ground(Part):
     treadmill: Treadmill | None = None  # by which it moves along itself; none: it stands still
 
 
-INSTEAD = {
-    "simulate": "wm.simulate(scene) runs it",
-    "run": "wm.simulate(scene) runs it",
-    "show": "wm.show(scene) shows it",
-    "view": "wm.show(scene) shows it",
-    "plot": "wm.simulate(scene).plot(...) draws its motion",
-    "save": "wm.save(scene, 'scene.toml') writes it",
-    "write": "wm.save(scene, 'scene.toml') writes it",
-    "to_toml": "wm.save(scene, 'scene.toml') writes it",
-    "to_dict": "wm.save(scene, 'scene.toml') writes it as a file of tables",
-    "optimize": "wm.optimize(scene) searches",
-    "parameters": "wm.Rollout(scene).parameters are its free ones",
-    "set": "wm.load(scene, set={...}) changes numbers",
-    "with_parameters": "wm.load(scene, set={...}) changes numbers",
-    "set_parameters": "wm.load(scene, set={...}) changes numbers, wm.Rollout(scene).set_parameters those that are free",
-    "muscle_names": "list(scene.character.muscles) has them",
-    "body_names": "list(scene.character.bodies) has them",
-    "joint_names": "list(scene.character.joints) has them",
-    **dict.fromkeys(("free_parameters", "free"), "wm.Rollout(scene).parameters are its free ones"),
-    **dict.fromkeys(("n_muscles", "nu", "num_muscles"), "len(scene.character.muscles) are as many"),
-    **dict.fromkeys(("replace", "update", "modify"), "wm.load(scene, set={'duration': 3}) is another one"),
-    "dt": "scene.time_step is the time step, s",
-    "copy": "wm.load(scene, set={...}) is another one; scenes do not change",
-    "units": "`warpmuscle info SCENE` and the reference of scenes say them; they are SI and radians",
-    "mass": "`warpmuscle info SCENE` says it",
-    **dict.fromkeys(("to_xml", "to_mjcf", "to_osim", "export"), "wm.convert(scene, 'scene.xml') writes it for MuJoCo"),
-    **dict.fromkeys(("nq", "nv", "njnt"), "len(wm.Rollout(scene).coordinate_names) are as many"),
-    **dict.fromkeys(("nbody", "n_bodies", "num_bodies"), "len(scene.character.bodies) are as many"),
-    "info": "`warpmuscle info SCENE` says what it contains",
-    "summary": "print(scene) and `warpmuscle info SCENE` say what it contains",
-    "learn": "wm.learn(scene) trains a policy",
-    "sweep": "wm.sweep(scene, grid={...}) runs a search for each combination of numbers",
-}  # by what is often tried
-
-
 class _SceneKind(msgspec.StructMeta):
     """Says what to type where a scene is called with the name of one, or its file."""
 
@@ -332,7 +297,25 @@ class Scene(Part, metaclass=_SceneKind):
             """Say what to type instead of what is often tried, or where a part is."""
             if name in {field.name for field in msgspec.structs.fields(Character)}:
                 raise AttributeError(f"a scene has no {name!r}, but its character has: scene.character.{name}")
-            raise lacking("a scene", name, dir(type(self)), INSTEAD)
+            raise lacking("a scene", name, dir(type(self)), INSTEAD["Scene"])
+
+    def __getitem__(self, path: str) -> Any:
+        """What stands at a path, as `set` of `load` names it, such as scene["controller.states.0.time"].
+
+        Raises:
+            SceneError: nothing does.
+        """
+        found: Any = self
+        for depth, name in enumerate(names := str(path).split(".")):
+            try:
+                if isinstance(found, list | tuple):
+                    found = found[int(name)]
+                else:
+                    found = found[name] if isinstance(found, dict) else getattr(found, name)
+            except (AttributeError, LookupError, ValueError, TypeError) as error:
+                about = f"; {error}" if isinstance(error, AttributeError | NoSuchPart) else ""
+                raise SceneError(f"there is no {'.'.join(names[: depth + 1])!r} in this scene{about}") from None
+        return found
 
     def __repr__(self) -> str:
         parts = self.character

@@ -75,6 +75,10 @@ INSTEAD = {  # of a run, by names that are often tried
     "video": "save('run.mp4') makes a film",
     "animate": "show() shows the motion, save('run.mp4') makes a film",
     "head": "to_dataframe().head() shows the first frames",
+    **dict.fromkeys(
+        ("hip_flexion", "knee_flexion", "knee_angle", "hip_angle", "ankle_angle", "ankle_dorsiflexion"),
+        "run['hip flexion'] is a curve by its name",
+    ),
     "push": "`warpmuscle view SCENE --live` pushes by hand; set={'robustness': {'runs': 5, 'push': 20}} in a search",
 }
 _PUSH = "`warpmuscle robustness SCENE --pushes 5` pushes; `warpmuscle view SCENE --live` by hand"
@@ -107,11 +111,11 @@ ARGUMENTS = {  # of `simulate` that are often tried
 PLOTTED = {  # arguments of `Run.plot` that are often tried
     **dict.fromkeys(("save", "savefig", "output", "file", "filename"), "path='hip.png' writes the figure"),
     **dict.fromkeys(
-        ("title", "ax", "show", "figsize", "color", "xlim", "ylim", "label", "legend", "lw", "style"),
-        "plot returns a figure of matplotlib: fig.axes[0]",
+        ("title", "ax", "show", "figsize", "color", "xlim", "ylim", "label", "legend", "lw", "style", "dpi"),
+        "plot returns a figure of matplotlib: fig.axes[0], fig.savefig('hip.png', dpi=300)",
     ),
     **dict.fromkeys(("x", "y", "name", "kind", "curve", "quantity", "columns"), "the first argument names the curve"),
-    **dict.fromkeys(("joints", "muscles", "norms", "start", "end"), "wm.plot(run, 'joints', joints=['l*']) takes it"),
+    **dict.fromkeys(("replay", "run", "scene"), "wm.plot(run, ...) takes it"),
     "units": "angles are in degrees; run['hip flexion'] is an array to draw in other units",
     "side": "run['hip flexion'].sel(side='left') is one side",
 }

@@ -34,6 +34,11 @@ INSTEAD = {
     "best_parameters": "best.params are those of the best candidate",
     "best_params": "best.params are those of the best candidate",
     "x": "best.params are those of the best candidate",
+    **dict.fromkeys(
+        ("success", "message", "status"), "best is the best candidate, None where all failed; print(result)"
+    ),
+    **dict.fromkeys(("nfev", "nit", "n_evaluations"), "len(result.evaluations) are as many"),
+    **dict.fromkeys(("scene_text", "to_scene"), "wm.best_scene(result)[0] is the scene found, result.scene its text"),
     "fun": "best.cost is the lowest cost",
     "recording": "replays has its motions",
     "recordings": "replays has its motions",
@@ -86,12 +91,16 @@ class ShownResult(Result):
         """
         return show(self, replay=replay, meshes=meshes)
 
-    def plot(self, what: str | Sequence[str] = "angles", path: str | PathLike[str] | None = None) -> Figure:
-        """A figure, such as "angles", "hip flexion", "convergence" or "parameters"; see `warpmuscle.plot`.
+    def plot(self, what: str | Sequence[str] = "", path: str | PathLike[str] | None = None) -> Figure:
+        """A figure, such as "convergence", "parameters", "angles" or "hip flexion"; see `warpmuscle.plot`.
+
+        Args:
+            what: by default the convergence of a search, and the angles of what is none.
 
         Raises:
             Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
         """
+        what = what or ("" if self.evaluations is None else "convergence")
         return plot(self, what, None if path is None else as_path(path, "path"))
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -115,6 +124,11 @@ ARGUMENTS = {
     **dict.fromkeys(("verbose", "disp"), "on a terminal and in a notebook a line says how far it is"),
     **dict.fromkeys(("bounds", "x0"), "free parameters of the scene have them: {'value': 0.6, 'min': 0.5, 'max': 0.7}"),
     "callback": "progress=print is told several times a second",
+    **dict.fromkeys(("save", "path", "file", "filename"), "output='found.h5' writes it as it goes on"),
+    **dict.fromkeys(
+        ("parameters", "free", "variables"),
+        "wm.load(scene, set={'gravity': {'value': 9.8, 'min': 9, 'max': 10}}) frees a number",
+    ),
     "generations": "candidates=1000 are as many in all, population=20 a generation",
     "iterations": "candidates=1000 are as many in all, population=20 a generation",
     "maxiter": "candidates=1000 are as many in all, population=20 a generation",

@@ -15,6 +15,7 @@ import numpy as np
 from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, in_words, obtained_by
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError, CommandWarning, Error, lacking
+from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
 from warpmuscle.core.status import Status
 from warpmuscle.formats import SceneLike, scene_of, toml
@@ -22,6 +23,7 @@ from warpmuscle.formats.overrides import with_values
 from warpmuscle.gait.measures import Gait, measure
 from warpmuscle.learning.player import beyond, commanded, lasting, learned_in, replay, task_of
 from warpmuscle.plots import curve_of, plot
+from warpmuscle.plots.names import plain
 from warpmuscle.plots.one_curve import labelled_curve
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result, parameter_table
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-STEPS = 4  # of a motion, that has whole gait cycles of both feet
+FORCES = ("foot force", "grf", "ground force", "ground forces", "ground reaction force", "ground reaction forces")
 
 
 @obtained_by('wm.simulate("walk56") makes one')
@@ -73,7 +75,13 @@ class Run:
             return None
         return measure(self.recording, self.scene)
 
-    @answering(dict.fromkeys(("speed", "fps", "loop", "size", "camera"), "the page has buttons for it"))
+    @answering(
+        {
+            **dict.fromkeys(("speed", "fps", "loop", "size", "camera"), "the page has buttons for it"),
+            **dict.fromkeys(("path", "save", "output", "file", "filename"), "run.save('page.html') writes it"),
+            **dict.fromkeys(("block", "browser", "open"), "run.show().open() opens it in the browser"),
+        }
+    )
     def show(self, meshes: str | PathLike[str] | None = None) -> Page:
         """The motion as a page, which notebooks show and `save` writes.
 
@@ -83,23 +91,47 @@ class Run:
         Raises:
             Error: the folder has no files of the model.
         """
+        if meshes is not None and str(meshes).lower().endswith((".html", ".htm")):
+            raise ArgumentError(f"meshes is a folder; run.save({str(meshes)!r}) writes the page")
         return page_of_sights(of_replays(self.result), meshes=meshes, beside=self.folder)
 
     @answering(PLOTTED)
-    def plot(self, what: str | Sequence[str] = "", path: str | PathLike[str] | None = None) -> Figure:
+    def plot(
+        self,
+        what: str | Sequence[str] | None = "",
+        path: str | PathLike[str] | None = None,
+        *,
+        joints: Sequence[str] = (),
+        muscles: Sequence[str] = (),
+        norms: bool = True,
+        start: float | None = None,
+        end: float | None = None,
+    ) -> Figure:
         """A figure of the motion; see `warpmuscle.plot` for what there is, such as "hip flexion" or "sticks".
 
         Args:
             what: a figure or a curve, or a list of curves; by default the angles of legs over the gait cycle, or all
                 over time of what does not walk.
+            path: picture to write. joints, muscles: names or patterns of what is shown, such as `l*`. norms: whether
+                people's curves stand behind. start, end: s, of the part that counts.
 
         Raises:
             Error: there is no such figure, matplotlib is not installed, or the file cannot be written.
         """
-        gait = self.gait if not what else None
-        what = what or ("angles" if gait is not None and gait.steps >= STEPS else "joints")
-        return plot(self.result, what, None if path is None else as_path(path, "path"))
+        return plot(
+            self.result, what or "", None if path is None else as_path(path, "path"), joints=joints, muscles=muscles,
+            norms=norms, start=start, end=end,
+        )  # fmt: skip
 
+    @answering(
+        {
+            **dict.fromkeys(
+                ("fps", "rate", "size", "quality"), "`warpmuscle video run.h5 -o run.mp4` has such options"
+            ),
+            **dict.fromkeys(("format", "kind", "type"), "the ending of the name says it: .h5, .html, .mot, .csv, .mp4"),
+            **dict.fromkeys(("title", "name"), "the page is called as its scene is"),
+        }
+    )
     def save(self, path: str | PathLike[str]) -> None:
         """Write scene and motion to an HDF5 file (`.h5`), or the motion in the format of the file's suffix.
 
@@ -141,10 +173,14 @@ class Run:
             raise ArgumentError(f"{what}a run is asked by names, such as run['hip flexion'] or run['com']")
         if name in table:
             return table[name]
+        if plain(name) in FORCES and "foot_force_left" in table:
+            both = [table["foot_force_left"], table["foot_force_right"]]
+            joined = imported("xarray", "a quantity needs").concat(both, "side").assign_coords(side=["left", "right"])
+            return joined.transpose("time", "side", ...).rename("foot_force")
         try:
             title, unit, lines = curve_of(self.result, name, [str(one) for one in table])
         except Error as error:
-            hint = INSTEAD.get(name.strip().replace(" ", "_"))
+            hint = INSTEAD.get(plain(name).replace(" ", "_"))
             raise ArgumentError(f"no quantity is called {name!r}; {hint}" if hint else str(error)) from None
         return labelled_curve(title, unit, self.recording.time, lines)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, overload
 
-from warpmuscle.core.arguments import as_text
+from warpmuscle.core.arguments import answering, as_text
 from warpmuscle.core.errors import ArgumentError, lacking
 from warpmuscle.core.extras import imported
 from warpmuscle.core.html_table import html_table
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 
 INSTEAD = {
     **dict.fromkeys(("head", "tail", "loc", "iloc", "sort_values", "query", "columns"), "to_dataframe() has it"),
+    **dict.fromkeys(("show", "plot", "print"), "print(wm.scenes()) lists them, wm.show('walk56') shows one"),
     **dict.fromkeys(("to_pandas", "df"), "to_dataframe() is a table of pandas"),
     **dict.fromkeys(("keys", "list"), "names has the names of all"),
     **dict.fromkeys(("search", "find", "filter"), "wm.scenes('stairs') are those with this word"),
 }  # by what is often tried
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class SceneRow:
     """A shipped scene."""
 
@@ -105,6 +106,14 @@ class SceneTable(Sequence[SceneRow]):
         return html_table(("scene", "what it is", "bodies", "muscles", "free numbers", "duration, s"), rows)
 
 
+@answering(
+    {
+        **dict.fromkeys(
+            ("muscles", "bodies", "n", "filter"), "wm.scenes('56') are those with this word; to_dataframe() sorts"
+        ),
+        **dict.fromkeys(("name", "search", "pattern", "query"), "words='stairs' are those with this word"),
+    }
+)
 def scenes(words: str = "") -> SceneTable:
     """The scenes that come with the package; `scenes().names` are what `load` and `simulate` take.
 

@@ -17,45 +17,10 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import picture
 from warpmuscle.scene.parameters import Parameter
 from warpmuscle.scene.topology import Topology
+from warpmuscle.simulation.batch_input import INSTEAD
 from warpmuscle.simulation.memory import InstanceBytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.perturbations import Perturbations
-
-INSTEAD = {
-    **dict.fromkeys(("to", "cuda", "cpu"), "Rollout(scene, device='cuda:0') is on another device"),
-    **dict.fromkeys(
-        ("obs", "observations", "observation_space", "action_space"),
-        "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0') has them",
-    ),
-    **dict.fromkeys(("data", "d"), "state has the arrays, recording(i) the motion of an instance"),
-    "to_xarray": "recording(i).to_xarray() is that of one instance",
-    "to_dataframe": "recording(i).to_dataframe() is that of one instance",
-    "show": "wm.show(rollout) shows what was recorded",
-    "view": "wm.show(rollout) shows what was recorded",
-    "plot": "wm.simulate(scene).plot(...) draws the motion of one",
-    "save": "wm.show(rollout).save('page.html') writes a page; recording(i).to_csv and others the arrays",
-    "free": "close() frees its memory",
-    "costs": "cost() has them",
-    "simulate": "run() simulates",
-    "results": "cost(), status_names() and recording(i) are what came of it",
-    "recordings": "recording(i) is that of one instance",
-    "set": "set_parameters({name: values}) changes free parameters",
-    "set_params": "set_parameters({name: values}) changes free parameters",
-    "params": "parameters are the free ones",
-    "activations": "state has what muscles are at, recording(i).muscle_activation has it over time",
-    "activation": "state has what muscles are at, recording(i).muscle_activation has it over time",
-    "time": "state.time has it",
-    **dict.fromkeys(("num_envs", "n", "batch_size", "size"), "instances are as many"),
-    **dict.fromkeys(("t", "current_time"), "time is the simulated time so far, s"),
-    **dict.fromkeys(("dt", "timestep", "time_step"), "scene.time_step is it, s"),
-    **dict.fromkeys(("coordinates", "positions", "qpos", "states"), "state.coordinates.numpy() has all instances' now"),
-    **dict.fromkeys(("speeds", "velocities", "qvel"), "state.speeds.numpy() has those of all instances now"),
-    "set_state": "reset() puts instances back to their start",
-    "fitness": "cost() has them",
-    "muscles": "muscle_names has their names, state what they are at",
-    "names_of_parameters": "parameter_names has them",
-    "push": "set robustness of the scene: wm.load(scene, set={'robustness': {'runs': 5, 'push': 20}})",
-}  # by what is often tried
 
 
 class Batch(Protocol):
@@ -331,6 +296,19 @@ class Batch(Protocol):
     def __len__(self) -> int:
         """How many instances there are."""
         return self.instances
+
+    def __getitem__(self, instance: int) -> Recording:
+        """The motion of a recorded instance, as `recording` gives it; a negative number counts from the last one.
+
+        Raises:
+            IndexError: there is no such instance. RolloutError: it was not among those to record.
+        """
+        if not isinstance(instance, int | np.integer):
+            asked = "list(rollout)[0:2] are several; " if isinstance(instance, slice) else ""
+            raise RolloutError(f"{asked}a rollout is asked for an instance by its number, such as rollout[0]")
+        if not -self.instances <= instance < self.instances:
+            raise IndexError(f"there is no instance {instance} of {self.instances}")
+        return self.recording(int(instance) % self.instances)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(

@@ -24,6 +24,58 @@ MOST = 2**31 - 1  # that kernels count to
 in_silence = np.errstate(over="ignore", divide="ignore", invalid="ignore")  # of numbers that will diverge
 CHUNK_TIME = 0.1  # s of simulated time between two looks at which instances still run
 
+INSTEAD = {
+    **dict.fromkeys(("to", "cuda", "cpu"), "Rollout(scene, device='cuda:0') is on another device"),
+    **dict.fromkeys(
+        ("obs", "observations", "observation_space", "action_space"),
+        "import warpmuscle.gym, then gymnasium.make('warpmuscle/walk56-v0') has them",
+    ),
+    **dict.fromkeys(("data", "d"), "state has the arrays, recording(i) the motion of an instance"),
+    "to_xarray": "recording(i).to_xarray() is that of one instance",
+    "to_dataframe": "recording(i).to_dataframe() is that of one instance",
+    "show": "wm.show(rollout) shows what was recorded",
+    "view": "wm.show(rollout) shows what was recorded",
+    "plot": "wm.plot(rollout, 'hip flexion') draws what was recorded",
+    "save": "wm.show(rollout).save('page.html') writes a page; recording(i).to_csv and others the arrays",
+    "free": "close() frees its memory",
+    "costs": "cost() has them",
+    "simulate": "run() simulates",
+    "results": "cost(), status_names() and recording(i) are what came of it",
+    "recordings": "recording(i) is that of one instance",
+    **dict.fromkeys(("body_names", "bodies"), "names.bodies has their names"),
+    **dict.fromkeys(("joint_names", "joints"), "names.joints has their names"),
+    **dict.fromkeys(
+        ("fell", "failed", "done", "dones", "success"),
+        "status_names() says how each ended, alive how many have not fallen",
+    ),
+    **dict.fromkeys(("render", "view_live"), "wm.show(rollout) shows what was recorded"),
+    **dict.fromkeys(
+        ("randomize", "perturb"),
+        "disturb(Perturbations(...)) pushes and changes bodies, reset(velocity_noise=0.1) starts with noise",
+    ),
+    **dict.fromkeys(
+        ("joint_angle", "com", "muscle_activation", "to_numpy"), "recording(i) has the arrays of an instance over time"
+    ),
+    "set_parameter": "set_parameters({name: value}) sets one",
+    "set_excitation": "set_excitations([0.0], values) has constant ones, values being (1 or instances, muscles, 1)",
+    "set": "set_parameters({name: values}) changes free parameters",
+    "set_params": "set_parameters({name: values}) changes free parameters",
+    "params": "parameters are the free ones",
+    "activations": "state has what muscles are at, recording(i).muscle_activation has it over time",
+    "activation": "state has what muscles are at, recording(i).muscle_activation has it over time",
+    "time": "state.time has it",
+    **dict.fromkeys(("num_envs", "n", "batch_size", "size"), "instances are as many"),
+    **dict.fromkeys(("t", "current_time"), "time is the simulated time so far, s"),
+    **dict.fromkeys(("dt", "timestep", "time_step"), "scene.time_step is it, s"),
+    **dict.fromkeys(("coordinates", "positions", "qpos", "states"), "state.coordinates.numpy() has all instances' now"),
+    **dict.fromkeys(("speeds", "velocities", "qvel"), "state.speeds.numpy() has those of all instances now"),
+    "set_state": "reset() puts instances back to their start",
+    "fitness": "cost() has them",
+    "muscles": "muscle_names has their names, state what they are at",
+    "names_of_parameters": "parameter_names has them",
+    "push": "set robustness of the scene: wm.load(scene, set={'robustness': {'runs': 5, 'push': 20}})",
+}  # by what is often tried
+
 
 def positive(value: int, what: str) -> int:
     """A positive whole number; RolloutError if it is none."""
@@ -45,7 +97,8 @@ def checked_threads(threads: int | None) -> int:
 def chosen(record: Sequence[int], instances: int) -> list[int]:
     """Instances to record, each once; RolloutError if there is no such instance."""
     if isinstance(record, str | bytes | dict) or not isinstance(record, Iterable):
-        raise RolloutError(f"record must be a list of instances' numbers, not {in_words(record)}")
+        hint = f"; record=range({instances}) are all" if str(record) in ("True", "all") else ""
+        raise RolloutError(f"record must be a list of instances' numbers, not {in_words(record)}{hint}")
     numbers = [as_integer(i, "a number in record", -(2**63), error=RolloutError) for i in record]
     wrong = [i for i in numbers if not 0 <= i < instances]
     if wrong:

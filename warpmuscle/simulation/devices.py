@@ -88,6 +88,8 @@ def _available_memory() -> int | None:
 
 def _device(part: str, name: str) -> Any:
     try:
+        if part.startswith("cuda") and not wp.is_cuda_available():  # which Warp would say in lines of its own
+            raise ValueError(part)
         return wp.get_device(part)
     except (ValueError, RuntimeError) as error:
         of = f", which '{name}' names," if part != name else ""

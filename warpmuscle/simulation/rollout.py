@@ -91,6 +91,8 @@ class Rollout(RolloutSettings):
             "set": "wm.Rollout(wm.load(scene, set={...})) changes the scene",
             "policy": "wm.simulate(scene, policy='policy.h5') runs one",
             "gpu": "device='cuda:0' is the first GPU",
+            "seed": "nothing in a rollout is random; reset(velocity_noise=0.1, seed=1) and disturb(...) draw",
+            "commands": "set_commands({'speed': 1.2}) commands all of them", "dt": "scene.time_step is it",
         }
     )  # fmt: skip
     def __init__(
@@ -209,6 +211,12 @@ class Rollout(RolloutSettings):
             self._batch.restart_some(mask, initial)
         self.terrain_starts.put(self.model, self.state, mask)
 
+    @answering(
+        {
+            **dict.fromkeys(("seconds", "time", "t", "until"), "duration=1.0 is in s"),
+            **dict.fromkeys(("steps", "n", "n_steps", "k"), "step(10) makes ten steps, run(1.0) simulates 1 s"),
+        }
+    )
     def run(self, duration: float | None = None, progress: Callable[[Rollout], None] | None = None) -> None:
         end, chunk = end_step(self, duration), chunk_steps(self.scene)
         check_function(progress, "progress", error=RolloutError)

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from warpmuscle.core.arguments import as_truth
+from warpmuscle.core.arguments import answering, as_truth
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import times_repeated
 from warpmuscle.core.errors import Error, RolloutError
@@ -86,6 +86,9 @@ class RolloutSettings(RolloutResults):
         """The scene with values of its parameters, as commanded, with masses and strengths of disturbed instances."""
         return with_bodies(substitute(self.scene, values, self._commands, self._known), self._inputs.disturbances)
 
+    @answering(
+        {}, "set_parameters({name: value}) takes names as text, parameter_names lists them; set_commands has commands"
+    )
     def set_parameters(self, values: ArrayLike | Mapping[str, ArrayLike]) -> None:
         if isinstance(values, Mapping):
             values = named_values(values, self.parameters, self._values, self.instances)
@@ -120,6 +123,7 @@ class RolloutSettings(RolloutResults):
         if "controller" in parts:
             self._extensions.use_controller(few)
 
+    @answering({}, "set_commands({'speed': 1.2}) takes names as text, scene.commands lists them")
     def set_commands(self, commands: Mapping[str, ArrayLike], *, restart: bool = True) -> None:
         checked = checked_commands(commands, self.scene, self.instances)
         as_truth(restart, "restart", error=RolloutError)

@@ -94,6 +94,15 @@ def show(
     return page_of_sights(sights, meshes=folder, over=over)
 
 
+def _second(given: object) -> str:
+    """What is said where something is given with a result, which has its scene with it."""
+    if isinstance(given, str | PathLike) and str(given).lower().endswith((".html", ".htm")):
+        return f"a page is written by its save: show(result).save({str(given)!r})"
+    if isinstance(given, Result | Recording | HasResult | HasRecordings):
+        return "several motions are given as a list: show([a, b])"
+    return "motion is a result and has its scene with it: show(result)"
+
+
 def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> list[Sight]:
     """The motions of one of them; see `show`."""
     if isinstance(motion, Recording):
@@ -124,6 +133,6 @@ def _sights_of(motion: Shown, scene: SceneLike | None, replay: int | None) -> li
         )
     result = as_kind(Result, motion if file is None else read(file, replay=replay), "motion")
     if scene is not None:
-        raise ArgumentError("motion is a result and has its scene with it: show(result)")
+        raise ArgumentError(_second(scene))
     sights = of_replays(result, replay=replay)
     return with_measured(sights, file, result, replay) if file is not None and holds_trials(file) else sights

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import html
 import pickle
+import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec.structs import replace
 
 from warpmuscle.core.arguments import as_path
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import Error, lacking
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.results.partial_motion import demanding
@@ -52,6 +55,15 @@ CROWD = 16  # tracks beyond which forces and most curves are left out, and muscl
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
 
+INSTEAD = {  # of a page, by names that are often tried
+    **dict.fromkeys(
+        ("show", "view", "display", "browse", "launch"), "open() shows it in the browser, a notebook in place"
+    ),
+    **dict.fromkeys(("write", "to_html", "export", "path"), "save('page.html') writes it"),
+    "html": "text is its HTML",
+}
+
+
 @dataclass(frozen=True, repr=False)
 class Page:
     """An HTML page, which a notebook shows where it stands."""
@@ -63,8 +75,27 @@ class Page:
         """Write the page to a file, whole or not at all; raises Error if it cannot be written."""
         replace_file(as_path(path, "path"), self.text)
 
+    def open(self) -> Path:
+        """Show it in the browser, from a file of a temporary folder, which it returns.
+
+        Raises:
+            Error: there is no browser.
+        """
+        path = Path(mkdtemp(prefix="warpmuscle-")) / "page.html"
+        self.save(path)
+        if not webbrowser.open(path.as_uri()):
+            raise Error(f"no browser was found; open {path} in one, or save('page.html') writes it elsewhere")
+        return path
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what to type instead of what is often tried."""
+            raise lacking("a page", name, dir(type(self)), INSTEAD)
+
     def __repr__(self) -> str:
-        return f"Page({len(self.text.encode()) / 1e3:.0f} kB of HTML; save(path) writes it, a notebook shows it)"
+        size = len(self.text.encode()) / 1e3
+        return f"Page({size:.0f} kB of HTML; open() shows it in the browser, save(path) writes it)"
 
     def _repr_html_(self) -> str:
         return iframe(self.text, self.height)

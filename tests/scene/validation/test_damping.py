@@ -54,7 +54,7 @@ def test_hips_of_the_walking_controller_need_implicit_damping():
     scene = at_start(replace(load("steer"), implicit_pd=False))
     hips = [one for one in explicit_damping(scene) if one.joint.endswith("Hip")]
     assert all(1.0 < one.share < 1.2 for one in hips)
-    assert damping_warnings(scene)[0].key == "controller.by_joint.lHip.kd"
+    assert damping_warnings(scene)[0].key in ("controller.by_joint.lHip.kd", "controller.by_joint.rHip.kd")  # alike
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])

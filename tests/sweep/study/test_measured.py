@@ -106,13 +106,15 @@ def test_a_study_whose_runs_all_fell_shows_their_costs(folder: Path, tmp_path: P
     assert [(row.measure, row.cells[0].walked) for row in rows] == [("cost", 0)]
 
 
-def test_the_page_has_every_number_and_nothing_that_runs(found: StudyResult, folder: Path):
+def test_the_page_has_every_number_and_a_walk_of_each_condition(found: StudyResult, folder: Path):
     page = study_page.page(found, read(folder / "loads.toml"), "warpmuscle study loads.toml")
     assert len(page.encode()) < 1_000_000
     assert "<script" not in page
     assert "Loads &lt;script&gt;" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
-    assert "4 runs, 2 conditions, 2 seeds; 4 walked to the end; of what was expected 2 open" in page
+    for number, what in (("4 of 4", "walked to the end"), ("0 of 2", "as expected"), ("2", "left open")):
+        assert f"<b>{number}</b><span>{what}</span>" in page
+    assert page.count("<iframe srcdoc=") == 1  # a walk of each condition, in a page of its own
     assert "found: change from load 1<" in page
     assert page.count("<td>load 1.2</td>") == 2
     for row in found.rows:

@@ -33,7 +33,7 @@ from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.plots import Subject
 from warpmuscle.plots.angles import norm_band
-from warpmuscle.plots.pairs import pairs
+from warpmuscle.plots.names import pairs
 from warpmuscle.plots.style import GRAY, cycle_axis, heading, label_ends, page, save, style
 from warpmuscle.results.result import SWEEP_FORMAT, read
 from warpmuscle.scene.accounting import accounting

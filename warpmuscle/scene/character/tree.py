@@ -9,7 +9,7 @@ from warpmuscle.scene.constraints.part import Constraint
 from warpmuscle.scene.displacement import Displacement
 from warpmuscle.scene.muscles import Muscle
 from warpmuscle.scene.number import Number, Vector
-from warpmuscle.scene.part import FROM_0, Part
+from warpmuscle.scene.part import FROM_0, Bodies, Joints, Muscles, Part
 from warpmuscle.scene.surfaces import Surface
 
 
@@ -85,3 +85,7 @@ class Character(Part):
     moving_points: Literal["slopes", "opensim"] = "slopes"  # how these act on joints, see above
     constraints: dict[str, Constraint] = {}  # between bodies that joints do not join
     feet: tuple[str, str] | None = None  # bodies, left and right; by default those of the controller, if there is one
+
+    def __post_init__(self) -> None:
+        self.bodies, self.joints = Bodies(self.bodies), Joints(self.joints)
+        self.muscles = Muscles(self.muscles)

@@ -53,6 +53,7 @@ class MeasuredRun:
     measures: Measures
     why: str = ""  # no more is known of it
     units: Mapping[str, str] = field(default_factory=dict)  # of free parameters that are measures
+    file: Path | None = None  # of the run, that has its motion
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ def _measured(study: Study, task: tuple[SweepRun, Path]) -> MeasuredRun:
         measures |= found | in_all(found, scene) | balance_measures(result.replays[0], scene)
     except Error as error:  # of what has no legs, or fell before a whole cycle
         why = str(error)
-    return MeasuredRun(run, condition, series, walked, measures, why, units)
+    return MeasuredRun(run, condition, series, walked, measures, why, units, file)
 
 
 def in_all(measures: Measures, scene: Scene) -> Measures:

@@ -15,14 +15,16 @@ from warpmuscle.plots.style import style
 from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
 from warpmuscle.results.records import made_by
-from warpmuscle.studies.conditions import CLEAR, Condition, has_value, spread_of
+from warpmuscle.studies.conditions import CLEAR, Condition, Verdict, has_value, spread_of
 from warpmuscle.studies.energy_balance import MEASURES as BALANCE
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
+from warpmuscle.sweep.study.replay import replay_of
 from warpmuscle.sweep.study.table import COST
 
 SEARCH_COST = "cost of the search"
 PLACES = DECIMALS | {"W/kg": 2, "J/(kg m)": 2}  # of which changes are small
+OTHERWISE: dict[Verdict, str] = {"contradicts": "against what was expected", "open": "left open"}  # by verdict
 NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
     "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
@@ -87,11 +89,13 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
     tables = [_table(found, one, len(series) > 1) for one in series]
     with style():
         figure = data_uri(_figure(found))
+    names = {condition: _named(condition, found) for condition in _conditions(found)}
     return str(
         template("study.html").render(
             title=found.study.title,
             text=found.study.text,
-            counted=counted(found),
+            headline=headline(found),
+            replay=replay_of(found, names),
             held=[_held(held, found) for held in found.held],
             reference=_named(found.study.reference, found),
             verdicts=VERDICTS,
@@ -119,6 +123,18 @@ def counted(found: StudyResult) -> str:
     if found.held:
         text += "; of what was expected " + ", ".join(f"{count} {word}" for word, count in sorted(verdicts.items()))
     return text
+
+
+def headline(found: StudyResult) -> list[tuple[str, str]]:
+    """What the page begins with: numbers, and what they count."""
+    walked, verdicts = sum(run.walked for run in found.runs), Counter(held.verdict for held in found.held)
+    seeds = len({run.run.seed for run in found.runs})
+    told = [(str(len(_conditions(found))), "conditions"), (str(seeds), "seeds" if seeds > 1 else "seed")]
+    told.append((f"{walked} of {len(found.runs)}", "walked to the end"))
+    if found.held:
+        told.append((f"{verdicts['agrees']} of {len(found.held)}", "as expected"))
+        told += [(str(verdicts[word]), meaning) for word, meaning in OTHERWISE.items() if verdicts[word]]
+    return told
 
 
 def _conditions(found: StudyResult) -> list[Condition]:

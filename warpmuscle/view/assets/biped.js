@@ -8,6 +8,7 @@ const FORCE_SCALE = 0.7; // m that a force of one body weight is drawn as
 const PATH_POINTS = [40, 150]; // of many bipeds, and of few
 const SLACK_RADIUS = 0.0085, FULL_RADIUS = 0.028, TENDON_RADIUS = 0.0042; // m, of muscles of a body of 75 kg
 const BEND = 0.03; // m of the way of a muscle that get as many points as a turn of 1 rad
+const ROUND = 0.018; // m beside a point of a muscle, within which it bends
 const FULL_FORCE = 1.5; // f_max that a load of 1 stands for
 
 class Biped {
@@ -17,13 +18,15 @@ class Biped {
     const each = (of) => Object.fromEntries(Object.entries(content.arrays).map(([name, k]) => [name, of(name, k)]));
     this.widths = each((name, k) => widths[k]);
     this.arrays = each((name, k) => part(arrays[k], content.rows?.[name], content.frames, widths[k]));
+    const { start, routed } = doll.muscles;
     this.count = doll.muscles.body.length;
-    this.first = renderer.reserve(this.bodies, this.count, this.names.length);
+    this.ways = new Float32Array(4 * this.count); // of muscles, which are drawn round where they bend
+    this.routes = this.names.map((_, m) => m).filter((m) => routed.includes(start[m]));
+    this.rounded = this.names.map((_, m) => renderer.fine && !this.routes.includes(m) && start[m + 1] - start[m] > 2);
+    this.start = [0]; // of the points that are drawn
+    this.rounded.forEach((is, m) => this.start.push(this.start[m] + (start[m + 1] - start[m]) * (is ? 3 : 1) - 4 * is));
+    this.first = renderer.reserve(this.bodies, this.start[this.names.length], this.names.length);
     this.order = Math.max(...doll.muscles.f_max, 1); // N that is drawn as FULL_RADIUS
-    this.owner = new Int32Array(this.count);
-    doll.muscles.start.slice(0, -1).forEach((from, m) => this.owner.fill(m, from, doll.muscles.start[m + 1]));
-    const routed = new Set(doll.muscles.routed);
-    this.routes = this.names.map((_, m) => m).filter((m) => routed.has(doll.muscles.start[m]));
     this.addFigure();
   }
 
@@ -34,7 +37,7 @@ class Biped {
 
   // Solids and muscles, which stay as they are while their bodies and points move.
   addFigure() {
-    const { renderer, doll, first, muscled } = this, { start } = doll.muscles, apart = muscled && renderer.shaded;
+    const { renderer, doll, first, muscled, start } = this, apart = muscled && renderer.shaded;
     for (const piece of doll.pieces) {
       if (this.over && piece.layer === "flesh") continue; // what is seen through it would be covered
       const flesh = renderer.shade(this) ?? SIDE_TINT[piece.side];
@@ -162,27 +165,30 @@ class Biped {
 
   updateMuscles(moment, shown) {
     const { body, place, conditional, routed, start, f_max, share, belly, length } = this.doll.muscles, { renderer, first } = this;
-    const out = renderer.points.numbers, poses = renderer.poses.numbers, from = 4 * first.points;
+    const out = this.ways, points = renderer.points.numbers, poses = renderer.poses.numbers;
     for (let k = 0; k < this.count; k++) {
-      const at = from + 4 * k, pose = 8 * (first.slots + body[k]), p = place[k];
+      const at = 4 * k, pose = 8 * (first.slots + body[k]), p = place[k];
       turnInto(out, at, poses, pose + 4, p[0], p[1], p[2], 1);
       for (let i = 0; i < 3; i++) out[at + i] += poses[pose + i];
     }
     if (routed.length && this.arrays.routed) {
       const routes = this.between("routed", moment);
       routed.forEach((k, n) => {
-        const at = from + 4 * k, on = this.routed_on?.[n], pose = 8 * (first.slots + (on ?? 0)), p = routes.slice(3 * n, 3 * n + 3);
+        const at = 4 * k, on = this.routed_on?.[n], pose = 8 * (first.slots + (on ?? 0)), p = routes.slice(3 * n, 3 * n + 3);
         if (on === undefined) p.forEach((value, i) => (out[at + i] = value)); // of a live run: along the axes of the world
         else turnInto(out, at, poses, pose + 4, p[0], p[1], p[2], 1);
         for (let i = 0; i < 3; i++) out[at + i] += poses[pose + i];
       });
     }
-    this.routes.forEach((m) => spreadPoints(out, from + 4 * start[m], start[m + 1] - start[m]));
-    if (conditional.length && this.arrays.weight) this.slideConditional(this.between("weight", moment), out, from);
+    this.routes.forEach((m) => spreadPoints(out, 4 * start[m], start[m + 1] - start[m]));
+    if (conditional.length && this.arrays.weight) this.slideConditional(this.between("weight", moment), out, 0);
     const activation = this.between("activation", moment), load = this.arrays.load && this.between("load", moment), s = this.doll.scale;
     const rest = SLACK_RADIUS ** 2, full = FULL_RADIUS ** 2 - rest; // the area grows with the force
     for (let m = 0; m < this.names.length; m++) {
-      const way = measureWay(out, from + 4 * start[m], start[m + 1] - start[m]), at = 4 * (first.muscles + m);
+      const to = 4 * (first.points + this.start[m]), at = 4 * (first.muscles + m);
+      const bends = asPoints(out.subarray(4 * start[m], 4 * start[m + 1]));
+      (this.rounded[m] ? roundBends(bends, s * ROUND) : bends).forEach((p, k) => points.set(p, to + 4 * k));
+      const way = measureWay(points, to, this.start[m + 1] - this.start[m]);
       const force = load ? FULL_FORCE * load[m] * f_max[m] / this.order : 0, swollen = belly[m] * Math.sqrt(length[m] / Math.max(way, 0.5 * length[m]));
       const radius = shown.thickness ? s * Math.sqrt(rest + full * force) : swollen; // or a volume that stays
       const numbers = [radius, s * TENDON_RADIUS, activation[m], share[m]];
@@ -254,9 +260,26 @@ function measureWay(points, from, count) {
   return length;
 }
 
+// A polyline with three points in place of each but its ends, so that it bends within some length and not at once.
+function roundBends(points, length) {
+  return points.flatMap((p, k) => {
+    if (!k || !points[k + 1]) return [p];
+    const [a, b] = [k - 1, k + 1].map((n) => {
+      const along = minus(points[n], p);
+      return add(p, times(along, Math.min(length / Math.max(norm(along), 1e-6), 0.4)));
+    });
+    return [a, times(add(p, times(add(a, b), 0.5)), 0.5), b];
+  });
+}
+
+// Points of a table of fours, as arrays of three.
+function asPoints(numbers) {
+  return Array.from({ length: numbers.length / 4 }, (_, k) => Array.from(numbers.slice(4 * k, 4 * k + 3)));
+}
+
 // Put the points of a polyline elsewhere along it, denser where it bends: between few of them a belly would have edges.
 function spreadPoints(points, first, count) {
-  const old = Array.from({ length: count }, (_, k) => [0, 1, 2].map((i) => points[first + 4 * k + i]));
+  const old = asPoints(points.subarray(first, first + 4 * count));
   const ways = old.slice(1).map((p, k) => minus(p, old[k])), lengths = ways.map(norm);
   const bend = (k) => (lengths[k] > 1e-6 && lengths[k + 1] > 1e-6 ? Math.acos(Math.min(Math.max(dot(ways[k], ways[k + 1]) / (lengths[k] * lengths[k + 1]), -1), 1)) : 0);
   const bends = [0, ...ways.slice(1).map((_, k) => bend(k)), 0], ends = [0];

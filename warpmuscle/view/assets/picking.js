@@ -24,8 +24,8 @@ function pick(bipeds, matrix, width, height, x, y, shown) {
 }
 
 function offerMuscles(biped, screen, x, y, offer) {
-  const { start } = biped.doll.muscles, points = biped.renderer.points.numbers, from = 4 * biped.first.points;
-  const places = Array.from({ length: biped.count }, (_, k) => screen(points, from + 4 * k));
+  const { start } = biped, points = biped.renderer.points.numbers, from = 4 * biped.first.points;
+  const places = Array.from({ length: start[biped.names.length] }, (_, k) => screen(points, from + 4 * k));
   const unknown = biped.arrays.routed ? [] : biped.routes; // which are not drawn
   for (let m = 0; m < biped.names.length; m++)
     for (let k = unknown.includes(m) ? start[m + 1] : start[m] + 1; k < start[m + 1]; k++)

@@ -59,7 +59,7 @@ class Pushing {
     if (this.pointer !== undefined) this.arrow(root, times(this.impulse, PUSH_LENGTH));
     else if (this.last && performance.now() <= this.last.until) {
       const along = times(this.last.impulse, PUSH_LENGTH);
-      this.arrow(minus(root, along), along);
+      this.arrow(minus(root, add(along, times(unit(along), 0.15))), along); // whose head is not within the body
     } else return;
     player.drawn = null;
   }
