@@ -107,6 +107,15 @@ CompositeController {
 	ReflexController { ComPivotReflex { target = calf dir [ 1 0 0 ] KP = -0.8 P0 = 0.05 allow_neg_P = 0 KV = -0.05 } }
 }
 """
+SPINDLES = """
+MirrorController {
+	ReflexController {
+		MuscleReflex { target = calf delay = 0.01 KS = ~0.4<-1,1> S0 = 0.9 C0 = 0.2 }
+		MuscleReflex { target = calf source = seat KS = ~-0.3<-1,1> S0 = 0.4 allow_neg_S = 1 C0 = 0.05 }
+		MuscleReflex { target = seat source = calf delay = 0.005 KA = ~-0.6<-2,2> A0 = 0.25 C0 = 0.5 KL = 0.2 L0 = 1 }
+	}
+}
+"""
 MOTOR = """
 	body { name = chest mass = 20 inertia { x = 0.8 y = 0.4 z = 0.8 }
 		joint { name = back parent = trunk pos_in_parent { x = 0 y = 0.3 z = 0 } pos_in_child { x = 0 y = -0.3 z = 0 }

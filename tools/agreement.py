@@ -10,6 +10,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from warpmuscle.scene import Scene
+from warpmuscle.scene.objects.motion import object_motion
 from warpmuscle.simulation.multi_device import make_rollout
 from warpmuscle.simulation.rollout import Rollout
 
@@ -27,11 +28,23 @@ def candidates(scene: Scene, count: int, spread: float, **options: Any) -> Float
 
 
 def moved(scene: Scene, device: str, count: int, noise: float = NOISE, **options: Any) -> Floats:
-    """Coordinates (count, coordinates) after the time of the scene, from starts with noise."""
-    rollout = Rollout(scene, count, device, **options)
+    """Coordinates (count, numbers) after the time of the scene, and places of objects, from starts with noise."""
+    rollout = Rollout(scene, count, device, record=range(count) if scene.objects else (), **options)
     rollout.reset(noise, seed=1)
     rollout.run()
-    return np.asarray(rollout.state.coordinates.numpy(), dtype=np.float64)
+    moved = np.asarray(rollout.state.coordinates.numpy(), dtype=np.float64)
+    return np.concatenate([moved, *places_of_objects(rollout, scene, count)], axis=1)
+
+
+def places_of_objects(rollout: Any, scene: Scene, count: int) -> list[Floats]:
+    """Where each object is in the last frame, and how it has turned, (count, 7)."""
+    if not scene.objects:
+        return []
+    recordings = [rollout.recording(instance) for instance in range(count)]
+    return [
+        np.array([np.concatenate([motion.position[-1], motion.orientation[-1]]) for motion in motions], np.float64)
+        for motions in ([object_motion(one, name) for one in recordings] for name in scene.objects)
+    ]
 
 
 def apart(a: Floats, b: Floats) -> Floats:
@@ -40,12 +53,15 @@ def apart(a: Floats, b: Floats) -> Floats:
 
 
 def results(scene: Scene, device: str, values: Floats, chunk: float | None = None, **options: Any) -> Floats:
-    """Cost, end and all terms of candidates, (count, 2 + terms), in chunks of time or in one."""
+    """Cost, end, all terms of candidates, and places of objects, (count, numbers), in chunks of time or in one."""
+    if scene.objects:
+        options.setdefault("record", range(len(values)))
     rollout = make_rollout(scene, len(values), device, **options)
     rollout.set_parameters(values)
     for _ in range(1 if chunk is None else round(scene.duration / chunk)):
         rollout.run(chunk)
-    return np.stack([rollout.cost(), rollout.end_time(), *rollout.terms().values()], axis=1)
+    valued = np.stack([rollout.cost(), rollout.end_time(), *rollout.terms().values()], axis=1)
+    return np.concatenate([valued, *places_of_objects(rollout, scene, len(values))], axis=1)
 
 
 def other_ways(scene: Scene, device: str, values: Floats, chunk: float, **options: Any) -> Iterator[tuple[str, Floats]]:

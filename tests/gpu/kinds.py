@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -145,6 +146,19 @@ def objects_on_bumps() -> Scene:
     return scene
 
 
+def on_edges() -> Scene:
+    """A box and a bar lie across a wall, with their corners in the air, and a plank falls across the box."""
+    scene = walk("fwalk")
+    scene.ground.terrain = Terrain([Stairs(0.3, 0.3, 1, start=1.0, landing=0.3)])
+    along_z = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+    scene.objects = {
+        "box": BoxObject(size=(0.3, 0.1, 1.2), position=(0.0, 0.349, 1.14)),
+        "bar": CapsuleObject(radius=0.05, length=0.6, position=(0.5, 0.349, 1.14), orientation=along_z),
+        "plank": BoxObject(size=(1.0, 0.04, 0.1), position=(0.0, 0.42, 1.1), velocity=(0.0, -0.5, 0.0)),
+    }
+    return scene
+
+
 def among_objects() -> Scene:
     """A walk with a ball in the hand that is let go, and a box that the leg that swings meets."""
     scene = walk("fwalk")
@@ -209,6 +223,11 @@ def user_controlled(folder: Path) -> Scene:
 def by_states(folder: Path) -> Scene:
     """Two legs on reflexes of points, turns and the centre of mass, patterns and noise, by their states of gait."""
     return load(small_scone.write(folder, controller=small_scone.with_noise()), ignored=[])
+
+
+def by_spindles(folder: Path) -> Scene:
+    """Two legs on reflexes of spindles and of activations."""
+    return load(small_scone.write(folder, controller=small_scone.SPINDLES), ignored=[])
 
 
 def by_joint() -> Scene:
@@ -325,6 +344,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "reflex": lambda _: walk("reflex_walk"),
     "planar": lambda _: walk("reflex_planar"),
     "gait states": lambda folder: by_states(folder),
+    "spindles": lambda folder: by_spindles(folder),
     "motion": lambda _: prescribed(),
     "pulleys": lambda _: walk("throw_ball"),
     "collisions": lambda _: colliding(),
@@ -333,6 +353,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "terrain with walls": lambda _: on_stones(),
     "objects": lambda _: among_objects(),
     "objects on bumps": lambda _: objects_on_bumps(),
+    "objects on edges": lambda _: on_edges(),
     "treadmill": lambda _: on_belts(),
     "water": lambda _: under_water(),
     "objective": lambda _: judged(),

@@ -17,6 +17,8 @@ from warpmuscle.scene import (
     TorusSurface,
     Wrap,
 )
+from warpmuscle.scene.muscles import MuscleModel
+from warpmuscle.scene.muscles.curves import MujocoCurves
 
 X_AND_Z = [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
 
@@ -37,6 +39,16 @@ def wrapped(wrapping: str) -> Scene:
     character.muscles["hip"].wraps = [Wrap("head")]
     character.muscles["knee"].wraps = [Wrap("shin"), Wrap("ring")]
     for muscle in character.muscles.values():
+        muscle.excitation = constant(0.4)
+    return scene
+
+
+def pulled_as_in_mujoco() -> Scene:
+    """A leg whose muscles have MuJoCo's curves, their passive force with numbers of its own."""
+    scene = leg()
+    shape = MujocoCurves(active_from=0.4, active_until=1.7, passive_force=1.6, passive_from=0.8, passive_until=1.5)
+    scene.muscle_model = MuscleModel(curves="mujoco", curve_shape=shape)
+    for muscle in scene.character.muscles.values():
         muscle.excitation = constant(0.4)
     return scene
 
@@ -62,5 +74,6 @@ def looped() -> Scene:
 MODEL_KINDS: dict[str, Callable[[Path], Scene]] = {
     "wrapped": lambda _: wrapped("smooth"),
     "wrapped as OpenSim": lambda _: wrapped("opensim"),
+    "as in MuJoCo": lambda _: pulled_as_in_mujoco(),
     "looped": lambda _: looped(),
 }

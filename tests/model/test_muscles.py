@@ -10,8 +10,10 @@ import warp as wp
 
 from muscle_arm import constant, leg
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.curve.curve_sets import LEE
 from warpmuscle.kernels.muscle import muscle_laws
 from warpmuscle.kernels.muscle.contraction import RIGID
+from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import HILL, IDEAL, LAWS, LEGACY
 from warpmuscle.model import muscles as model
 from warpmuscle.scene import Actuation, Condition, Excitation, MuscleModel, Scene
@@ -170,6 +172,9 @@ def test_a_joint_whose_spring_is_free_may_have_one(field: str):
     assert not plain.mixed
 
 
+KIND = MuscleKind(LEE, RIGID, HILL)
+
+
 def test_a_law_of_muscles_is_chosen_by_its_name_or_by_the_field_that_is_short_for_it():
     files = {path.stem for path in Path(muscle_laws.__file__).parent.glob("*_law.py")}
     assert {f"{name}_law" for name in LAWS} == files
@@ -195,6 +200,28 @@ def test_what_a_law_forgets_is_told(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(file, "ELASTIC", HILL._replace(contract=None), raising=False)
     with pytest.raises(TypeError, match=r"'elastic' has no 'contract': ELASTIC in elastic_law.py needs a function"):
         muscle_laws.law_of_file("elastic")
+    monkeypatch.setattr(file, "ELASTIC", HILL._replace(contract=IDEAL.contract(KIND)), raising=False)
+    with pytest.raises(TypeError, match=r"'elastic': 'contract' is a Warp function: .* as `lambda kind: \.\.\.`"):
+        muscle_laws.law_of_file("elastic")
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("field", muscle_laws.ARGUMENTS)
+def test_functions_of_laws_take_what_they_are_given(name: str, field: str):
+    assert muscle_laws.function_of(KIND._replace(law=LAWS[name]), field).key.endswith(field)
+
+
+def test_what_a_function_of_a_law_forgets_is_told():
+    idle, short = IDEAL.activate(KIND), LAWS["legacy"].strength
+    for field, made, said in (
+        ("activate", None, r"its 'activate' makes no Warp function .*instance, m, muscle.* NoneType"),
+        ("contract", idle, r"its 'contract' must write `muscle.fibre`: activate \(.*ideal_law.py:\d+\) does not"),
+        ("activate", short(KIND), r"its 'activate' must make a Warp function .* takes other arguments"),
+        ("strength", idle, r"its 'strength' must make a Warp function .*-> wp.vec3: activate .* takes other"),
+    ):
+        law = IDEAL._replace(**{field: lambda kind, made=made: made})
+        with pytest.raises(TypeError, match=said):
+            muscle_laws.function_of(KIND._replace(law=law), field)
 
 
 def test_a_step_has_compiled_in_what_its_muscles_need():

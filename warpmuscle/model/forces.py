@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import warp as wp
@@ -11,6 +12,7 @@ import warp as wp
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.force.devices import FORCES
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
+from warpmuscle.kernels.structs import Model, Scratch, State
 from warpmuscle.model.body_contact import ShapePair, contact_kind, shape_pairs
 from warpmuscle.model.extensions import BODY, check_declaration, check_fields
 from warpmuscle.model.objects.arrays import ObjectPlaces, object_places, objects_kind
@@ -22,6 +24,8 @@ from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.forces import check_leg, check_place, check_positive, check_values
 
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), "wrench": (BODY, Wrench)}
+BOTH = (wp.int32, wp.int32, wp.int32, wp.int32, Model, State, Scratch)  # of a force between two bodies
+SHIPPED_FUNCTIONS = FUNCTIONS | {"pair": (BOTH, Wrench)}
 SHIPPED_ONLY = ("shipped", "programs", "variables", "water", "objects", "touch")
 
 
@@ -118,14 +122,31 @@ def _entries(kind: ForceKind, acting: list[_Acting], names: Topology) -> ForceEn
 def _kind(entry: str, alone: str, key: str) -> ForceKind:
     """The kind of forces of a name, shipped or `module:name`; `alone` is what a function by itself is of it."""
     if ":" not in entry:
-        kind: ForceKind = FORCES[entry]
-        return kind
+        return shipped(entry)
     given = declared(entry, key, ForceKind)
     kind = given if isinstance(given, ForceKind) else ForceKind(**{alone: given})
-    if kind.effort is not None and kind.wrench is not None:
-        raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
     check_fields(kind, SHIPPED_ONLY, entry, key)
-    check_declaration(kind, FUNCTIONS, entry, key)
+    _check(kind, FUNCTIONS, entry, key)
+    return kind
+
+
+@cache
+def shipped(name: str) -> ForceKind:
+    """A shipped kind, which is looked at as others are: whoever adds one is told what it lacks."""
+    kind: ForceKind = FORCES[name]
+    _check(kind, SHIPPED_FUNCTIONS, name, "FORCES of kernels/force/devices.py")
+    return kind
+
+
+def _check(kind: ForceKind, functions: dict[str, tuple[tuple[Any, ...], Any]], entry: str, key: str) -> None:
+    """SceneError unless a kind has one function, which takes what it declares.
+
+    Args:
+        functions: those that it may have, what each takes, and returns. key: where it is named.
+    """
+    if sum(getattr(kind, name) is not None for name in functions) > 1:
+        raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
+    check_declaration(kind, functions, entry, key)
     names = [] if kind.parameters is None else list(kind.parameters.vars)
     if not isinstance(kind.positive, tuple):
         raise SceneError(f"what is positive of {entry!r} must be a tuple of names of parameters", key=key)
@@ -133,4 +154,3 @@ def _kind(entry: str, alone: str, key: str) -> ForceKind:
         known(name, names, "parameter", key, f"in what is positive of {entry!r}")
     if kind.device and kind.state:
         raise SceneError(f"{entry!r} has a state, so that its power cannot be recorded: leave `device` out", key=key)
-    return kind

@@ -47,7 +47,7 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
         if number == structs.DRIVING_HINGE:
             motions[number] = turning_motion
         elif joint_type(joint).by_coordinate:
-            motions[number] = _motion_of(joint_type(joint))
+            motions[number] = motion_of(joint_type(joint))
     joints = tuple(MotionOf(number, motions[number]) for number in sorted(motions))
     names = topology(character)
     followed = len(followed_drivers(character, names))
@@ -61,7 +61,7 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
     )  # fmt: skip
 
 
-def _motion_of(entry: JointType) -> Any:
+def motion_of(entry: JointType) -> Any:
     """The Warp function of a type's motion; raises Error if what it names is none."""
     module, _, name = entry.kernel.partition(":")
     try:

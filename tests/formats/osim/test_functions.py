@@ -8,7 +8,8 @@ from scipy.interpolate import make_interp_spline
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats.osim.elements import Element, parse
-from warpmuscle.formats.osim.functions import MOST_KNOTS, Function, composed, read_function
+from warpmuscle.formats.osim.functions import Function, composed, read_function
+from warpmuscle.formats.osim.functions.composed import MOST_KNOTS
 from warpmuscle.scene import Displacement
 from warpmuscle.scene.joints.displacement import rates
 

@@ -11,15 +11,6 @@ from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.kernels.control import gait_sensors
 from warpmuscle.simulation.rollout import Rollout
 
-CONTROLLER = """
-MirrorController {
-	ReflexController {
-		MuscleReflex { target = calf delay = 0.01 KS = ~0.4<-1,1> S0 = 0.9 C0 = 0.2 }
-		MuscleReflex { target = calf source = seat KS = ~-0.3<-1,1> S0 = 0.4 allow_neg_S = 1 C0 = 0.05 }
-		MuscleReflex { target = seat source = calf delay = 0.005 KA = ~-0.6<-2,2> A0 = 0.25 C0 = 0.5 KL = 0.2 L0 = 1 }
-	}
-}
-"""
 VALUES = {"calf.KS": 0.5, "calf-seat.KS": -0.25, "seat-calf.KA": -0.8}
 
 
@@ -39,7 +30,7 @@ def test_a_spindle_tells_length_and_the_root_of_speed():
 
 
 def test_excitations_are_those_of_spindles_and_activations_a_delay_ago(tmp_path: Path):
-    path = small_scone.write(tmp_path, controller=CONTROLLER)
+    path = small_scone.write(tmp_path, controller=small_scone.SPINDLES)
     write_parameters(tmp_path / "best.par", [Parameter(name, value, value, 0.1) for name, value in VALUES.items()])
     scene = load(path, tmp_path / "best.par", ignored=[])
     assert loads(dumps(scene)) == scene

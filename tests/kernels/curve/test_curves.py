@@ -1,5 +1,7 @@
 """Curves of muscles and tendons against OpenSim, closed forms in float64, and what they must be at l = 1 and v = 0."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from probes import evaluate
@@ -182,3 +184,10 @@ def test_slopes_of_hyfydys_curves_are_those_of_their_values():
         high, low = (evaluate(function, hyfydy, at + d, *rest)[:, 0] for d in (step, -step))
         slope = evaluate(function, hyfydy, at, *rest)[:, 1]
         np.testing.assert_allclose(slope, (high - low) / (2.0 * step), rtol=5e-3)
+
+
+def test_a_file_of_curves_without_a_name_is_told(tmp_path: Path):
+    for name in ("lee", "shaped", "elastic"):
+        (tmp_path / f"{name}_curves.py").touch()
+    with pytest.raises(TypeError, match=r"in elastic_curves.py has no name: add it to `CurveSet` in curve_sets.py"):
+        curves.check_names(tmp_path)

@@ -12,6 +12,7 @@ from warpmuscle.kernels.force.cycle_torque import KNOTS, CycleTorque, side_of, t
 from warpmuscle.kernels.force.devices import FORCES
 from warpmuscle.kernels.force.joint_motor import JointMotor, joint_motor_torque
 from warpmuscle.kernels.structs import LEFT, RIGHT, BodyPlan, Feet, Model, Scratch, Skeleton, State
+from warpmuscle.model.forces import shipped
 from warpmuscle.scene import Actuation, Force, InitialState, JointState, Scene
 from warpmuscle.scene.force import power_name
 from warpmuscle.scene.validation.scene import check_scene
@@ -251,3 +252,39 @@ def test_a_limit_acts_along_the_first_coordinate_of_its_joint_alone():
     found = wp.zeros(1, dtype=wp.vec3, device="cpu")
     wp.launch(limited, 1, [model, state, filled(Scratch), limit, found], device="cpu")
     np.testing.assert_allclose(found.numpy()[0], [-20.0 * 0.4, 0.0, 0.0], rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"effort": None}, "force 'odd' in FORCES of devices.py needs one Warp function: `effort`"),
+        ({"parameters": int}, "force 'odd' .*: its `parameters` are no @wp.struct of floats"),
+        ({"positive": ("damping", "width")}, "`positive` must be a tuple of names of parameters, 'width' is not"),
+        ({"positive": "damping"}, "`positive` must be a tuple of names of parameters, 'damping' is not"),
+        ({"of_angle": False}, "force 'odd' .* reads a coordinate of its joint: say `of_angle=True`"),
+    ],
+)
+def test_what_a_shipped_kind_forgets_is_named(changed: dict[str, object], message: str):
+    with pytest.raises(TypeError, match=message):
+        kernels.checked("odd", FORCES["bilinear_spring"]._replace(**changed))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"parameters": None}, r"kernels/force/devices.py: it takes \(int, int, Model, State, Scratch\), but .*spring"),
+        ({"effort": len}, "'odd' must be a Warp function"),
+        ({"effort": FORCES["air_drag"].wrench, "parameters": FORCES["air_drag"].parameters}, "returns wp.vec3"),
+    ],
+)
+def test_functions_of_a_shipped_kind_are_looked_at(
+    changed: dict[str, object], message: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(FORCES, "odd", FORCES["bilinear_spring"]._replace(**changed))
+    with pytest.raises(SceneError, match=message):
+        shipped("odd")
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_shipped_kinds_forget_nothing(name: str):
+    assert shipped(name) == FORCES[name]

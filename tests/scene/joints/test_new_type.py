@@ -141,3 +141,8 @@ def test_what_a_type_forgets_is_named(kind: type[Coordinate], kernel: str, messa
             used()
     finally:
         TYPES.pop("odd", None)
+
+
+def test_a_class_in_place_of_an_entry_is_told():
+    with pytest.raises(Error, match=r"register an instance of a `JointType`.* not <class '.*Screw'>"):
+        register(Screw)

@@ -46,6 +46,19 @@ from warpmuscle.kernels.structs import (
 )
 
 
+class ExplicitDamping(NamedTuple):
+    """How far the damping of a controller's joints may go where it is explicit, and where a scene has it.
+
+    Speeds grow where the largest eigenvalue of h M^-1 C is beyond `bound`: h the step, M inertia, C damping. It is 2
+    of speeds in the middle of the step before, and 1 where they are extrapolated to the start of the step (Adams and
+    Bashforth's second order), as `joint_values.joint_speed` does it.
+    """
+
+    bound: float = 1.0
+    parameter: str = "kd"  # of each joint, in `by_joint`, for all of its speeds
+    of_body: bool = False  # in units of the body's weight, its leg and the time of a pendulum so long; else N m s/rad
+
+
 class CustomController(NamedTuple):
     """A controller of one's own: Warp functions, those that it has, its parameters and its state.
 
@@ -71,6 +84,7 @@ class CustomController(NamedTuple):
     description: str = ""
     legs: bool = False  # whether it moves two legs: feet, hinged knees, hips of the root, joints of usual types
     damping: Any = None  # as `effort`: N m s/rad, how much less each effort is for its speed; for `implicit_pd`
+    explicit: ExplicitDamping | None = None  # of a shipped one: that damping, where it is not implicit
 
     def values_of(self, function: Any) -> tuple[str, Any]:
         """Which of `by_joint`, `by_body` and `by_muscle` a function takes, and the structure; ("", None) if none."""

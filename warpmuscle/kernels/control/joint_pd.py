@@ -3,7 +3,7 @@
 import warp as wp
 
 from warpmuscle.kernels.algebra.angles import pd_error
-from warpmuscle.kernels.control.control import CustomController
+from warpmuscle.kernels.control.control import CustomController, ExplicitDamping
 from warpmuscle.kernels.control.joint_values import joint_coordinate, joint_speed, joint_speeds
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import BALL, ModelRef, ScratchRef, StateRef
@@ -60,6 +60,7 @@ def joint_pd_damping(
 joint_pd = CustomController(
     effort=joint_pd_effort,
     damping=joint_pd_damping,
+    explicit=ExplicitDamping(),
     by_joint=JointGains,
     description="PD of every joint towards an angle of its own",
 )

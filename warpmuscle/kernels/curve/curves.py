@@ -7,6 +7,7 @@ l_tendon/l_slack - 1. `model` is the number of one of `curve_sets.CURVES`, whose
 
 from functools import cache, partial
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -24,6 +25,8 @@ from warpmuscle.kernels.curve.curve_sets import THELEN as THELEN
 from warpmuscle.kernels.curve.curve_sets import THELEN_EXPLICIT as THELEN_EXPLICIT
 from warpmuscle.kernels.functions import func
 
+NO_SETS = ("custom", "shaped")  # files of curves whose numbers, or functions, scenes give
+
 
 def module_of(name: str) -> ModuleType:
     """The file of a curve set; raises TypeError if there is none."""
@@ -36,6 +39,15 @@ def module_of(name: str) -> ModuleType:
         raise TypeError(f"curve set {name!r} has no file {name}_curves.py with its CURVES") from None
 
 
+def check_names(folder: Path) -> None:
+    """TypeError if a file of curves has no name, by which alone a scene could choose them."""
+    for file in sorted(folder.glob("*_curves.py")):
+        name = file.stem.removesuffix("_curves")
+        if name not in CURVES and name not in NO_SETS:
+            raise TypeError(f"curve set {name!r} in {file.name} has no name: add it to `CurveSet` in curve_sets.py")
+
+
+check_names(Path(__file__).parent)
 MODULES = {name: module_of(name) for name in CURVES}
 SETS: dict[int, CurveFunctions] = {
     CURVES[name]: checked(name, getattr(module, "CURVES", None)) for name, module in MODULES.items()

@@ -170,6 +170,29 @@ def air_drag(instance: int, body: int, model: ModelRef, state: StateRef, work: S
     return w
 
 
+def checked(name: str, kind: ForceKind) -> ForceKind:
+    """A kind of forces.
+
+    Raises:
+        TypeError: it forgets what scenes are checked by; it names the force and what that is.
+    """
+    what = f"force {name!r} in FORCES of devices.py"
+    if sum(function is not None for function in (kind.effort, kind.wrench, kind.pair)) != 1:
+        raise TypeError(f"{what} needs one Warp function: `effort` of a joint, `wrench` of a body, or `pair` of two")
+    fields = getattr(kind.parameters, "vars", {})
+    if kind.parameters is not None and not fields:
+        raise TypeError(f"{what}: its `parameters` are no @wp.struct of floats")
+    for field in ("positive", "programs"):
+        named = getattr(kind, field)
+        wrong = [one for one in named if one not in fields] if isinstance(named, tuple) else [named]
+        if wrong:
+            raise TypeError(f"{what}: `{field}` must be a tuple of names of parameters, {wrong[0]!r} is not")
+    python = getattr(kind.effort, "func", kind.effort)
+    if python is not None and "coordinate_start" in python.__code__.co_names and not kind.of_angle:
+        raise TypeError(f"{what} reads a coordinate of its joint: say `of_angle=True`, since a ball joint has no angle")
+    return kind
+
+
 FORCES = {
     "bilinear_spring": ForceKind(effort=bilinear_spring, parameters=BilinearSpring, of_angle=True, device=True),
     "cycle_torque": ForceKind(effort=cycle_torque, parameters=CycleTorque, device=True, of_leg=True),
@@ -219,4 +242,4 @@ FORCES = {
     "point_load": ForceKind(wrench=point_load, parameters=PointLoad),
     "joint_load": ForceKind(effort=joint_load, parameters=JointLoad),
 }
-FORCES = {name: force._replace(shipped=not force.programs) for name, force in FORCES.items()}
+FORCES = {name: checked(name, force)._replace(shipped=not force.programs) for name, force in FORCES.items()}

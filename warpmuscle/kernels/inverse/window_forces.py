@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle.muscle_laws import function_of
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
 from warpmuscle.kernels.path.path import PathState
 from warpmuscle.kernels.structs import Model, State, at
@@ -22,7 +23,7 @@ def window_forces_of(kind: MuscleKind) -> Any:
         start, end: lengths of paths, m, which change evenly. excitation: over the window.
         force: N, along the tendon, in the last step. final: activation after it.
     """
-    activate, contract = kind.law.activate(kind), kind.law.contract(kind)
+    activate, contract = function_of(kind, "activate"), function_of(kind, "contract")
 
     @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
     def kernel(

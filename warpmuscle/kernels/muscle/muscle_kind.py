@@ -15,9 +15,9 @@ class MuscleLaw(NamedTuple):
     choose it (`muscle_model.law`). See `muscle_pipeline.MuscleStep` for what its functions read and write.
     """
 
-    activate: Any  # of (instance, m, muscle, model, state): moves `activation` over a step
-    contract: Any  # of (instance, m, muscle, model, state): puts in `fibre`
-    strength: Any  # of (instance, m, stretch, row, model, state) -> see `muscle_strength.strength_of`
+    activate: Any = None  # of (instance, m, muscle, model, state): moves `activation` over a step
+    contract: Any = None  # of (instance, m, muscle, model, state): puts in `fibre`
+    strength: Any = None  # of (instance, m, stretch, row, model, state) -> see `muscle_strength.strength_of`
     delayed: bool = True  # whether its muscles hear their excitation late
     past_arms: bool = False  # whether joints ask for force along the moment arms of the step before
 

@@ -18,6 +18,7 @@ from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.memory.turns import in_turn, next_turn
 from warpmuscle.kernels.muscle.cables import terms_of_muscles
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.muscle.muscle_laws import function_of
 from warpmuscle.kernels.muscle.muscle_pipeline import (
     MuscleStep,
     account_of,
@@ -87,8 +88,8 @@ def one_muscle_of(kind: MuscleKind, terms: tuple[Any, ...], recorded: bool, cont
         add_terms = terms_of_muscles(add_terms)
     late = kind.delayed and kind.law.delayed
     begin, sense, want = begin_of(late), sense_of(kind), want_of(kind, controller)
-    excite, activate = excite_of(late, kind.long_paths), kind.law.activate(kind)
-    contract, pull = kind.law.contract(kind), pull_of(kind)
+    excite, activate = excite_of(late, kind.long_paths), function_of(kind, "activate")
+    contract, pull = function_of(kind, "contract"), pull_of(kind)
     account = account_of(add_terms, recorded, controller.excites, kind.implicit)
     extension_struct = controller.extension
 
@@ -119,7 +120,7 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     find_monomials = monomials_stage if polynomials else None
     prepare = sharing_stage = None
     if shared:
-        prepare = prepare_of(places, stretch_stage_of(kind), kind.law.strength(kind), kind.straight)
+        prepare = prepare_of(places, stretch_stage_of(kind), function_of(kind, "strength"), kind.straight)
         sharing_stage = sharing_stage_of(places, kind.shared)
 
     @inlined(kind)

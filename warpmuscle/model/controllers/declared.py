@@ -92,7 +92,7 @@ def _check(controller: CustomController, entry: str, key: str) -> None:
     own["damping"] = own["effort"]
     if controller.damping is not None and controller.effort is None:
         raise SceneError(f"{entry!r} has a damping, and no effort that it belongs to", key=key)
-    check_fields(controller, ("shipped",), entry, key)
+    check_fields(controller, ("shipped", "explicit"), entry, key)
     check_texts({"description": controller.description}, entry, key)
     check_count(controller.state_a_body, f"the state of a body of {entry!r}", key)
     check_declaration(controller, FUNCTIONS, entry, key, own)

@@ -44,6 +44,8 @@ def register(entry: JointType) -> None:
     Raises:
         Error: there is one of that name, or it does not say how it moves.
     """
+    if not isinstance(entry, JointType):
+        raise Error(f"register an instance of a `JointType`, such as Screw(name='screw', ...), not {entry!r}")
     if entry.name in TYPES:
         raise Error(f"there is a joint type {entry.name!r} already")
     for method in ("motion", "nearest"):

@@ -6,7 +6,7 @@ to step beyond h c / I = 2. With the speeds of a joint, mass matrix M and dampin
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,19 +14,20 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.scene import JointState, Scene
-from warpmuscle.scene.controller import declared_value
+from warpmuscle.scene.controller import EVERY_OTHER, SIMBICON, declared_value
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import arguments, plain_number, plain_vector, world_poses
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import at_start
+from warpmuscle.scene.simbicon.damping import BOUND, simbicon_damping
 from warpmuscle.scene.topology import topology
+
+if TYPE_CHECKING:
+    from warpmuscle.kernels.control.control import ExplicitDamping
 
 AXES = np.eye(3)
 MASSLESS = 1e-9  # of the largest inertia: speeds that carry nothing, such as of a body between two joints
-STABLE = {"simbicon": 2.0, "joint_pd": 1.0, "walking": 1.0}
-# SIMBICON takes speeds in the middle of the step before. The others extrapolate to the start of the step (Adams and
-# Bashforth's second order), which halves the bound.
 
 
 class Explicit(NamedTuple):
@@ -101,8 +102,24 @@ def leg_length(scene: Scene) -> float:
 
 def is_explicit(scene: Scene) -> bool:
     """Whether a controller damps the joints by torques, explicit in the step."""
-    driven = scene.controller is not None and scene.controller.type in STABLE
-    return driven and not scene.implicit_pd and not scene.character.muscles
+    return bound_of(scene) is not None and not scene.implicit_pd and not scene.character.muscles
+
+
+def bound_of(scene: Scene) -> float | None:
+    """What h M^-1 C may be with the controller of a scene; None if it has none that says so."""
+    if scene.controller is None:
+        return None
+    if scene.controller.type == SIMBICON:
+        return BOUND
+    declared = _declared(scene.controller.type)
+    return None if declared is None else declared.bound
+
+
+def _declared(name: str) -> ExplicitDamping | None:
+    """What a shipped controller says of its damping."""
+    from warpmuscle.kernels.control.controllers import CONTROLLERS  # with Warp, for which others need not wait
+
+    return CONTROLLERS[name].explicit if name in CONTROLLERS else None
 
 
 def damping_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
@@ -112,25 +129,26 @@ def damping_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
         scene: checked scene without free parameters.
     """
     controller = scene.controller
-    found: dict[str, tuple[str, Floats]] = {}
     if controller is None or not is_explicit(scene):
-        return found
-    unit = 1.0
-    if controller.type == "walking":
+        return {}
+    declared = _declared(controller.type) if controller.type != SIMBICON else None
+    return simbicon_damping(scene) if declared is None else _by_joint(scene, declared)
+
+
+def _by_joint(scene: Scene, declared: ExplicitDamping) -> dict[str, tuple[str, Floats]]:
+    """The same of a controller whose joints have a parameter for it."""
+    assert scene.controller is not None
+    table, parameter, unit = scene.controller.by_joint, declared.parameter, 1.0
+    if declared.of_body:
         length, gravity = leg_length(scene), plain_number(scene.gravity)
         unit = body_mass(scene.character) * gravity * length * np.sqrt(length / gravity)
+    found: dict[str, tuple[str, Floats]] = {}
     for name, joint in scene.character.joints.items():
-        count = len(joint_type(joint).speeds)
-        if controller.type == "simbicon":
-            gains = controller.pd.get(name)
-            if gains is not None and count:
-                scale = plain_vector(gains.scale) if count == 3 else np.ones(count)
-                found[name] = (f"controller.pd.{name}.kd", plain_number(gains.kd) * scale)
-        elif count:
-            own = declared_value(controller.by_joint, name, "kd")
-            place = name if "kd" in controller.by_joint.get(name, {}) else "others"
-            kd = 0.0 if own is None else plain_number(own)
-            found[name] = (f"controller.by_joint.{place}.kd", np.full(count, kd * unit))
+        count, own = len(joint_type(joint).speeds), declared_value(table, name, parameter)
+        if count:
+            place = name if parameter in table.get(name, {}) else EVERY_OTHER
+            value = 0.0 if own is None else plain_number(own)
+            found[name] = (f"controller.by_joint.{place}.{parameter}", np.full(count, value * unit))
     return found
 
 
@@ -140,8 +158,8 @@ def explicit_damping(scene: Scene) -> list[Explicit]:
     Args:
         scene: checked scene without free parameters.
     """
-    damping, names = damping_of(scene), topology(scene.character)
-    if scene.controller is None or not damping:
+    damping, bound, names = damping_of(scene), bound_of(scene), topology(scene.character)
+    if bound is None or not damping:
         return []
     matrix = mass_matrix(scene)
     matrix += MASSLESS * matrix.max() * np.eye(len(matrix))
@@ -150,7 +168,7 @@ def explicit_damping(scene: Scene) -> list[Explicit]:
         speeds = names.speeds_of(names.body_of_joint(name))
         root = np.sqrt(np.maximum(values, 0.0))
         largest = np.linalg.eigvalsh(root[:, None] * mobility[speeds, speeds] * root)[-1]
-        share = float(scene.time_step * largest / STABLE[scene.controller.type])
+        share = float(scene.time_step * largest / bound)
         found.append(Explicit(name, key, share))
     return found
 
@@ -162,7 +180,8 @@ def damping_warnings(scene: Scene) -> list[SceneError]:
     """
     if not is_explicit(scene):
         return []
-    worst = max(explicit_damping(at_start(scene)), key=lambda one: one.share, default=None)
+    found = explicit_damping(at_start(scene))
+    worst = max(found, key=lambda one: round(one.share, 9), default=None)  # of both sides the first, whatever rounding
     if worst is None or not worst.share > 1.0:
         return []
     message = (

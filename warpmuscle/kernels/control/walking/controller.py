@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.control.control import CustomController
+from warpmuscle.kernels.control.control import CustomController, ExplicitDamping
 from warpmuscle.kernels.control.walking.body import damping_of, torque_on
 from warpmuscle.kernels.control.walking.parameters import OF_BODY, RECORDED, STATE, Walking, WalkingJoint
 from warpmuscle.kernels.control.walking.plan import renew_plan
@@ -50,6 +50,7 @@ def walking_damping(
 walking = CustomController(
     effort=walking_effort,
     damping=walking_damping,
+    explicit=ExplicitDamping(of_body=True),
     update=walking_update,
     parameters=Walking,
     by_joint=WalkingJoint,

@@ -1,11 +1,10 @@
-"""Functions of one coordinate: lines, polynomials and splines, read, evaluated and put into each other."""
+"""Functions as OpenSim's files have them."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -15,133 +14,19 @@ from warpmuscle.core.limits import GREATEST_NUMBER
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.expressions import of_one
-from warpmuscle.scene import Displacement
+from warpmuscle.formats.osim.functions.composed import KNOTS, resampled
+from warpmuscle.formats.osim.functions.function import Function
 from warpmuscle.scene.expressions.parse import BadExpression
-from warpmuscle.scene.joints.displacement import rates
 
 MOST_HALF_ORDER = 4  # of splines, whose degree is twice that less 1
 FAR = 1.0e3  # rad or m, of knots at which a function that holds its ends still has them
-ROUNDED, SEARCHED = 1.0e-9, 301  # rad or m; places on each side, at which a range may be left
-ENDLESS = 1.0e6  # rad or m, for a range that has no end
 TURNS, PER_TURN = 25, 32  # of a sine on each side of 0, and the knots of each, at least
 NEAR_TURN, NEAR_KNOTS = 128, 3200  # the knots of a turn within the least reach, if they are no more than so many in all
 LEAST_REACH, WAVE_REACH = 10.0, 100.0  # rad or s on each side
 STEP_KNOTS, LEVEL = 257, 4  # of a step, and beside it
 STEEP = 1.0e-4  # part of the way between two knots in which a function that is level between them gets to the next
-KNOTS = 401  # of a spline that stands for a function of a function, or for one of another degree, at least
-MIDWAY_OFF, CLOSER = 1.0e-10, 8  # of its values and of 1 rad or m, by which it may be off between; doublings at most
-MOST_KNOTS = 1000  # then: as many as a ligament's function may have
 FARTHEST_OFF = 0.21  # of the way between two knots, where the slope of a cubic is
 DOUBLED, SLOPE_OFF = 2, 1e-7  # how often they are doubled for one of another degree, until its slope is so close
-BEYOND = 0.5  # of a range, as far as such a spline reaches on each side of it
-
-
-@dataclass(frozen=True, slots=True)
-class Function:
-    """A polynomial, its constant first, or a spline through knots."""
-
-    coefficients: tuple[float, ...] = ()
-    x: tuple[float, ...] = ()
-    y: tuple[float, ...] = ()
-    ends: Literal["simm", "natural", "linear"] = "simm"
-    sampled: bool = False  # its knots were chosen here, of a function that is no such spline
-
-    @property
-    def constant(self) -> bool:
-        """Whether it is the same everywhere."""
-        return not any(self.coefficients[1:]) if not self.x else len(set(self.y)) == 1
-
-    @property
-    def line(self) -> tuple[float, float] | None:
-        """Value at 0 and slope of a straight line; None if it is none."""
-        if self.x:
-            return (self.y[0], 0.0) if self.constant else None
-        a = (*self.coefficients, 0.0, 0.0)
-        return None if any(self.coefficients[2:]) else (a[0], a[1])
-
-    def at(self, q: float) -> float:
-        """Its value."""
-        return float(self.values(np.array([q]))[0])
-
-    def values(self, q: Floats) -> Floats:
-        """Its values at coordinates (n,)."""
-        if not self.x:
-            return np.asarray(np.polynomial.polynomial.polyval(q, self.coefficients or (0.0,)))
-        if self.ends == "linear":
-            return _broken_line(self, q)
-        spline = Displacement((1.0, 0.0, 0.0), x=list(self.x), y=list(self.y), ends=self.ends)
-        return rates(spline, q)[0]
-
-    def slopes(self, q: Floats) -> Floats:
-        """The slopes of a smooth spline at coordinates (n,)."""
-        return rates(Displacement((1.0, 0.0, 0.0), x=list(self.x), y=list(self.y), ends=self.ends), q)[1]
-
-    def sparse(self, most: int) -> Function:
-        """It with no more knots than so many, if they were chosen here: with every second one, or fewer."""
-        if not self.sampled or len(self.x) <= most:
-            return self
-        last = len(self.x) - 1
-        kept = [*range(0, last, math.ceil(last / (most - 1))), last]
-        return replace(self, x=tuple(self.x[k] for k in kept), y=tuple(self.y[k] for k in kept))
-
-    def scaled(self, factor: float) -> Function:
-        """It times a factor."""
-        return replace(
-            self, coefficients=tuple(factor * c for c in self.coefficients), y=tuple(factor * y for y in self.y)
-        )
-
-
-ZERO = Function((0.0,))
-IDENTITY = Function((0.0, 1.0))
-
-
-def composed(outer: Function, inner: Function, low: float, high: float) -> tuple[Function, float]:
-    """The function q -> outer(inner(q)), and how far it is off between low and high: 0 if one of them is a line."""
-    straight = inner.line
-    if outer.line is not None:
-        offset, slope = outer.line
-        moved = inner.scaled(slope)
-        if moved.x:
-            return replace(moved, y=tuple(y + offset for y in moved.y)), 0.0
-        first, *rest = moved.coefficients or (0.0,)
-        return Function((first + offset, *rest)), 0.0
-    if straight is not None:
-        offset, slope = straight
-        if slope == 0.0:
-            return Function((outer.at(offset),)), 0.0
-        if outer.x:
-            step = 1 if slope > 0.0 else -1
-            return replace(outer, x=tuple((x - offset) / slope for x in outer.x[::step]), y=outer.y[::step]), 0.0
-        polynomial = np.polynomial.Polynomial(outer.coefficients)(np.polynomial.Polynomial([offset, slope]))
-        return Function(tuple(map(float, polynomial.coef))), 0.0
-    return resampled(lambda q: outer.values(inner.values(q)), low, high, BEYOND)
-
-
-def resampled(
-    function: Callable[[Floats], Floats], low: float, high: float, beyond: float = 0.0
-) -> tuple[Function, float]:
-    """A spline through many values of a function, and how far it is off between its knots from low to high.
-
-    Knots are twice as close wherever it is off by more than `MIDWAY_OFF`, as often as `CLOSER`, so that its second
-    derivative, which accelerations need, is close, too.
-
-    Args:
-        beyond: part of the way from low to high, by which knots reach beyond both, since a free run leaves ranges.
-    """
-    inner = np.linspace(low, high, KNOTS)
-    out = (inner[1] - inner[0]) * np.arange(1, 1 + round(beyond * (KNOTS - 1)))
-    x = np.concatenate([low - out[::-1], inner, high + out])
-    for closer in range(CLOSER + 1):
-        spline = Function(x=tuple(map(float, x)), y=tuple(map(float, function(x))), ends="simm")
-        between = 0.5 * (x[1:] + x[:-1])
-        off = np.abs(spline.values(between) - function(between))
-        off_for = off / np.maximum(1.0, np.abs(function(between)))
-        far = off_for > MIDWAY_OFF
-        if closer == CLOSER or not np.any(far) or len(x) >= MOST_KNOTS:
-            break
-        worst = np.argsort(-off_for)[: min(MOST_KNOTS - len(x), int(np.count_nonzero(far)))]
-        x = np.sort(np.concatenate([x, between[worst]]))
-    return spline, float(np.max(off[(between > low) & (between < high)]))
 
 
 def read_function(element: Element) -> Function:
@@ -342,86 +227,3 @@ def _beyond(spline: Any, x: Floats, low: float, high: float, order: int) -> Floa
         step = x[out] - end
         y[out] = sum(float(spline(end, k)) * step**k / math.factorial(k) for k in range(order))
     return y
-
-
-def _broken_line(function: Function, q: Floats) -> Floats:
-    """Straight between knots, and on beyond them."""
-    x, y = np.array(function.x), np.array(function.y)
-    piece = np.clip(np.searchsorted(x, q) - 1, 0, len(x) - 2)
-    slope = np.diff(y) / np.diff(x)
-    return np.asarray(y[piece] + slope[piece] * (q - x[piece]))
-
-
-# Where they are within a range.
-
-
-def span_within(
-    function: Function, span: tuple[float, float], domain: tuple[float, float] = (-math.pi, math.pi)
-) -> list[float]:
-    """The span of its argument in which a function is within a range, as OpenSim clamps what moves a point to it.
-
-    None where the range has no ends. Of a function that is no line, it is the one about the middle of its argument's
-    range, looked for as far beyond that as it is wide; an end that the function does not reach there is far away.
-    """
-    if function.constant or not any(map(math.isfinite, span)):
-        return []
-    if function.line is None:
-        return _around_middle(function, span, domain)
-    offset, slope = function.line
-    low, high = sorted((max(min(end, ENDLESS), -ENDLESS) - offset) / slope for end in span)
-    return [low, high] if low < high else []
-
-
-def spans_within(
-    function: Function, span: tuple[float, float], domain: tuple[float, float]
-) -> list[tuple[float, float]]:  # fmt: skip
-    """The spans of its argument in which a function is within a range, over its domain and half as far beyond."""
-    width = 0.5 * (domain[1] - domain[0])
-    places = np.linspace(domain[0] - width, domain[1] + width, 10 * SEARCHED)
-    inside = [bool(one) for one in (span[0] <= function.values(places)) & (function.values(places) <= span[1])]
-    ends = [
-        _crossing(function, span, float(places[k]), float(places[k + 1]))
-        for k in range(len(inside) - 1)
-        if inside[k] != inside[k + 1]
-    ]
-    if inside[0]:
-        ends = [-ENDLESS, *ends]
-    if inside[-1]:
-        ends = [*ends, ENDLESS]
-    return list(zip(ends[::2], ends[1::2], strict=True))
-
-
-def _crossing(function: Function, span: tuple[float, float], low: float, high: float) -> float:
-    """Where a function enters a range, or leaves it, between two places."""
-    first = span[0] <= function.at(low) <= span[1]
-    while high - low > 1e-12 * (1.0 + abs(low)):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        inside = span[0] <= function.at(middle) <= span[1]
-        low, high = (middle, high) if inside == first else (low, middle)
-    return 0.5 * (low + high)
-
-
-def _around_middle(function: Function, span: tuple[float, float], domain: tuple[float, float]) -> list[float]:
-    """What `span_within` says of a function that is no line."""
-
-    def inside(q: float) -> bool:
-        return bool(span[0] - ROUNDED <= function.at(q) <= span[1] + ROUNDED)
-
-    middle, width = 0.5 * (domain[0] + domain[1]), domain[1] - domain[0]
-    if not inside(middle):
-        return []
-    ends = []
-    for way, far in ((-1.5 * width, -ENDLESS), (1.5 * width, ENDLESS)):
-        places = middle + way * np.linspace(0.0, 1.0, SEARCHED)
-        out = next((k for k, q in enumerate(places) if not inside(float(q))), 0)
-        if not out:
-            ends.append(far)
-            continue
-        kept, left = float(places[out - 1]), float(places[out])
-        for _ in range(50):
-            half = 0.5 * (kept + left)
-            kept, left = (half, left) if inside(half) else (kept, half)
-        ends.append(kept)
-    return ends if ends != [-ENDLESS, ENDLESS] else []
