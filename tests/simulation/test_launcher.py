@@ -72,7 +72,7 @@ class Counted(FusedKernel):
 def test_muscles_are_put_in_order_ever_more_seldom_where_warps_share_them(monkeypatch, block_dim: int):
     ordered: list[int] = []
     kernel = Counted(block_dim)
-    monkeypatch.setattr(fused_kernel, "put_in_order", lambda routes, together, device: ordered.append(len(kernel.made)))
+    monkeypatch.setattr(fused_kernel, "put_in_order", lambda routes, device: ordered.append(len(kernel.made)))
     model: Any = SimpleNamespace(routes=None)
     for _ in range(5):
         kernel.launch(100, [0], model, None, None, None)  # type: ignore[arg-type]

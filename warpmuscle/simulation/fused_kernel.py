@@ -193,7 +193,7 @@ class FusedKernel:
         if self.config.several_warps and self._due():
             begun = min(TIMED_STEPS, steps)
             self._launch(begun, running, model, state, record, extension)
-            put_in_order(model.routes, max(WARP // self.config.instances_a_block, 1), self.device)
+            put_in_order(model.routes, self.device)
             steps -= begun
         if steps > 0:
             self._launch(steps, running, model, state, record, extension)
@@ -286,14 +286,10 @@ class FusedKernel:
         return self._sliced[1]
 
 
-def put_in_order(routes: structs.Routes, together: int, device: Any) -> None:
-    """Have warps take the muscles first that took longest, as far as that is known.
-
-    Args:
-        together: of them that a warp takes at a time.
-    """
+def put_in_order(routes: structs.Routes, device: Any) -> None:
+    """Have warps take the muscles first that took longest, as far as that is known."""
     ranked = wp.empty_like(routes.order)
-    wp.launch(rank_muscles, len(ranked), [together, routes.took, routes.order], [ranked], device=device)
+    wp.launch(rank_muscles, len(ranked), [routes.took, routes.order], [ranked], device=device)
     wp.copy(routes.order, ranked)
 
 
