@@ -2,7 +2,6 @@
 
 import threading
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import warp as wp
@@ -55,34 +54,6 @@ def test_the_few_that_are_left_get_the_lanes_and_the_kernel_of_a_replay():
 def test_nothing_changes_for_those_that_have_as_many_lanes_or_record_in_part():
     assert spread_config(CONFIG._replace(lanes=16), 1, 132) is None
     assert spread_config(CONFIG.compiling(recorded=RecordKind(complete=False)), 1, 132) is None
-
-
-class Counted(FusedKernel):
-    """Stands for a kernel whose warps take muscles in an order, and keeps what it would launch."""
-
-    def __init__(self, block_dim: int) -> None:
-        self.config, self.device, self.made = CONFIG._replace(block_dim=block_dim), wp.get_device("cpu"), []
-        self._launches = 0
-
-    def _launch(self, steps: int, *rest: Any) -> None:
-        self.made.append(steps)
-
-
-@pytest.mark.parametrize("block_dim", [32, 384])
-def test_muscles_are_put_in_order_ever_more_seldom_where_warps_share_them(monkeypatch, block_dim: int):
-    ordered: list[int] = []
-    kernel = Counted(block_dim)
-    monkeypatch.setattr(fused_kernel, "put_in_order", lambda routes, device: ordered.append(len(kernel.made)))
-    model: Any = SimpleNamespace(routes=None)
-    for _ in range(5):
-        kernel.launch(100, [0], model, None, None, None)  # type: ignore[arg-type]
-    kernel.launch(7, [0], model, None, None, None)  # type: ignore[arg-type]
-    if block_dim == 32:
-        assert (kernel.made, ordered) == ([100] * 5 + [7], [])
-    else:
-        assert kernel.made == [20, 80, 20, 80, 100, 20, 80, 100, 7]
-        assert ordered == [1, 3, 6]
-    assert sum(kernel.made) == 507
 
 
 class Compiled(FusedKernel):

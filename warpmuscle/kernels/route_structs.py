@@ -115,7 +115,6 @@ class Routes:
     """Routes and polynomials of all muscles, one behind the other; only kernels with some compiled in read them."""
 
     order: wp.array[int]  # (muscles,) in which lanes take them, so that those that wrap are taken at the same time
-    took: wp.array[int]  # (muscles,) cycles that each took in the latest step of a GPU's first block; 0: not known
     span: wp.array[RouteSpan]  # (muscles,)
     point: wp.array[RoutePoint]  # (points,)
     share: wp.array2d[float]  # (rows, points) what the way to each counts, where paths have branches

@@ -16,7 +16,6 @@ from warpmuscle.kernels.memory.scratch import (
     work_floats,
     work_memory,
 )
-from warpmuscle.kernels.memory.turns import WARP as WARP
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.recording.record import frame_of
 from warpmuscle.kernels.step_parts import BEGIN as BEGIN
@@ -54,6 +53,7 @@ SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor,
 SHARED_BESIDE_CACHE = 196 * 1024  # that leave the first cache room for moment arms, where working sets have none
 LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for ...
 LEAST_OF_WRAPS = 168  # ... and paths around surfaces
+WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
 

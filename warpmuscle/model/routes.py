@@ -124,7 +124,6 @@ def routes_struct(
     point_start, wrap_start, lever_start = (starts(map(len, lists)) for lists in (points, wraps, levers))
     r = structs.Routes()
     r.order = to_device(_order(list(muscles.values())), int, device)
-    r.took = wp.zeros(len(muscles), dtype=int, device=device)
     r.span = records_to_device(
         structs.RouteSpan, device,
         first_point=point_start[:-1], end_point=point_start[1:],

@@ -25,7 +25,6 @@ from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.memory.scratch import FOLLOWED, work_floats
-from warpmuscle.kernels.memory.work_order import rank_muscles
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -44,7 +43,6 @@ SLICES_PER_THREAD = 4  # so that threads stay busy when some slices lose their i
 GPU_BLOCK = 32
 REGISTERS_AT_ONCE = 8 * 32  # that a warp gets or does not
 STREAMS = 4
-TIMED_STEPS = 20  # before muscles are put in order by how long they took
 WAVES = 24  # that the pieces of one launch make together at least, where instances do not fit at once
 
 PLACE = re.compile(r'Error while parsing function "([^"]+)" at (.+?):(\d+):')  # as Warp says it
@@ -148,7 +146,6 @@ class FusedKernel:
         self.config, self.device, self._threads = config, device, threads
         buffers = threads if device.is_cpu else 1
         self._loaded = False
-        self._launches = 0
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
         rows = instances if config.kind.skeleton.apart else 1  # an array has fewer than 2^31 numbers a dimension
         shape = config.buffer_floats(instances) // rows, rows
@@ -189,30 +186,6 @@ class FusedKernel:
         extension: Any,
     ) -> None:
         """Make so many steps of the instances that run."""
-
-        if self.config.several_warps and self._due():
-            begun = min(TIMED_STEPS, steps)
-            self._launch(begun, running, model, state, record, extension)
-            put_in_order(model.routes, self.device)
-            steps -= begun
-        if steps > 0:
-            self._launch(steps, running, model, state, record, extension)
-
-    def _due(self) -> bool:
-        """Whether muscles are to be put in order now: in launches 1, 2, 4, 8 and so on, as poses have changed."""
-        self._launches += 1
-        return self._launches & (self._launches - 1) == 0
-
-    def _launch(
-        self,
-        steps: int,
-        running: Integers,
-        model: structs.Model,
-        state: structs.State,
-        record: structs.Record,
-        extension: Any,
-    ) -> None:
-        """Make so many steps in one order of muscles."""
 
         def slice_(steps: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
             wp.launch(
@@ -284,13 +257,6 @@ class FusedKernel:
             slices = [wp.array(part, dtype=int, device=self.device) for part in np.array_split(running, count)]
             self._sliced = running, slices
         return self._sliced[1]
-
-
-def put_in_order(routes: structs.Routes, device: Any) -> None:
-    """Have warps take the muscles first that took longest, as far as that is known."""
-    ranked = wp.empty_like(routes.order)
-    wp.launch(rank_muscles, len(ranked), [routes.took, routes.order], [ranked], device=device)
-    wp.copy(routes.order, ranked)
 
 
 def resident_blocks(floats: int, registers: int = MAX_REGISTERS) -> int:

@@ -4,8 +4,6 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 
-WARP = 32  # threads that run together
-
 
 @func
 def in_turn(k: int, lane: int, lanes: int, count: int) -> int:
@@ -42,36 +40,5 @@ def next_turn(anew: int) -> int:
 
     Args:
         anew: 1: begin again; before the next turn is taken, there has to be a barrier.
-    """
-    ...
-
-
-@wp.func_native(
-    snippet="""
-#if defined(__CUDA_ARCH__)
-return (int)clock64();
-#else
-return 0;
-#endif
-"""
-)
-def cycles() -> int:
-    """The clock of a multiprocessor, whose differences are right up to 2^31 cycles."""
-    ...
-
-
-@wp.func_native(
-    snippet="""
-#if defined(__CUDA_ARCH__)
-if (blockIdx.x == 0 && threadIdx.x % instances == 0)
-    *wp::address(took, muscle) = (int)clock64() - begun;
-#endif
-"""
-)
-def keep_cycles(took: wp.array[int], muscle: int, instances: int, begun: int):
-    """Keep how long a muscle has taken in the first block, for `work_order`.
-
-    Args:
-        instances: side by side in a warp. begun: `cycles` before.
     """
     ...

@@ -15,7 +15,7 @@ from warpmuscle.kernels.force.actuation import (
 )
 from warpmuscle.kernels.force.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.memory.turns import WARP, cycles, in_turn, keep_cycles, next_turn
+from warpmuscle.kernels.memory.turns import in_turn, next_turn
 from warpmuscle.kernels.muscle.cables import terms_of_muscles
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_pipeline import (
@@ -147,8 +147,6 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
     """
     queued, ordered, extension_struct = kind.long_paths and lanes_in_warp > 0, kind.long_paths, controller.extension
     take_turn, turn_of = next_turn if queued else None, in_turn if ordered and not queued else None
-    now, keep = cycles if queued else None, keep_cycles if queued else None
-    side_by_side = WARP // max(lanes_in_warp, 1)
 
     @inlined(kind)
     def every_muscle(
@@ -160,10 +158,9 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
             while first < model.muscles.count:
                 place = first + lane % wp.static(lanes_in_warp)
                 if place < model.muscles.count:
-                    m = nonnegative(model.routes.order[place])
-                    begun = now()
-                    one_muscle(instance, m, frame, model, state, record, work, extension)
-                    keep(model.routes.took, m, wp.static(side_by_side), begun)
+                    one_muscle(
+                        instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
+                    )
                 first = take_turn(0) * wp.static(lanes_in_warp)
         elif wp.static(ordered):
             for k in range(lane, model.muscles.count, lanes):
