@@ -72,15 +72,15 @@ def close_root_of(constrained: bool) -> Any:
     collect = gather_with_pushes if constrained else gather
 
     @func
-    def close_root(lane: int, lanes: int, kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
-        """U_k, responses and v at the root, as of a body of which nothing is left for a parent, an unknown a lane.
+    def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
+        """U_k, responses and v at the root, as of a body of which nothing is left for a parent.
 
         Args:
             given: its acceleration, if that is prescribed; else 0.
         """
         x = with_children(0, model.skeleton, work)
         rest = root_motion(kind, x, x.n, x.f) + given
-        for k in range(lane, model.couplings.followed, lanes):
+        for k in range(model.couplings.followed):
             u = collect(0, k, model, work)
             response = root_motion(kind, x, wp.spatial_top(u), wp.spatial_bottom(u))
             work.followed_moment[k] = wp.spatial_top(u)
@@ -88,10 +88,8 @@ def close_root_of(constrained: bool) -> Any:
             work.followed_along[k] = wp.spatial_top(response)
             work.followed_response[k] = wp.spatial_bottom(response)
             work.followed_bias[k] = wp.dot(u, rest)
-        synchronize()  # accelerations have the place of what other lanes have read
-        if lane == 0:
-            work.angular_acceleration[0] = wp.spatial_top(rest)
-            work.acceleration[0] = wp.spatial_bottom(rest)
+        work.angular_acceleration[0] = wp.spatial_top(rest)
+        work.acceleration[0] = wp.spatial_bottom(rest)
 
     return close_root
 
@@ -262,7 +260,8 @@ def solution_of(hybrid: bool, constrained: bool = False) -> Any:
     def solution(
         instance: int, lane: int, lanes: int, kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef
     ):
-        close_root(lane, lanes, kind, given, model, work)
+        if lane == 0:
+            close_root(kind, given, model, work)
         synchronize()
         equations(instance, lane, lanes, model, work)
         synchronize()

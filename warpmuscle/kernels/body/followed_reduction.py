@@ -125,18 +125,6 @@ def gather_with_pushes(body: int, k: int, model: ModelRef, work: ScratchRef) -> 
     return gather(body, k, model, work) + pushed(body, k - model.constraints.first, model, work)
 
 
-@func
-def share_of(helper: int, helpers: int) -> int:
-    """From which unknown on one of several lanes takes those of a body; the first lane has the body, if it has help."""
-    return wp.where(helpers > 1, helper - 1, 0)
-
-
-@func
-def shares_of(helpers: int) -> int:
-    """Among how many lanes the unknowns of a body are shared out."""
-    return wp.max(helpers - 1, 1)
-
-
 @cache
 def leave_followed_of(constrained: bool) -> Any:
     """The Warp function `leave_followed`, where constraints may push."""
@@ -150,14 +138,12 @@ def leave_followed_of(constrained: bool) -> Any:
         """Leave U_k for the parent, and what the joint adds to D and v, see the head of this file.
 
         Args:
-            helper, helpers: see `share_of`.
+            helper, helpers: every so many of the unknowns, from the first on.
             own: which followed coordinate moves the joint, whose S is then the first axis of j; -1: none.
         """
         bias = work.bias[body]
         first = nonnegative(model.couplings.entry_start[body])
-        for entry in range(
-            first + share_of(helper, helpers), model.couplings.entry_start[body + 1], shares_of(helpers)
-        ):
+        for entry in range(first + helper, model.couplings.entry_start[body + 1], helpers):
             k = nonnegative(model.couplings.entry_unknown[entry])
             u = collect(body, k, model, work)
             moment = wp.spatial_top(u)
@@ -216,7 +202,7 @@ def followed_of(hybrid: bool) -> Any:
 def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
     """The Warp function that eliminates the joint of one body, unless a followed coordinate moves it.
 
-    Several lanes do so together: each finds the joint; the first leaves what it always does, others the unknowns.
+    Several lanes do so together: each finds the joint, and then takes some of the unknowns; the first leaves all else.
     What they read is left as it is up to the barrier in its middle, where lanes without a body wait, too.
 
     Args:
@@ -275,7 +261,7 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
                     stiffness = wp.dot(axis_a, symmetric_times(k, axis_a))
                     j = one_axis(axis_a, wp.vec3(0.0), stiffness, wp.dot(axis_a, torque), x)
         synchronize()
-        if helper < helpers and (helper > 0 or helpers == 1):
+        if helper < helpers:
             leave_followed(body, helper, helpers, own, r, drift, x, j, model, work)
         if helper == 0:
             if own >= 0 or fixed:
@@ -309,7 +295,7 @@ def followed_pass_of(reduce: Any) -> Any:
             first = nonnegative(model.level_start[level])
             end = nonnegative(model.level_start[level + 1])
             width = wp.min(end - first, lanes)
-            helpers = wp.min(lanes // width, model.couplings.followed + 1)
+            helpers = wp.min(lanes // width, model.couplings.followed)
             start = int(first)
             while start < end:
                 body = start + lane % width
