@@ -156,16 +156,19 @@ class Ours:
         Those that cross no joint that moves are not simulated, and have none: infinite.
         """
         first = self._stages(q[:BATCH], 0.0 * q[:BATCH], self.scene)
-        column = [muscles.index(name) for name in first.structure.actuation.muscles]
+        simulated = first.structure.actuation.muscles  # ligaments among them
+        own = [k for k, name in enumerate(simulated) if name in muscles]
+        column = [muscles.index(simulated[k]) for k in own]
         found = np.full((len(q), len(muscles)), np.inf)
         for at in batches(len(q)):
             stages, count = self._stages(q[at], np.zeros_like(q[at]), self.scene), len(q[at])
-            levels = activation[at][:, column].astype(np.float32)
+            levels = np.zeros((count, len(simulated)), dtype=np.float32)
+            levels[:, own] = activation[at][:, column]
             full = np.concatenate([levels, np.repeat(levels[-1:], stages.instances - count, axis=0)])
             stages.state.muscles.activation.assign(full)
             stages.state.muscles.neural.assign(full)
             stages.state.step.zero_()
-            found[at, column] = stages.muscle_torques(0.0)[1]["muscle_force"][:count]
+            found[at, column] = stages.muscle_torques(0.0)[1]["muscle_force"][:count, own]
         return found
 
 

@@ -150,12 +150,24 @@ def test_a_constraint_that_cannot_be_met_is_told_with_its_line(tmp_path: Path):
     [
         (DISTANCE.replace("0.25", "0"), "greater than 0"), (LINE.replace("0.1 0.9 0.2", "0 0 0"), "no direction"),
         (POINT.replace("rod_c", "rod_b"), "two different bodies"), (POINT.replace("rod_c", "nobody"), "no frame"),
-        (POINT.replace("Point", "RollingOnSurface"), "cannot be represented"),
+        (POINT.replace("PointConstraint", "GearConstraint"), "cannot be represented"),
     ],
 )  # fmt: skip
 def test_what_holds_nothing_is_refused(tmp_path: Path, constraint: str, said: str):
     with pytest.raises(SceneError, match=said):
         four_bar(tmp_path, constraint)
+
+
+def test_a_rolling_constraint_holds_nothing_as_in_opensim_and_is_told(tmp_path: Path):
+    rolling = (
+        '<RollingOnSurfaceConstraint name="foot"><isEnforced>true</isEnforced>'
+        "<socket_rolling_body>/bodyset/rod_c</socket_rolling_body><socket_surface_body>/ground</socket_surface_body>"
+        "<surface_normal>0 1 0</surface_normal></RollingOnSurfaceConstraint>"
+    )
+    notes: list[Ignored] = []
+    scene = load(small.written(tmp_path, four_bar_text(rolling)), ignored=notes)
+    assert scene.character.constraints == {}
+    assert ["switched off" in one.reason for one in notes if "RollingOnSurface" in one.text] == [True]
 
 
 def test_places_too_far_to_compute_with_are_refused_in_one_line(tmp_path: Path):

@@ -23,6 +23,7 @@ from warpmuscle.scene import (
     PolynomialPath,
     Scene,
     SphereSurface,
+    TorusSurface,
     ViaPoint,
     Wrap,
 )
@@ -122,6 +123,40 @@ def test_lengths_are_those_of_the_geometry_in_float64(wrapping: str):
             touching[m] += any(stop.wrap >= 0 for stop in found)
             assert length[i, m] == pytest.approx(path_length(found), abs=1e-6)
     assert np.all(touching > 30)
+
+
+def test_of_many_segments_the_one_goes_through_a_torus_whose_detour_is_the_shortest():
+    """The search for nearest places is spared where a segment is too far from the torus's plane."""
+    scene = leg()
+    character = scene.character
+    character.wrapping = "opensim"
+    character.surfaces = {
+        "ring": TorusSurface("thigh", (0.02, 0.0, -0.05), 0.012, 0.02, (1.5, 0.2, 0.1)),
+        "ball": SphereSurface("thigh", (0.02, -0.08, -0.05), 0.02),
+        "far": TorusSurface("pelvis", (0.03, -0.03, -0.06), 0.01, 0.015, (1.4, 0.0, 0.3), "+x"),
+    }
+    along = [(0.02, 0.1, -0.05), (0.03, 0.05, -0.07), (0.025, 0.02, -0.06), (0.03, -0.03, -0.03)]
+    path = [ViaPoint("pelvis", (0.03, 0.0, -0.07)), *(ViaPoint("thigh", place) for place in along)]
+    path += [ViaPoint("shank", (0.01, 0.1, -0.04)), ViaPoint("shank", (0.01, 0.05, -0.05))]
+    for muscle, names in (("both", ("ring", "ball", "far")), ("hip", ("far",)), ("knee", ("far", "ring"))):
+        character.muscles[muscle].path = path
+        character.muscles[muscle].wraps = [Wrap(name) for name in names]
+    stages = posed(scene, 200)
+    kinematics, length = stages.forward_kinematics(), stages.muscle_paths().length
+    segments: set[int] = set()
+    off = np.zeros(length.shape)
+    for i in range(200):
+        poses = {
+            name: (kinematics["position"][i, k].astype(float), kinematics["orientation"][i, k].astype(float))
+            for k, name in enumerate(stages.names.bodies)
+        }
+        for m, one in enumerate(character.muscles.values()):
+            found = route_stops(character, one, poses, {})
+            segments |= {k for k, stop in enumerate(found) if stop.wrap >= 0}
+            off[i, m] = abs(length[i, m] - path_length(found))
+    assert len(segments) > 4
+    assert np.mean(off < 2e-5) > 0.95  # others have several nearest places, or have just begun to touch
+    assert np.mean(off < 1e-3) > 0.99
 
 
 def test_a_surface_that_another_one_bends_a_route_onto_is_gone_round_though_a_third_holds_the_end():

@@ -5,6 +5,10 @@ from probes import evaluate
 from scipy.optimize import leastsq
 
 from warpmuscle.kernels.path import wrap_torus
+from warpmuscle.kernels.path.wrap_cylinder import IN_PLANE
+from warpmuscle.kernels.path.wrap_touch import BESIDE
+from warpmuscle.scene import TorusSurface
+from warpmuscle.scene.wrapping.route import touch
 
 
 class Line:
@@ -73,3 +77,23 @@ def test_where_there_is_one_nearest_place_beyond_doubt_both_searches_end_there()
         for line in (Line(*pair, ring) for pair in zip(a[one][:50], b[one][:50], strict=True))
     ]
     assert min(slopes) >= 1.0 - 1e-3
+
+
+def test_no_detour_to_a_torus_is_shorter_than_what_the_distance_from_its_plane_says():
+    ring, rng = TorusSurface("b", (0.0, 0.0, 0.0), 0.012, 0.04), np.random.default_rng(4)
+    a, b = rng.normal(size=(2, 1500, 3)) * [0.06, 0.06, 0.1]
+    bound = evaluate(wrap_torus.least_detour, a, b, ring.inner_radius)
+    found = [touch(ring, "hybrid", IN_PLANE, *pair) for pair in zip(a, b, strict=True)]
+    around = np.array([one.kind >= BESIDE for one in found])
+    detour = np.array(
+        [
+            np.linalg.norm(one.first - p) + one.length + np.linalg.norm(q - one.second) - np.linalg.norm(q - p)
+            if one.kind >= BESIDE else 0.0
+            for one, p, q in zip(found, a, b, strict=True)
+        ]
+    )  # fmt: skip
+    assert np.sum(around & (bound > 0.0)) > 100
+    assert np.all(bound[around] <= detour[around] + 1e-6)
+    apart = (a[:, 2] * b[:, 2] > 0.0) & (np.minimum(np.abs(a[:, 2]), np.abs(b[:, 2])) > ring.inner_radius)
+    assert np.all(bound[apart] > 0.0)
+    assert np.all(bound[~apart] <= 1e-6)

@@ -46,6 +46,9 @@ NO_MUSCLE = (
 NO_CONTROLLER = "only a PrescribedController is known; what it controls gets its excitation from the scene"
 SWITCHED_OFF = "switched off in the model, and left out"
 
+# A UnilateralConstraint's conditions are false until a program sets them (RollingOnSurfaceConstraint.cpp).
+ROLLING = "OpenSim itself begins with it switched off, whatever the file says; so the bodies move without it"
+
 
 def read(path: Path, notes: Notes) -> Model:
     """Read a model.
@@ -154,6 +157,8 @@ def _skeleton(top: Element, found: Model, frames: Frames, own: Properties, notes
     for element in _members(top, "ConstraintSet"):
         if element.tag in TYPES and own.applied(element):
             found.loops.append(read_loop(element, found, frames, own))
+        elif element.tag == "RollingOnSurfaceConstraint" and own.applied(element):
+            _leave_out(notes, element, ROLLING)
         elif (coupler := read_constraint(element, own)) is not None:
             found.couplers.append(coupler)
 

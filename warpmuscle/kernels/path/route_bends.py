@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.path.route_points import placed_of, placed_points_of
@@ -12,13 +13,15 @@ from warpmuscle.kernels.path.wrap_cylinder import AMONG_OTHERS, EXACT, IN_PLANE,
 from warpmuscle.kernels.path.wrap_ellipsoid import ellipsoid_touch_of
 from warpmuscle.kernels.path.wrap_mujoco import mujoco_cylinder_touch, mujoco_sphere_touch
 from warpmuscle.kernels.path.wrap_sphere import smooth_sphere_touch, sphere_touch
-from warpmuscle.kernels.path.wrap_torus import torus_touch_of
+from warpmuscle.kernels.path.wrap_torus import least_detour, torus_touch_of
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, THROUGH, Touch
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, at, nonnegative
 
 CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
 WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
 NOWHERE = -1
+FAR = 1.0e30  # m, longer than any way
+ROUNDING = 1.0e-6  # m, by which detours may be wrong
 
 
 class RouteKind(NamedTuple):
@@ -132,6 +135,99 @@ def bend_after_of(count: int) -> Any:
     return bend_after
 
 
+@func
+def detour_of(touch: Touch, here: wp.vec3, there: wp.vec3) -> float:
+    """How much longer a segment is for what it touches, m."""
+    return wp.length(touch.first - here) + touch.arc + wp.length(there - touch.second) - wp.length(there - here)
+
+
+@func
+def asked(w: int, wraps: int, point: int, last: int) -> bool:
+    """Whether it matters what a segment without a detour does at surface w: `settle` asks of the first one's last."""
+    return w == 0 and wraps > 1 and point >= last
+
+
+@wp.struct
+class Crossing:
+    """The segment of a route that is nearest to a torus's plane."""
+
+    stop: int  # that it begins at, NOWHERE if none does
+    touch: Touch
+    detour: float  # m
+
+
+@func
+def shorter(here: wp.vec3, there: wp.vec3, size: wp.vec3, known: Crossing) -> bool:
+    """Whether a segment may go through a torus by a shorter detour than the one that is known."""
+    return least_detour(here, there, size[0]) <= known.detour + ROUNDING
+
+
+@cache
+def crossing_of(kind: RouteKind) -> Any:
+    """The Warp function of the segment on which a route most likely goes through a torus, and of its detour there.
+
+    The detour of others cannot be as short if they are farther from the torus's plane by more than that, which spares
+    the search for their nearest places.
+    """
+    count, room = max(kind.wraps, 1), max(kind.places, 1)
+    bends_struct, bend_after, row = bends_of(count), bend_after_of(count), rows_of(count).row
+    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
+    counts, place = points.counts, points.place
+    torus_touch = torus_touch_of(kind.as_opensim)
+
+    @wp.func(inline=True)
+    def crossing(
+        span: RouteSpan, between: wp.vec2i, center: wp.vec3, inverse: wp.mat33, wrap: RouteWrap, size: wp.vec3,
+        where: int, bends: wp.ref[bends_struct], placed: wp.ref[placed_struct], model: ModelRef,
+    ) -> Crossing:  # fmt: skip
+        found = Crossing()
+        found.stop = NOWHERE
+        found.detour = wp.float32(FAR)
+        wraps = span.end_wrap - span.first_wrap
+        last = between[1]
+        stop = int(between[0])
+        point = int(stop)
+        here = inverse * (place(placed, stop) - center)
+        near_here = wp.vec3(0.0)
+        near_there = wp.vec3(0.0)
+        least = wp.float32(FAR)
+        from_surface = int(NOWHERE)
+        while point < last:
+            there = wp.vec3(0.0)
+            to_surface = int(NOWHERE)
+            onto = int(NOWHERE)
+            if wp.static(count > 1):
+                onto = bend_after(stop, wraps, bends.after)
+            if onto >= 0:
+                there = inverse * (row(bends.first, onto) - center)
+                to_surface = model.routes.wrap[span.first_wrap + onto].surface
+            else:
+                point += 1
+                while not counts(placed, point):
+                    point += 1
+                there = inverse * (place(placed, point) - center)
+            bound = least_detour(here, there, size[0])
+            if bound < least and (from_surface == NOWHERE or from_surface != to_surface):
+                least = bound
+                found.stop = stop
+                near_here = here
+                near_there = there
+            stop = point
+            here = there
+            from_surface = to_surface
+            if onto >= 0:
+                stop = WRAP_BIT + onto
+                here = inverse * (row(bends.second, onto) - center)
+        if found.stop == NOWHERE:
+            return found
+        found.touch = torus_touch(near_here, near_there, size[0], size[1], wrap.axis, wrap.side, where)
+        if found.touch.kind >= BESIDE:
+            found.detour = detour_of(found.touch, near_here, near_there)
+        return found
+
+    return crossing
+
+
 @cache
 def bend_of(kind: RouteKind) -> Any:
     """The Warp function that lets a route go round one of its surfaces, where that is best.
@@ -144,6 +240,8 @@ def bend_of(kind: RouteKind) -> Any:
     placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts, place, interval = points.counts, points.place, points.interval
     touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
+    tori = TORUS in kind.surfaces and not mujoco
+    crossing = crossing_of(kind) if tori else None
     exact, rows = kind.exact, rows_of(count)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
@@ -170,8 +268,15 @@ def bend_of(kind: RouteKind) -> Any:
         where = int(EXACT)
         if wp.static(not exact):
             where = wp.where(wraps > 1, AMONG_OTHERS, IN_PLANE)
-        best = wp.float32(1.0e30)
+        best = wp.float32(FAR)
         found = int(NOWHERE)
+        known = Crossing()
+        known.stop = NOWHERE
+        known.detour = wp.float32(FAR)
+        if wp.static(tori):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if wrap.kind == TORUS and last - stop > 1:
+                inverse = wp.transpose(axes)
+                known = crossing(span, between, center, inverse, wrap, own.size, where, bends, placed, model)
         while point < last:
             there = wp.vec3(0.0)
             to_surface = int(NOWHERE)
@@ -190,14 +295,16 @@ def bend_of(kind: RouteKind) -> Any:
                 touch = Touch()
                 if wp.static(mujoco):
                     touch = touch_at(here, there, wrap, own.size, at(routes.side_point, instance, span.first_wrap + w))
+                elif wp.static(tori):
+                    if known.stop == stop:
+                        touch = known.touch
+                    elif known.detour >= FAR or asked(w, wraps, point, last) or shorter(here, there, own.size, known):
+                        touch = touch_at(here, there, wrap, own.size, where)
                 else:
                     touch = touch_at(here, there, wrap, own.size, where)
                 result = touch.kind
                 if result >= BESIDE:
-                    detour = (
-                        wp.length(touch.first - here) + touch.arc + wp.length(there - touch.second)
-                        - wp.length(there - here)
-                    )  # fmt: skip
+                    detour = detour_of(touch, here, there)
                     if result == THROUGH or detour < best:
                         best = detour
                         found = stop

@@ -115,6 +115,23 @@ def from_circle(p: wp.vec3, ring: float) -> float:
     return inward * inward + p[2] * p[2]
 
 
+@func
+def least_detour(a: wp.vec3, b: wp.vec3, section: float) -> float:
+    """What a segment from a to b, m, becomes longer by at least if it is led to a torus of this section.
+
+    The cylinder that stands for the ring lies across z: so it is within the section of the torus's plane, as far as it
+    reaches to the sides.
+    """
+    above = wp.max(wp.abs(a[2]) - section, 0.0)
+    beyond = wp.max(wp.abs(b[2]) - section, 0.0)
+    if a[2] * b[2] <= 0.0:
+        return 0.0
+    d = b - a
+    there_and_back = above + beyond
+    flat = d[0] * d[0] + d[1] * d[1]
+    return wp.sqrt(flat + there_and_back * there_and_back) - wp.sqrt(flat + (above - beyond) * (above - beyond))
+
+
 @cache
 def torus_touch_of(as_opensim: bool) -> Any:
     """The Warp function `torus_touch`; `as_opensim`: whether its arc is OpenSim's, see `wrap_cylinder.py`."""
