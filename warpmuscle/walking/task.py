@@ -143,6 +143,7 @@ def text_of(task: WalkingTask, name: str, base: str, heading: str = "") -> str:
         f"base = {inline(base)}",
         "duration = 10",
         *(["time_step = 0.001"] if task.soles else []),
+        *(["implicit_pd = true  # springs of light toes would be too stiff for a step"] if task.springs else []),
         "",
         "[character]",
         f"feet = {inline(list(task.feet))}",
