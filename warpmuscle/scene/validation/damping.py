@@ -1,4 +1,4 @@
-"""Whether a step is short enough for the damping of a controller that is explicit in it.
+"""Whether a step is short enough for the damping of a controller, and of springs in joints, that is explicit in it.
 
 A speed v of inertia I that a torque -c v brakes over a step h keeps the share 1 - h c / I of it, which grows from step
 to step beyond h c / I = 2. With the speeds of a joint, mass matrix M and damping C, that is an eigenvalue of h M^-1 C.
@@ -27,6 +27,7 @@ MASSLESS = 1e-9  # of the largest inertia: speeds that carry nothing, such as of
 STABLE = {"simbicon": 2.0, "joint_pd": 1.0, "walking": 1.0}
 # SIMBICON takes speeds in the middle of the step before. The others extrapolate to the start of the step (Adams and
 # Bashforth's second order), which halves the bound.
+SPRUNG = ("passive", "muscle", "assisted")  # degrees of freedom that springs act on, whose bound is SIMBICON's
 
 
 class Explicit(NamedTuple):
@@ -134,23 +135,44 @@ def damping_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
     return found
 
 
-def explicit_damping(scene: Scene) -> list[Explicit]:
-    """Of each joint that a controller damps explicitly, how near it is to the bound, all other joints free.
+def springs_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
+    """The same of the explicit springs of joints.
 
     Args:
         scene: checked scene without free parameters.
     """
-    damping, names = damping_of(scene), topology(scene.character)
-    if scene.controller is None or not damping:
+    found: dict[str, tuple[str, Floats]] = {}
+    if scene.implicit_pd or scene.muscle_model.implicit_damping:
+        return found
+    for name, own in scene.actuation.items():
+        count, damping = len(joint_type(scene.character.joints[name]).speeds), plain_number(own.damping)
+        words = [own.drive] * count if isinstance(own.drive, str) else own.drive
+        values = np.array([damping if word in SPRUNG else 0.0 for word in words])
+        if values.any():
+            found[name] = (f"actuation.{name}.damping", values)
+    return found
+
+
+def explicit_damping(scene: Scene) -> list[Explicit]:
+    """Of each joint that a controller or a spring damps explicitly, how near it is to the bound, all other joints free.
+
+    Args:
+        scene: checked scene without free parameters.
+    """
+    names = topology(scene.character)
+    damping = [(name, STABLE["simbicon"], *one) for name, one in springs_of(scene).items()]
+    if scene.controller is not None:
+        damping += [(name, STABLE[scene.controller.type], *one) for name, one in damping_of(scene).items()]
+    if not damping:
         return []
     matrix = mass_matrix(scene)
     matrix += MASSLESS * matrix.max() * np.eye(len(matrix))
     mobility, found = np.linalg.inv(matrix), []
-    for name, (key, values) in damping.items():
+    for name, bound, key, values in damping:
         speeds = names.speeds_of(names.body_of_joint(name))
         root = np.sqrt(np.maximum(values, 0.0))
         largest = np.linalg.eigvalsh(root[:, None] * mobility[speeds, speeds] * root)[-1]
-        share = float(scene.time_step * largest / STABLE[scene.controller.type])
+        share = float(scene.time_step * largest / bound)
         found.append(Explicit(name, key, share))
     return found
 
@@ -160,8 +182,6 @@ def damping_warnings(scene: Scene) -> list[SceneError]:
 
     Free parameters count with their start values.
     """
-    if not is_explicit(scene):
-        return []
     worst = max(explicit_damping(at_start(scene)), key=lambda one: one.share, default=None)
     if worst is None or not worst.share > 1.0:
         return []
