@@ -135,6 +135,7 @@ def test_speeds_go_with_the_root_of_the_height(tmp_path):
     assert person is not None
     assert small is not None
     assert small.speed[1] / person.speed[1] == pytest.approx(0.5, rel=0.01)
+    assert toml.read(tmp_path / "walks.toml").failure.no_progress == pytest.approx(0.15, abs=0.02)
     assert small.imitation.cycle_time / person.imitation.cycle_time == pytest.approx(0.5, rel=0.01)
 
 
