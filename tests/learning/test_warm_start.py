@@ -267,6 +267,17 @@ def test_a_critic_that_saw_something_else_begins_anew(first, tmp_path):
     assert np.abs(weights(found.critic) - weights(known.critic)).max() > 0.1
 
 
+def test_a_critic_that_begins_anew_learns_at_the_rate_of_noise_until_the_policy_goes_on(first, tmp_path):
+    old = tmp_path / "old.h5"
+    old.write_bytes(first.read_bytes())
+    with h5py.File(old, "r+") as file:
+        del file["critic"]
+    told = {"iterations": 3, "critic_iterations": 2, "learning_rate": 2e-4, "divergence": 0.0}
+    rates = {file: begin(file, **told).learned.curve["learning_rate"] for file in (first, old)}
+    np.testing.assert_allclose(rates[first], 2e-4, rtol=1e-5)
+    np.testing.assert_allclose(rates[old], [PPOOptions().learning_rate] * 2 + [2e-4], rtol=1e-5)
+
+
 def test_a_critic_that_is_to_see_more_goes_on_from_what_it_knows(first):
     more = msgspec.structs.replace(TASK, variation=Variation(velocity_noise=0.05, mass=0.1, variants=4))
     known, found = read(first).learned.critic, begin(first, task=more, critic_iterations=1).learned.critic

@@ -11,6 +11,9 @@ from warpmuscle.formats import load, toml
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.scene.initial_pose import world_poses
+from warpmuscle.scene.parameters import at_start
+from warpmuscle.scene.topology import topology
+from warpmuscle.scene.validation.damping import mass_matrix
 from warpmuscle.walking.legs import find_legs
 from warpmuscle.walking.support import springs
 from warpmuscle.walking.task import walking_task
@@ -132,6 +135,7 @@ def test_speeds_go_with_the_root_of_the_height(tmp_path):
     assert person is not None
     assert small is not None
     assert small.speed[1] / person.speed[1] == pytest.approx(0.5, rel=0.01)
+    assert toml.read(tmp_path / "walks.toml").failure.no_progress == pytest.approx(0.15, abs=0.02)
     assert small.imitation.cycle_time / person.imitation.cycle_time == pytest.approx(0.5, rel=0.01)
 
 
@@ -191,3 +195,16 @@ def test_files_that_are_no_scene_or_the_model_itself_are_refused(tmp_path):
         assert done.returncode == 2
         assert told in " ".join(done.stderr.split())
     assert (tmp_path / "model.toml").read_text() == two_legs()
+
+
+def test_springs_of_toes_too_light_for_explicit_damping_are_implicit(tmp_path):
+    (tmp_path / "model.toml").write_text('base = "gait2392"\nname = "model"\n')
+    done = run("walking-task", "model.toml", "-o", "walks.toml", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    scene = at_start(toml.read(tmp_path / "walks.toml"))
+    matrix, names = mass_matrix(scene), topology(scene.character)
+    speed = names.speeds_of(names.body_of_joint("mtp_angle_l")).start
+    free = 1.0 / np.linalg.inv(matrix + 1e-9 * matrix.max() * np.eye(len(matrix)))[speed, speed]  # kg m^2, of the toes
+    share = scene.time_step * scene.actuation["mtp_angle_l"].damping / free
+    assert share > 2.0  # beyond which the speed of an explicit damper grows from step to step
+    assert scene.implicit_pd

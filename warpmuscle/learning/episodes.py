@@ -166,6 +166,8 @@ class EpisodeBatch:
             self.episodes.seed.fill_(number)
             for array in (self.episodes.decision, self.episodes.number):
                 array.zero_()
+            self.episodes.hardness.fill_(0.0 if self._rules.growth > 0.0 else 1.0)
+        self.episodes.length.zero_()  # nothing has ended by lasting or failing
         self.episodes.mask.fill_(True)
         self._begin()
         self._observe(self.senses.observation)
@@ -274,6 +276,9 @@ class EpisodeBatch:
             "episode": (episodes.number, LARGEST_SEED),
             "length": (episodes.length, LARGEST_SEED),
         }
+        hardness = self.episodes.hardness.numpy()
+        if not ((hardness >= 0.0) & (hardness <= 1.0)).all():
+            raise RolloutError("this state has a hardness that there is not")
         if simbicon is not None:
             counted["machine state"] = state.simbicon.machine_state, len(simbicon.states)
             counted["stance"] = state.simbicon.stance, 2
@@ -405,6 +410,7 @@ class EpisodeBatch:
         rules.turning_share, rules.left_out = task.turning_share, 1.0 - variation.graded_share
         rules.velocity_noise, rules.push = variation.velocity_noise, variation.push
         rules.push_decisions = max(round(variation.push_interval / self.dt), 1) if variation.push > 0.0 else 0
+        rules.growth, rules.longest = variation.growth, self.longest
         rules.push_steps = max(round(variation.push_duration / self.scene.time_step), 1)
         rules.time_step, rules.decision_time = self.scene.time_step, self.dt
         return rules

@@ -46,11 +46,12 @@ class Learner:
         self.networks = ActorCritic(
             env.num_observations, privileged, env.num_actions, options.hidden, options.deviation, seed
         ).to(device)
-        if source is not None:
-            begin_with(source, self.networks, env.observation_names, env.critic_names, options)
+        judges = source is None or begin_with(source, self.networks, env.observation_names, env.critic_names, options)
         self.collector = Collector(env, self.networks, options)
         self.mirrors = None if env.images is None else mirrors_of(env.images, device)
         self.ppo = PPO(self.networks, self.collector.experience, options, self.mirrors)
+        if not judges:  # a critic that begins from noise learns as fast as any that does, until the policy goes on
+            self.ppo.adam.restart(max(options.learning_rate, PPOOptions().learning_rate))
         self.random = torch.Generator(device).manual_seed(seed)
         self.iterations = 0
         self._captures = capture and device.type == "cuda"

@@ -65,11 +65,11 @@ class Player:
             SceneError, RolloutError: as of `EpisodeBatch`, or the policy is for another scene or task.
         """
         scene = scene_of(scene)
+        task = in_full(of_body(task, scene) or scene.learning)
         try:
             self.batch = EpisodeBatch(
-                scene, instances, device, of_body(task, scene), seed, record=record, record_rate=record_rate,
-                threads=threads, gait=gait,
-            )  # fmt: skip
+                scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads, gait=gait
+            )
         except SceneError as error:
             if not error.key.startswith("learning.") or policy.scene in ("", scene.name):
                 raise
@@ -213,6 +213,13 @@ def of_body(task: Task | None, scene: Scene) -> Task | None:
     if task is None or not task.symmetric or is_symmetric(at_start(scene).character):
         return task
     return msgspec.structs.replace(task, symmetric=False)
+
+
+def in_full(task: Task | None) -> Task | None:
+    """The task with all its disturbances from the first episode on."""
+    if task is None or not task.variation.growth:
+        return task
+    return msgspec.structs.replace(task, variation=msgspec.structs.replace(task.variation, growth=0.0))
 
 
 def lasting(task: Task) -> Task:

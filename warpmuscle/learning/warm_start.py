@@ -89,11 +89,14 @@ def begin_with(
     names: tuple[str, ...],
     critic_names: tuple[str, ...],
     options: PPOOptions,
-) -> None:
+) -> bool:
     """Take over a policy that fits, with its noise, and its critic if all that this one observes is there.
 
     Args:
         names, critic_names: what policy and critic are to observe, in order. What is new there says nothing at first.
+
+    Returns:
+        Whether the critic was taken over.
     """
     seen = float(sum(ancestor.decisions for ancestor in source.ancestors))
     _take(networks.policy, networks.observed, hearing(source.policy, names), seen)
@@ -101,12 +104,14 @@ def begin_with(
     bare = tuple(name.partition(".")[2] for name in critic_names)  # as older files have them
     if critic is not None and critic.observation == bare:
         critic = replace(critic, observation=critic_names)
-    known = not Counter(critic.observation if critic else ()) - Counter(critic_names)
-    if critic is not None and known and _shapes(critic)[1:] == _shapes_of(networks.value)[1:]:
+    known = critic is not None and not Counter(critic.observation) - Counter(critic_names)
+    judges = known and critic is not None and _shapes(critic)[1:] == _shapes_of(networks.value)[1:]
+    if judges and critic is not None:
         _take(networks.value, networks.privileged, hearing(critic, critic_names), seen)
     noise = noise_of(source)
     with torch.no_grad():
         networks.log_deviation.copy_(torch.as_tensor(np.log(noise * (options.deviation / noise.max()))))
+    return judges
 
 
 def hear(normalizer: Normalizer, values: Tensor) -> None:

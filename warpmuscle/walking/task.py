@@ -29,6 +29,7 @@ PUSH = 50.0 / 75.0  # N s/kg
 WEIGHTS = (4, 3, 3)  # of hip, knee and ankle, besides 1 of every other joint
 TRUNK_WEIGHT = 2
 STEP_WIDTH = 0.1 / PERSON  # m, over the height
+PROGRESS = 0.3  # m/s, of a person; a body that has learnt to stand earns too much to find out how to walk
 OBJECTIVE = """
 [objective]
 joint_limits = 0.02
@@ -38,7 +39,7 @@ metabolic_model = "bhargava"
 REWARDS = """
 [learning.rewards]
 speed = 20
-speed_width = 0.25
+speed_width = 0.4
 alive = 20
 imitation = 30
 imitation_width = 0.15
@@ -143,6 +144,7 @@ def text_of(task: WalkingTask, name: str, base: str, heading: str = "") -> str:
         f"base = {inline(base)}",
         "duration = 10",
         *(["time_step = 0.001"] if task.soles else []),
+        *(["implicit_pd = true  # springs of light toes would be too stiff for a step"] if task.springs else []),
         "",
         "[character]",
         f"feet = {inline(list(task.feet))}",
@@ -152,6 +154,9 @@ def text_of(task: WalkingTask, name: str, base: str, heading: str = "") -> str:
         f"root_position = {inline(list(task.root_position))}  # the lowest point is on the ground",
         f"root_velocity = {inline([0, 0, _scaled(task, SPEEDS[0])])}",
         *_spring_lines(task),
+        "",
+        "[failure]",
+        f"no_progress = {inline(_scaled(task, PROGRESS))}  # m/s, so that standing is no way to stay up",
         *OBJECTIVE,
         *_learning_lines(task),
         *REWARDS,
@@ -161,6 +166,7 @@ def text_of(task: WalkingTask, name: str, base: str, heading: str = "") -> str:
         "velocity_noise = 0.1",
         "mass = 0.1",
         f"push = {inline(rounded(PUSH * task.mass))}",
+        "growth = 0.1  # of pushes and noise, with each episode that lasts",
     ]
     return "\n".join(lines) + "\n"
 

@@ -5,6 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from muscle_arm import ABOUT_JOINT, arm
+from warpmuscle import Rollout
 from warpmuscle.core.shipped import is_scene, scenes_folder
 from warpmuscle.formats import load
 from warpmuscle.scene import Actuation, Controller, Scene
@@ -49,12 +50,42 @@ def test_what_is_too_stiff_is_told_with_its_key_and_what_to_do():
     )
 
 
+def sprung(share: float, **changes: object) -> Scene:
+    """A joint with a damper that takes a share of what hangs on it in a step."""
+    scene = arm("hinge", actuation={"elbow": Actuation("passive", 0.0, share * ABOUT_JOINT / 0.002)})
+    scene.time_step, scene.gravity = 0.002, 0.0
+    return replace(scene, **changes)
+
+
+def test_a_spring_in_a_joint_is_told_where_its_speed_grows_and_only_there():
+    for share, grows in ((1.9, False), (2.1, True)):
+        scene = sprung(share)
+        (one,) = explicit_damping(scene)
+        assert (one.joint, one.key) == ("elbow", "actuation.elbow.damping")
+        assert one.share == pytest.approx(share / 2.0, rel=1e-5)
+        assert len(damping_warnings(scene)) == grows
+        rollout = Rollout(scene, 1, "cpu")
+        rollout.state.speeds.assign(np.ones((1, 1), dtype=np.float32))
+        rollout.step(40)
+        assert (abs(rollout.state.speeds.numpy()[0, 0]) > 1.0) == grows
+
+
+def test_springs_that_are_implicit_and_joints_that_torques_drive_are_none_of_these():
+    assert explicit_damping(sprung(2.1, implicit_pd=True)) == []
+    scene = sprung(2.1)
+    assert explicit_damping(replace(scene, muscle_model=replace(scene.muscle_model, implicit_damping=True))) == []
+    assert (
+        explicit_damping(replace(scene, actuation={"elbow": replace(scene.actuation["elbow"], drive="torque")})) == []
+    )
+
+
 def test_hips_of_the_walking_controller_need_implicit_damping():
     """Its gains are relative: kd m g L sqrt(L/g); the lightest turn of a leg is that about its own length."""
     scene = at_start(replace(load("steer"), implicit_pd=False))
     hips = [one for one in explicit_damping(scene) if one.joint.endswith("Hip")]
     assert all(1.0 < one.share < 1.2 for one in hips)
-    assert damping_warnings(scene)[0].key in ("controller.by_joint.lHip.kd", "controller.by_joint.rHip.kd")  # alike
+    # Both are alike but for rounding.
+    assert damping_warnings(scene)[0].key in {f"controller.by_joint.{side}Hip.kd" for side in "lr"}
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])

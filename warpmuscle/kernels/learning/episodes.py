@@ -31,6 +31,7 @@ class Episodes:
     start_place: wp.array[wp.vec3]  # (instances,) m
     start_step: wp.array[int]  # (instances,) the step that the start stands at
     next_push: wp.array[int]  # (instances,) number of the decision in which it comes
+    hardness: wp.array[float]  # (instances,) 0 to 1, share of what disturbs this episode, see `EpisodeRules.growth`
     mask: wp.array[bool]  # (instances,) whose episode ended, so that a new one begins
 
 
@@ -56,6 +57,8 @@ class EpisodeRules:
     push_steps: int
     time_step: float  # s, of the simulation
     decision_time: float  # s
+    growth: float  # of the hardness, with an episode that lasts; it shrinks as much with one that fails
+    longest: int  # decisions of an episode
 
 
 @wp.struct
@@ -110,6 +113,14 @@ def clock_rate(speed: float, rules: EpisodeRules) -> float:
 
 
 @wp.func
+def hardness_after(hardness: float, length: int, rules: EpisodeRules) -> float:
+    """Hardness of an episode after one of this hardness that ended after so many decisions, 0 if there was none."""
+    if length == 0:
+        return hardness
+    return wp.clamp(hardness + wp.where(length >= rules.longest, rules.growth, -rules.growth), 0.0, 1.0)
+
+
+@wp.func
 def push_wait(generator: wp.uint32, rules: EpisodeRules) -> int:
     """Decisions until the next push: half of those in the mean to three halves."""
     return wp.max(int((0.5 + wp.randf(generator)) * float(rules.push_decisions)), 1)
@@ -137,7 +148,7 @@ def begin_decision(
     if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
         generator = random_of(episodes.seed[0], i, decision, PUSH)
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
-        impulse = wp.randf(generator) * rules.push
+        impulse = wp.randf(generator) * rules.push * episodes.hardness[i]
         force = impulse / (float(rules.push_steps) * rules.time_step)
         state.push[i] = wp.vec3(force * wp.sin(angle), 0.0, force * wp.cos(angle))
         step = state.step[i]
@@ -159,6 +170,7 @@ def draw_starts(
         return
     number = episodes.number[i] + 1
     episodes.number[i] = number
+    episodes.hardness[i] = hardness_after(episodes.hardness[i], episodes.length[i], rules)
     episodes.length[i] = 0
     seed = episodes.seed[0]
     generator = random_of(seed, i, number, START)
@@ -228,8 +240,9 @@ def begin_episodes(
     generator = random_of(seed, i, number, VELOCITY)
     if rules.root != ROOT_FIXED and rules.velocity_noise > 0.0:
         moving = wp.where(rules.root == ROOT_FREE, 3, 2)
+        deviation = rules.velocity_noise * episodes.hardness[i]
         for k in range(moving):
-            state.speeds[i, k] = state.speeds[i, k] + rules.velocity_noise * wp.randn(generator)
+            state.speeds[i, k] = state.speeds[i, k] + deviation * wp.randn(generator)
     draw_commands(i, episodes.decision[i], episodes, rules)
     place = root_place(rules.root, i, state)
     episodes.place[i] = place

@@ -239,7 +239,8 @@ def later_by(feature: Feature, instance: int, episodes: Episodes) -> int:
     if feature.late == 0:
         return 0
     generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
-    return wp.min(int(wp.randf(generator) * float(feature.late + 1)), feature.late)
+    latest = episodes.hardness[instance] * float(feature.late)
+    return wp.min(int(wp.randf(generator) * (latest + 1.0)), feature.late)
 
 
 @wp.func
@@ -248,7 +249,7 @@ def noisier_by(feature: Feature, instance: int, episodes: Episodes) -> float:
     if feature.noisier == 0.0:
         return 0.0
     generator = random_of(episodes.seed[0], instance, episodes.number[instance], NOISINESS)
-    return wp.randf(generator) * feature.noisier
+    return wp.randf(generator) * feature.noisier * episodes.hardness[instance]
 
 
 @wp.func

@@ -132,6 +132,11 @@ class Variation(Part):
     push: Annotated[float, "N s", FROM_0] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s", ABOVE_0] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s", ABOVE_0] = 0.1
+    growth: Annotated[float, "1", FRACTION] = (
+        0.0  # 0.1: an instance begins without velocity_noise, pushes, delay and noise;
+    )
+    # with each episode that lasts its whole time it has a tenth more of them, up to all, and with each that fails a
+    # tenth less; 0: all from the start, as in trials of a policy
     start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
     # the initial state; 0: all do
     start_after: Annotated[float, "s", FROM_0] = 2.0  # of that gait, when the first of these states is taken

@@ -1,4 +1,4 @@
-"""Whether a step is short enough for the damping of a controller that is explicit in it.
+"""Whether a step is short enough for the damping of a controller, and of springs in joints, that is explicit in it.
 
 A speed v of inertia I that a torque -c v brakes over a step h keeps the share 1 - h c / I of it, which grows from step
 to step beyond h c / I = 2. With the speeds of a joint, mass matrix M and damping C, that is an eigenvalue of h M^-1 C.
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 AXES = np.eye(3)
 MASSLESS = 1e-9  # of the largest inertia: speeds that carry nothing, such as of a body between two joints
+SPRUNG = ("passive", "muscle", "assisted")  # degrees of freedom that springs act on, whose bound is SIMBICON's
 
 
 class Explicit(NamedTuple):
@@ -152,19 +153,41 @@ def _by_joint(scene: Scene, declared: ExplicitDamping) -> dict[str, tuple[str, F
     return found
 
 
-def explicit_damping(scene: Scene) -> list[Explicit]:
-    """Of each joint that a controller damps explicitly, how near it is to the bound, all other joints free.
+def springs_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
+    """The same of the explicit springs of joints.
 
     Args:
         scene: checked scene without free parameters.
     """
-    damping, bound, names = damping_of(scene), bound_of(scene), topology(scene.character)
-    if bound is None or not damping:
+    found: dict[str, tuple[str, Floats]] = {}
+    if scene.implicit_pd or scene.muscle_model.implicit_damping:
+        return found
+    for name, own in scene.actuation.items():
+        count, damping = len(joint_type(scene.character.joints[name]).speeds), plain_number(own.damping)
+        words = [own.drive] * count if isinstance(own.drive, str) else own.drive
+        values = np.array([damping if word in SPRUNG else 0.0 for word in words])
+        if values.any():
+            found[name] = (f"actuation.{name}.damping", values)
+    return found
+
+
+def explicit_damping(scene: Scene) -> list[Explicit]:
+    """Of each joint that a controller or a spring damps explicitly, how near it is to the bound, all other joints free.
+
+    Args:
+        scene: checked scene without free parameters.
+    """
+    names = topology(scene.character)
+    damping = [(name, BOUND, *one) for name, one in springs_of(scene).items()]
+    bound = bound_of(scene)
+    if bound is not None:
+        damping += [(name, bound, *one) for name, one in damping_of(scene).items()]
+    if not damping:
         return []
     matrix = mass_matrix(scene)
     matrix += MASSLESS * matrix.max() * np.eye(len(matrix))
     mobility, found = np.linalg.inv(matrix), []
-    for name, (key, values) in damping.items():
+    for name, bound, key, values in damping:
         speeds = names.speeds_of(names.body_of_joint(name))
         root = np.sqrt(np.maximum(values, 0.0))
         largest = np.linalg.eigvalsh(root[:, None] * mobility[speeds, speeds] * root)[-1]
@@ -178,8 +201,6 @@ def damping_warnings(scene: Scene) -> list[SceneError]:
 
     Free parameters count with their start values.
     """
-    if not is_explicit(scene):
-        return []
     found = explicit_damping(at_start(scene))
     worst = max(found, key=lambda one: round(one.share, 9), default=None)  # of both sides the first, whatever rounding
     if worst is None or not worst.share > 1.0:

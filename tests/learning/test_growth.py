@@ -1,0 +1,116 @@
+"""Disturbances that grow with the episodes that an instance lasts."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from warpmuscle.core.errors import RolloutError, SceneError
+from warpmuscle.formats import load
+from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning.player import in_full
+from warpmuscle.scene.validation.scene import check_scene
+
+EPISODE = 0.2  # s, in which nothing falls
+
+
+def batch_of(variation, episode_time=EPISODE, com_height=None, **task):
+    scene = load("reflex_planar")
+    if com_height is not None:
+        scene.failure = msgspec.structs.replace(scene.failure, com_height=com_height)
+    task = Task(variation=variation, episode_time=episode_time, **task)
+    return EpisodeBatch(scene, 4, "cpu", task, seed=3, threads=1)
+
+
+def hardness(batch):
+    return batch.episodes.hardness.numpy()
+
+
+def after(batch, decisions):
+    for _ in range(decisions):
+        batch.step()
+    return hardness(batch)
+
+
+def test_hardness_grows_with_every_episode_that_lasts_until_it_is_whole():
+    batch = batch_of(Variation(velocity_noise=0.0, growth=0.4))
+    np.testing.assert_array_equal(hardness(batch), 0.0)
+    for expected in (0.4, 0.8, 1.0, 1.0):
+        np.testing.assert_allclose(after(batch, batch.longest), expected)
+
+
+def test_it_shrinks_as_much_with_every_episode_that_fails_and_never_below_nothing():
+    batch = batch_of(Variation(velocity_noise=0.0, growth=0.4), episode_time=1.0, com_height=1.5)  # fails at once
+    batch.episodes.hardness.fill_(1.0)
+    for expected in (0.6, 0.2, 0.0, 0.0):
+        np.testing.assert_allclose(after(batch, 1), expected, atol=1e-6)
+    batch = batch_of(Variation(velocity_noise=0.0), episode_time=1.0, com_height=1.5)
+    np.testing.assert_array_equal(after(batch, 2), 1.0)  # without growth all is there all the time
+
+
+def test_a_reset_is_no_failure_and_begins_from_nothing_where_a_seed_is_given():
+    batch = batch_of(Variation(velocity_noise=0.0, growth=0.4))
+    after(batch, batch.longest + 3)
+    batch.reset()
+    np.testing.assert_allclose(hardness(batch), 0.4)
+    batch.reset(1)
+    np.testing.assert_array_equal(hardness(batch), 0.0)
+
+
+def test_pushes_and_noise_at_the_start_are_the_share_of_those_in_full():
+    variation = Variation(velocity_noise=0.3, push=20.0, push_interval=0.05)
+    full, half = batch_of(variation), batch_of(msgspec.structs.replace(variation, growth=0.5))
+    still = batch_of(Variation(velocity_noise=0.0))
+    half.episodes.hardness.fill_(0.5)
+    half.episodes.mask.fill_(True)
+    for batch in (full, half, still):  # the same numbers of the same episodes
+        batch.episodes.number.zero_()
+        batch.episodes.decision.zero_()
+        batch.begin(np.ones(4, dtype=bool))
+    begun = [batch.rollout.state.speeds.numpy()[:, :2].copy() for batch in (full, half, still)]
+    assert np.abs(begun[0] - begun[2]).min() > 0.0
+    np.testing.assert_allclose(begun[1] - begun[2], 0.5 * (begun[0] - begun[2]), rtol=1e-5, atol=1e-6)
+    pushed = []
+    for batch in (full, half):
+        after(batch, 10)
+        pushed.append(batch.rollout.state.push.numpy().copy())
+    assert (np.linalg.norm(pushed[0], axis=1) > 0.0).all()
+    np.testing.assert_allclose(pushed[1], 0.5 * pushed[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("share", "latest"), [(0.0, 0), (0.5, 2), (1.0, 4)])
+def test_nerves_are_late_and_noisy_by_their_share(share, latest):
+    variation = Variation(velocity_noise=0.0, delay=0.04, noise=0.1, growth=0.5)
+    batch = batch_of(variation, observations={"trunk": {}, "trunk_speed": {}})
+    late, noisy = [], []
+    names = list(batch.senses.critic_names)
+    for _ in range(40):
+        batch.begin(np.ones(4, dtype=bool))
+        batch.episodes.hardness.fill_(share)
+        batch.senses.observe_critic(batch.rollout.state, batch.episodes)
+        seen = batch.senses.critic.numpy()
+        late += list(seen[:, next(k for k, name in enumerate(names) if "delay" in name)])
+        noisy += list(seen[:, next(k for k, name in enumerate(names) if name.endswith("noise"))])
+    assert sorted({round(4.0 * part) for part in late}) == list(range(latest + 1))  # told as a share of the latest
+    print(max(noisy))
+    assert max(noisy) <= share
+    assert max(noisy) >= 0.9 * share
+
+
+def test_trials_of_a_policy_have_all_of_it():
+    task = Task(variation=Variation(push=30.0, growth=0.1))
+    assert in_full(task).variation == Variation(push=30.0)
+    assert in_full(None) is None
+    plain = Task(variation=Variation(push=30.0))
+    assert in_full(plain) is plain
+
+
+def test_what_cannot_be_is_refused():
+    scene = load("reflex_planar")
+    scene.learning = Task(variation=Variation(growth=1.5))
+    with pytest.raises(SceneError, match="within 0 and 1") as error:
+        check_scene(scene)
+    assert error.value.key == "learning.variation.growth"
+    batch = batch_of(Variation(growth=0.5))
+    batch.episodes.hardness.fill_(np.nan)
+    with pytest.raises(RolloutError, match="hardness"):
+        batch.check_state()
