@@ -117,7 +117,7 @@ def _texts(result: Result) -> Any:
     return (
         result.device, result.command, tuple(sorted(result.versions.items())), tuple(sorted(result.machine.items())),
         parameters.name, parameters.unit, parameters.scale, result.evaluations.term_names, result.searched.options,
-        result.searched.ended, result.searched.elsewhere, result.replay_names,
+        result.searched.ended, result.searched.elsewhere, result.searched.evaluated, result.replay_names,
         tuple(getattr(recording, name) for name in TEXTS),
         tuple((term, tuple(own)) for term, own in result.parts.items()),
     )  # fmt: skip
