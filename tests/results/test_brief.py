@@ -59,7 +59,7 @@ def test_what_is_said_of_it_counts_all_candidates(whole: Result, short: Result, 
 def test_what_takes_the_others_is_refused_in_a_line(short: Result, tmp_path: Path):
     with pytest.raises(ResultError, match=r"short\.h5: holds only the best of its [0-9]+ candidates: it cannot go on"):
         resume(tmp_path / "short.h5", 5)
-    with pytest.raises(ResultError, match="only the best of its [0-9]+ candidates: the most robust"):
+    with pytest.raises(ResultError, match=r"only the best of its [0-9]+ candidates: the most robust"):
         best_scene(short, among=3)
 
 
