@@ -8,7 +8,6 @@ compressed in them, motions, is so on several threads: HDF5 would do it on one.
 from __future__ import annotations
 
 import itertools
-import os
 import zlib
 from collections import OrderedDict
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from warpmuscle.core.machine import cores
 from warpmuscle.results.motions import TEXTS
 from warpmuscle.results.recorded_quantities import QUANTITIES, has_place
 from warpmuscle.results.recording import Recording
@@ -67,7 +67,7 @@ class Stamps:
 
     def __init__(self) -> None:
         self._blanks: OrderedDict[Any, _Blank] = OrderedDict()
-        self._threads = ThreadPoolExecutor(min(os.cpu_count() or 1, MOST_THREADS))
+        self._threads = ThreadPoolExecutor(min(cores(), MOST_THREADS))
 
     def image(self, result: Result) -> bytes:
         """The bytes of a result file; raises ResultError as `result.write`."""
