@@ -10,6 +10,7 @@ from small_result import search_result
 from warpmuscle.core.errors import ResultError
 from warpmuscle.optimization.best_scene import best_scene, recorded_scene
 from warpmuscle.optimization.resume import resume
+from warpmuscle.plots import Subject, draw
 from warpmuscle.plots.convergence import generations_of
 from warpmuscle.report.summary import report
 from warpmuscle.results.brief import brief
@@ -68,3 +69,18 @@ def test_a_file_that_holds_more_than_there_were_is_damaged(whole: Result, tmp_pa
     write(tmp_path / "wrong.h5", dataclasses.replace(brief(whole), searched=searched))
     with pytest.raises(ResultError, match=r"1 candidates in all, but /evaluations has 2"):
         read(tmp_path / "wrong.h5")
+
+
+def test_its_convergence_is_drawn_by_generations_with_every_least_cost_in_sight(short: Result):
+    history = short.searched.history
+    fell = dataclasses.replace(history, median=np.full(len(history.best), 1e6))  # most of each generation
+    short = dataclasses.replace(short, searched=dataclasses.replace(short.searched, history=fell))
+    figure = draw(Subject(short), "convergence")
+    axes = figure.axes[0]
+    bottom, top = axes.get_ylim()
+    least = np.minimum.accumulate(short.searched.history.best)
+    assert bottom < least.min() <= least.max() < top
+    assert top - bottom < 2.0 * max(np.ptp(short.searched.history.best), 0.1 * least.min()) + 1e-6
+    (line,) = [one for one in axes.lines if one.get_label() == "least so far"]
+    np.testing.assert_array_equal(line.get_ydata(), least)
+    assert line.get_xdata()[-1] == short.evaluated

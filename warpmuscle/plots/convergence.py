@@ -125,7 +125,8 @@ def _generations(axes: Any, result: Result) -> None:
     axes.plot(count, np.minimum.accumulate(least), color=PALETTE[0], lw=1.8, drawstyle="steps-post",
               label="least so far")  # fmt: skip
     bottom = float(least.min())
-    axes.set_ylim(top=bottom + _MARGIN * max(float(np.percentile(least, 98)) - bottom, 0.1 * abs(bottom), 1e-9))
+    height = _MARGIN * max(float(np.percentile(least, 98)) - bottom, 0.1 * abs(bottom), 1e-9)
+    axes.set_ylim(bottom - 0.05 * height, bottom + height)  # medians of generations that mostly fell are far above
     axes.set_xlim(0, result.evaluated + 1)
     axes.legend(loc="upper right", frameon=True, edgecolor="none")
 
