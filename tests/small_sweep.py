@@ -7,6 +7,7 @@ import numpy as np
 
 RUNS = 8
 SMALL = """
+keep = "{keep}"
 scene = "{scene}"
 [set]
 duration = {duration}
@@ -21,10 +22,12 @@ seed = [1, 2]
 """
 
 
-def small_sweep(folder: Path, candidates: int = 20, duration: float = 0.1, scene: str = "fwalk") -> Path:
+def small_sweep(
+    folder: Path, candidates: int = 20, duration: float = 0.1, scene: str = "fwalk", keep: str = "all"
+) -> Path:
     """A sweep file of 8 runs."""
     path = folder / "small.toml"
-    path.write_text(SMALL.format(scene=scene, candidates=candidates, duration=duration))
+    path.write_text(SMALL.format(scene=scene, candidates=candidates, duration=duration, keep=keep))
     return path
 
 

@@ -2,6 +2,7 @@
 
 python tools/bench_sweep.py [--runs 1000] [--scene fwalk] [--axis KEY=MIN:MAX]
 python tools/bench_sweep.py --gather 100000    # only gathering: so many result files, of real runs under many names
+python tools/bench_sweep.py --gather 400 --candidates 3000 --population 48 --keep best    # and of long searches
 python tools/bench_sweep.py --runs 100000 --candidates 4 --population 4 --duration 0.02 --processes 24    # real runs
 
 Runs differ in their seeds, or with --axis in a number of the scene. What counts as simulation is the time in which
@@ -39,6 +40,7 @@ from warpmuscle.sweep.run import sweep
 
 TEXT = """
 scene = "{scene}"
+keep = "{keep}"
 [set]
 duration = {duration}
 [search]
@@ -48,6 +50,7 @@ population = {population}
 {axes}
 """
 WARM_UP = 2  # runs
+REAL = 4800  # candidates of the runs of which others are copies
 
 
 class Clock:
@@ -120,9 +123,9 @@ def swept(folder: Path, name: str, text: str, device: str | None) -> tuple[Clock
     return whole, simulation, gathering, peak.most
 
 
-def gathered(folder: Path, count: int, text: str, device: str | None) -> None:
+def gathered(folder: Path, count: int, text: str, candidates: int, device: str | None) -> None:
     """Print what gathering so many runs takes: files of real runs, each under many names."""
-    some = 200
+    some = min(count, max(REAL // candidates, 8))
     swept(folder, "some", text.format(axes=f"seed = {list(range(some))}"), device)
     (folder / "many.toml").write_text("")
     source, target = Folder.of(folder / "some.h5"), Folder.of(folder / "many.h5")
@@ -196,6 +199,7 @@ def main(
     candidates: Annotated[int, typer.Option(help="Of a run.")] = 24,
     population: Annotated[int, typer.Option(help="Of a generation.")] = 6,
     axis: Annotated[str, typer.Option(help="KEY=MIN:MAX, a number in which runs differ; by default their seeds.")] = "",
+    keep: Annotated[str, typer.Option(help="Candidates of a run: all, or best.")] = "all",
     gather: Annotated[int, typer.Option(help="Only gather so many runs.")] = 0,
     processes: Annotated[int, typer.Option(help="That run parts of the sweep side by side; 0: in this one.")] = 0,
     folder: Annotated[Path | None, typer.Option(help="For the files, a temporary one by default.")] = None,
@@ -203,13 +207,13 @@ def main(
 ) -> None:
     """Print what a sweep takes beside its simulations."""
     text = TEXT.replace("{axes}", "{{axes}}").format(
-        scene=scene, duration=duration, candidates=candidates, population=population
+        scene=scene, duration=duration, candidates=candidates, population=population, keep=keep
     )
     with tempfile.TemporaryDirectory(dir=folder) as name:
         place = Path(name)
         swept(place, "warm", text.format(axes=f"seed = {list(range(WARM_UP))}"), device)
         if gather:
-            gathered(place, gather, text, device)
+            gathered(place, gather, text, candidates, device)
             return
         axes = f"seed = {list(range(1, runs + 1))}"
         if axis:

@@ -1,5 +1,6 @@
 """What says on which machine a result was made."""
 
+import os
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ from threadpoolctl import threadpool_info
 
 from patience import PATIENCE
 from small_result import search_result
-from warpmuscle.core.machine import _processor, this_machine
+from warpmuscle.core.machine import _processor, cores, this_machine
 from warpmuscle.results.result import read, write
 
 
@@ -50,3 +51,11 @@ def test_result_keeps_the_machine_that_made_it_and_older_ones_have_none(tmp_path
     with h5py.File(path, "a") as file:
         del file.attrs["processor"], file.attrs["blas"]
     assert read(path).machine == {}
+
+
+def test_cores_are_those_that_the_process_may_use(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 3, 5}, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    assert cores() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    assert cores() == 64

@@ -44,7 +44,7 @@ def test_marks_stand_where_something_was_expected_and_the_key_names_them():
 def test_counts_that_differ_are_said_of_each_condition():
     panel = Panel("speed", "m/s", (lines(signs=((1, 1.5, FALLS),), stays=((0, 1.5, 0.2),)),))
     with style():
-        figure = draw_conditions("load", ["none", "load"], [panel], ["20 runs", "18 runs of 20, the others fell"])
-    assert [text.get_text() for text in figure.texts] == ["none: 20 runs; load: 18 runs of 20, the others fell"]
+        figure = draw_conditions("load", ["none", "load"], [panel], ["20 runs", "18 of 20 walked"])
+    assert [text.get_text() for text in figure.texts] == ["none: 20 runs; load: 18 of 20 walked"]
     assert texts(figure)[-2:] == ["expected: falls", "expected: stays within"]
     assert len(figure.axes[0].containers) == 2  # the bar of medians, and that of no change

@@ -207,7 +207,8 @@ def test_whole_record_of_a_journal_with_absurd_content_is_one_line(name: str, tm
 
 
 def test_glance_gives_the_columns_that_a_sweep_counts_by(whole: Path):
-    ended, cost, generation, stage = glance(whole)
+    ended, cost, generation, stage, evaluated = glance(whole)
+    assert evaluated == len(cost)
     found = search_result("fwalk").evaluations
     assert ended == "all candidates have been evaluated"
     for column, name in ((cost, "cost"), (generation, "generation"), (stage, "stage")):

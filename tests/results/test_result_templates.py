@@ -71,3 +71,19 @@ def test_numbers_that_are_not_finite_are_refused_as_alone(results):
         image(wrong)
     with pytest.raises(ResultError, match=re.escape(str(alone.value))):
         Stamps().image(wrong)
+
+
+def test_long_motions_are_compressed_beside_hdf5_and_read_by_it(results, tmp_path: Path):
+    result = results[-1]
+    stamps = Stamps()
+    (tmp_path / "stamped.h5").write_bytes(stamps.image(result))
+    (blank,) = stamps._blanks.values()
+    assert {"replay/0/joint_orientation", "replay/0/com"} <= set(blank.packed)  # in chunks that do not fill the array
+    with h5py.File(tmp_path / "stamped.h5") as file:
+        for name, array in result.replays[0].__dict__.items():
+            if f"replay/0/{name}" in blank.packed:
+                np.testing.assert_array_equal(file[f"replay/0/{name}"][()], array)
+        assert any(size % chunk for path in blank.packed
+                   for size, chunk in zip(file[path].shape, file[path].chunks, strict=True))  # fmt: skip
+    sizes = [len((tmp_path / "stamped.h5").read_bytes()), len(image(result))]
+    assert sizes[0] <= 1.1 * sizes[1]

@@ -191,3 +191,29 @@ def test_a_speed_that_no_term_weighs_is_told_of(tmp_path):
         plan(tmp_path, 'scene = "walk56"\n[set]\n"objective.stride_speed" = 10\n"objective.target_speed" = 1.0\n')
         plan(tmp_path, 'scene = "walk56_human"\n[grid]\n"objective.target_speed" = [0.8, 1.0]\n')
         plan(tmp_path, 'scene = "walk56"\n')
+
+
+@pytest.mark.parametrize(
+    ("text", "keep"),
+    [
+        ("", "all"),
+        ('[study]\nmeasures = ["speed"]\n', "best"),
+        ('keep = "all"\n[study]\nmeasures = ["speed"]\n', "all"),
+        ('keep = "best"\n', "best"),
+    ],
+)
+def test_studies_keep_the_best_candidates_unless_they_are_told(tmp_path, text: str, keep: str):
+    assert plan(tmp_path, f'scene = "fwalk"\n{text}[grid]\nseed = [1, 2]\nduration = [1, 2]\n').keep == keep
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('keep = "some"\n', r"a\.toml:2: keep: .*'some'"),
+        ('keep = "best"\n[training]\niterations = 1\n', r"a\.toml:2: keep: trainings have no candidates"),
+        ('keep = "best"\n[prune]\nafter = [0.5]\n', r"a\.toml:2: keep: runs that compete .* leave it out"),
+    ],
+)
+def test_what_cannot_be_kept_is_refused_with_its_line(tmp_path, text: str, message: str):
+    with pytest.raises(SceneError, match=message):
+        plan(tmp_path, f'scene = "fwalk"\n{text}[grid]\nseed = [1, 2]\n')

@@ -126,12 +126,16 @@ def wait_for_generations(folder: Path, more: int, process: subprocess.Popen) -> 
     return seen[-1]
 
 
+MANY = 300  # candidates of a run that is killed, before it ends
+
+
 @pytest.mark.long
-def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path, monkeypatch):
+@pytest.mark.parametrize("keep", ["all", "best"])
+def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path, monkeypatch, keep):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "whole").mkdir()
-    small_sweep(tmp_path, candidates=60, duration=0.2)
-    small_sweep(tmp_path / "whole", candidates=60, duration=0.2)
+    small_sweep(tmp_path, candidates=MANY, duration=0.2, keep=keep)
+    small_sweep(tmp_path / "whole", candidates=MANY, duration=0.2, keep=keep)
     evaluated = 0
     for more in (180, 300):
         with started(tmp_path) as process:
@@ -145,11 +149,11 @@ def test_kill_at_any_moment_loses_nothing_and_the_same_command_goes_on(tmp_path,
         assert "stopped; the same command goes on" in {status.word(run) for run in status.runs}
         assert status.evaluated >= seen > evaluated
         evaluated = status.evaluated
-    assert evaluated < 60 * RUNS
+    assert evaluated < MANY * RUNS
     with started(tmp_path) as process:
         out, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
-    assert f"small: {RUNS} of {RUNS} runs done, {60 * RUNS} candidates; best: " in out
+    assert f"small: {RUNS} of {RUNS} runs done, {MANY * RUNS} candidates; best: " in out
     assert not list((tmp_path / "small.sweep").glob("*.journal")) + list((tmp_path / "small.sweep").glob(".*.h5.*"))
     with started(tmp_path / "whole") as process:
         process.communicate(timeout=PATIENCE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import time
 from collections.abc import Iterator
@@ -172,6 +171,7 @@ def study(
     """
     from warpmuscle.core.extras import need_for_page
     from warpmuscle.core.files import files_beside, replace_file, shown
+    from warpmuscle.core.machine import cores
 
     need_for_page()
     file = study_file(file)
@@ -198,7 +198,7 @@ def study(
     with progress_shown() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
-        found = measured(plan, done, threads or os.cpu_count() or 1)
+        found = measured(plan, done, threads or cores())
         page = study_page.page(found, plan, command)
     rows = study_page.lines(found)
     for line in [*aligned(rows, texts=rows[0].index("unit") + 1), *study_page.held_lines(found)]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Mapping
 from functools import cache
@@ -50,3 +51,10 @@ def _blas() -> str:
     name, version = loaded[0]["internal_api"], loaded[0].get("version") or "of unknown version"
     kernels = loaded[0].get("architecture")
     return f"{name} {version}" + (f", {number_of(kernels, 'kernel')}" if kernels else "")
+
+
+def cores() -> int:
+    """How many cores this process may use, which on a shared host are fewer than there are."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -12,6 +12,7 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
 from warpmuscle.kernels.objective.objective_terms import TERMS
+from warpmuscle.results.brief import check_whole
 from warpmuscle.results.records import Result
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute, with_values
@@ -70,6 +71,7 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     if among is not None:
         if result.evaluations is None or scene.stages:
             raise ResultError("the most robust one is chosen among the candidates of a search without stages")
+        check_whole(result, "the most robust one cannot be chosen among them")
         from warpmuscle.optimization.robust_selection import RUNS, most_robust  # which simulates
 
         row, held = most_robust(scene, result.evaluations, among)
@@ -81,8 +83,7 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
         if not any(fnmatchcase(name, pattern) for name in names):
             raise ResultError(f"has no free parameter of the name {pattern!r} that could be fixed")
     free = {name for name in names if not any(fnmatchcase(name, pattern) for pattern in fixed)}
-    count = 0 if result.evaluations is None else len(result.evaluations)
-    how = f"cost {cost:.6g} after {number_of(count, 'candidate')} on {result.device}{chosen}"
+    how = f"cost {cost:.6g} after {number_of(result.evaluated, 'candidate')} on {result.device}{chosen}"
     how += f": {result.command}" if result.command else ""
     return pinned(with_values(scene, best), best, free), how
 

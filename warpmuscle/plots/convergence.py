@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.plots import learning_curve
 from warpmuscle.plots.style import GRAY, PALETTE, grid, heading
 from warpmuscle.plots.subject import Absent, Subject
-from warpmuscle.results.records import Evaluations, Fit, History
+from warpmuscle.results.records import Evaluations, Fit, History, Result
 
 _MARGIN = 1.6  # the axis ends at so many times the greatest cost worth showing
 
@@ -29,13 +30,16 @@ def draw(subject: Subject) -> Any:
     figure, panels = grid(len(stages) + has_spread, 2, 2.6)
     for axes, stage in zip(panels, stages, strict=False):
         title = f"Stage {stage + 1}: {searched.stages[stage].name}" if searched and searched.stages else "Cost"
-        _costs(axes, evaluations.rows(evaluations.stage == stage), subject.scene.objective.failure_cost)
+        if subject.result.is_brief:
+            _generations(axes, subject.result)
+        else:
+            _costs(axes, evaluations.rows(evaluations.stage == stage), subject.scene.objective.failure_cost)
         axes.set(title=title, xlabel="candidates evaluated", ylabel="cost (unit of the objective)")
     if has_spread:
         assert searched is not None
         _spread(panels[-1], searched.history)
     best = subject.result.best
-    note = f"{number_of(len(evaluations), 'candidate')}" + (
+    note = f"{number_of(subject.result.evaluated, 'candidate')}" + (
         f", lowest cost {best.cost:.6g}" if best is not None else ""
     )
     if searched is not None:
@@ -101,6 +105,30 @@ def _costs(axes: Any, evaluations: Evaluations, failure_cost: float) -> None:
                   label=f"{beyond.sum()} above", rasterized=True)  # fmt: skip
     axes.set_xlim(0, len(cost) + 1)
     axes.legend(loc="upper right", ncols=2, handlelength=1.2, markerscale=1.6, frameon=True, edgecolor="none")
+
+
+def generations_of(result: Result) -> tuple[Floats, Floats]:
+    """Candidates up to the end of each generation, about, and the least cost of each: of a brief result."""
+    assert result.searched is not None
+    least = result.searched.history.best
+    return result.evaluated * np.arange(1, len(least) + 1) / max(len(least), 1), np.asarray(least, dtype=float)
+
+
+def _generations(axes: Any, result: Result) -> None:
+    """The least cost so far and the median, by generation: of a result without most of its candidates."""
+    assert result.searched is not None
+    count, least = generations_of(result)
+    if not len(count):
+        return
+    median = np.asarray(result.searched.history.median, dtype=float)
+    axes.plot(count, median, ".", color="#BBBBBB", ms=3.0, label="median of a generation")
+    axes.plot(count, np.minimum.accumulate(least), color=PALETTE[0], lw=1.8, drawstyle="steps-post",
+              label="least so far")  # fmt: skip
+    bottom = float(least.min())
+    height = _MARGIN * max(float(np.percentile(least, 98)) - bottom, 0.1 * abs(bottom), 1e-9)
+    axes.set_ylim(bottom - 0.05 * height, bottom + height)  # medians of generations that mostly fell are far above
+    axes.set_xlim(0, result.evaluated + 1)
+    axes.legend(loc="upper right", frameon=True, edgecolor="none")
 
 
 def _spread(axes: Any, history: History) -> None:

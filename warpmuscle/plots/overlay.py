@@ -12,6 +12,7 @@ from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.plots.angles import angle_bands
+from warpmuscle.plots.convergence import generations_of
 from warpmuscle.plots.names import pairs
 from warpmuscle.plots.one_curve import over_time
 from warpmuscle.plots.style import GRAY, PALETTE, cycle_axis, grid, heading
@@ -119,8 +120,10 @@ def convergence(subjects: Sequence[Subject]) -> Any:
             raise Absent(f"{subject.source} holds no search; `warpmuscle optimize` writes files that do")
         if subject.result.searched is not None and subject.result.searched.stages:
             raise Absent(f"{subject.source}: costs of stages cannot be compared; draw it alone")
-        least = np.minimum.accumulate(found.cost.astype(float))
-        panels[0].plot(np.arange(1, len(least) + 1), least, color=color, label=name, drawstyle="steps-post")
+        count, cost = np.arange(1.0, len(found) + 1.0), found.cost.astype(float)
+        if subject.result.is_brief:
+            count, cost = generations_of(subject.result)
+        panels[0].plot(count, np.minimum.accumulate(cost), color=color, label=name, drawstyle="steps-post")
     panels[0].set(xlabel="candidates evaluated", ylabel="least cost so far (unit of the objective)")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     heading(figure, "Convergence", "costs can be compared where the objectives are the same")

@@ -22,6 +22,8 @@ def draw(subject: Subject) -> Any:
     result = subject.result
     if result.evaluations is None or result.best is None or not result.parameters.name:
         raise Absent(f"{subject.source} holds no search; `warpmuscle optimize` writes files that do")
+    if result.is_brief:
+        raise Absent(f"{subject.source} holds only the best of its candidates")
     mine = result.evaluations.rows(result.evaluations.stage == result.evaluations.stage[result.best.index])
     unit = unit_values(result.parameters, mine.params)
     best_tenth = unit[np.argsort(mine.cost, kind="stable")[: max(1, round(_BEST_PART * len(unit)))]]

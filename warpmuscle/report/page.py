@@ -144,7 +144,7 @@ def _headline(subject: Subject) -> list[tuple[str, str]]:
     result, found = subject.result, []
     if result.best is not None and result.evaluations is not None:
         found.append((f"{result.best.cost:.5g}", "lowest cost"))
-        found.append((f"{len(result.evaluations)}", "candidates"))
+        found.append((f"{result.evaluated}", "candidates"))
     if result.fit is not None:
         found += [
             (f"{np.median(r2):.4f}", f"r2 of {joint}")
@@ -166,7 +166,7 @@ def _headline(subject: Subject) -> list[tuple[str, str]]:
 
 def _outcomes(result: Result) -> list[tuple[str, int, float]]:
     """How many candidates came to each end, and their part of all."""
-    if result.evaluations is None:
+    if result.evaluations is None or result.is_brief:
         return []
     status = np.asarray(result.evaluations.status)
     counts = {member.meaning: int((status == member).sum()) for member in Status}

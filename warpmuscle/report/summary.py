@@ -41,7 +41,7 @@ def report(result: Result) -> list[str]:
     if result.evaluations is None or result.best is None:
         count = len(result.replays)
         return [*lines, f"no search; {number_of(count, 'motion')}", *heaviness(result)]
-    lines += ["", *outcomes(result.evaluations), "", *convergence(result)]
+    lines += ["", *_candidates(result), "", *convergence(result)]
     lines += [
         "",
         *score(result),
@@ -87,6 +87,14 @@ def learning(learned: Learned) -> list[str]:
     return [*lines, f"options: {options}", *([f"ended: {learned.ended}"] if learned.ended else [])]
 
 
+def _candidates(result: Result) -> list[str]:
+    """How many candidates came to each end, or that only some of them were kept."""
+    assert result.evaluations is not None
+    if result.is_brief:
+        return [f"{number_of(result.evaluated, 'candidate')}, of which the first and the best are kept"]
+    return outcomes(result.evaluations)
+
+
 def outcomes(evaluations: Evaluations) -> list[str]:
     """How many candidates came to each end."""
     lines = [f"{number_of(len(evaluations), 'candidate')}, {evaluations.end_time.sum():.0f} s of motion"]
@@ -100,6 +108,9 @@ def convergence(result: Result) -> list[str]:
     """Least cost over the candidates of all searches, and the best of each search; of each stage if there are any."""
     assert result.evaluations is not None
     searched = result.searched
+    if searched is not None and result.is_brief:
+        least = np.minimum.accumulate(np.r_[result.evaluations.cost[0], searched.history.best])
+        return [f"lowest cost {least[0]:.6g} {curve(least)} {least[-1]:.6g}", f"ended: {searched.ended}"]
     if searched is None or not searched.stages:
         return _descent(result.evaluations, searched.ended if searched is not None else "")
     lines = []

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 from warpmuscle.core.errors import OccupiedError, ResultError
+from warpmuscle.results.brief import check_whole
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.records import Evaluations, Result
 from warpmuscle.results.result import read, write
@@ -75,6 +76,10 @@ class Checkpoint:
         first = read(path)
         if first.searched is None:
             raise ResultError(f"{path}: holds no search that could be resumed")
+        try:
+            check_whole(first, "it cannot go on")
+        except ResultError as error:
+            raise ResultError(f"{path}: {error}") from None
         checkpoint = cls(path, identity_of(first))
         try:
             result = read(path)  # as it is now that nobody else writes it

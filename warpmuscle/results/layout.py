@@ -124,6 +124,8 @@ def _put_searched(file: Any, searched: Searched) -> None:
     group.attrs["ended"] = searched.ended
     if searched.elsewhere:
         group.attrs["elsewhere"] = searched.elsewhere
+    if searched.evaluated:
+        group.attrs["evaluated"] = searched.evaluated
     if searched.stages:
         group.attrs["stage"] = searched.stage
     for number, state in enumerate(searched.states):

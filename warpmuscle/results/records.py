@@ -200,6 +200,7 @@ class Searched:
     stages: tuple[Staged, ...] = ()  # of the scene, begun or not
     stage: int = 0  # number of the last one begun
     elsewhere: int = 0  # so many first generations were asked for on other machines, see `SearchLoop`
+    evaluated: int = 0  # candidates in all, where the evaluations are only some of them; 0 where they are all
 
     def __repr__(self) -> str:
         stages = f", {number_of(len(self.stages), 'stage')}" if self.stages else ""
@@ -240,7 +241,7 @@ class Result:
     def __repr__(self) -> str:
         parts = [f"seed {self.seed} on {self.device}" if self.device else ""]
         if self.evaluations is not None:
-            parts.append(f"{number_of(len(self.evaluations), 'candidate')}")
+            parts.append(f"{number_of(self.evaluated, 'candidate')}")
         if self.best is not None:
             parts.append(f"best cost {self.best.cost:.6g}")
         if self.learned is not None:
@@ -252,7 +253,8 @@ class Result:
         """What notebooks show: a table."""
         rows = [("scene", self.scene_name), ("motions", str(len(self.replays)))]
         if self.evaluations is not None:
-            rows.append(("candidates", f"{len(self.evaluations)}: {counted(self.evaluations.status)}"))
+            found = "" if self.is_brief else f": {counted(self.evaluations.status)}"
+            rows.append(("candidates", f"{self.evaluated}{found}"))
         if self.best is not None:
             rows.append(("best", f"candidate {self.best.index}, cost {self.best.cost:.6g}"))
         rows += [("made by", self.command), ("on", self.device), ("seed", str(self.seed))]
@@ -270,6 +272,18 @@ class Result:
         if self.evaluations is None:
             raise ResultError("this result has no candidates; its motions are tables, as `replays[0].to_dataframe()`")
         return self.evaluations.to_dataframe(self.parameters.name)
+
+    @property
+    def is_brief(self) -> bool:
+        """Whether it holds only some of the candidates that were evaluated: the first one and the best."""
+        return self.searched is not None and self.searched.evaluated > 0
+
+    @property
+    def evaluated(self) -> int:
+        """How many candidates were evaluated, whether it holds them all or not."""
+        if self.searched is not None and self.searched.evaluated > 0:
+            return self.searched.evaluated
+        return 0 if self.evaluations is None else len(self.evaluations)
 
     @property
     def scene_name(self) -> str:

@@ -13,7 +13,8 @@ The layout is a contract with readers in other languages; `docs/reference/files.
 - `/history/{generation, search, best, median, spread, sigma, asks_crc32, stage}`: (H,), a row for each generation of a
   search
 - `/searches`: the options of the optimisation as attributes, `strategy`, `searches`, `restarts`, `candidates`, `ended`,
-  and `population`, `sigma`, `until`, `target` where given, `elsewhere` of one that went on on another machine;
+  and `population`, `sigma`, `until`, `target` where given, `elsewhere` of one that went on on another machine,
+  `evaluated`, candidates in all, where `/evaluations` has only the first and the best;
   `/searches/<k>/...`: what search k knows, such as its mean
 - `/stages/<k>` if the scene has stages: the options of stage k as attributes, `name` and `ended` besides, `free`, the
   names of the parameters that it changes, and `best/{params, cost, index}`; the attribute `stage` of `/searches` is the
@@ -42,7 +43,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -145,8 +146,18 @@ def read(path: str | Path, run: str | None = None, *, replay: int | None = None)
         return result
 
 
-def glance(path: str | Path) -> tuple[str, Floats, Integers, Integers]:
-    """Why a search has ended, and cost, generation and stage (N,) of its candidates; nothing else is read.
+class Glance(NamedTuple):
+    """What a result file says of its search at a glance."""
+
+    ended: str  # why
+    cost: Floats  # (N,), of the candidates that it holds
+    generation: Integers  # (N,)
+    stage: Integers  # (N,)
+    evaluated: int  # candidates in all
+
+
+def glance(path: str | Path) -> Glance:
+    """How a search has ended, and the costs of its candidates; nothing else is read.
 
     Raises:
         ResultError: as `read`, or the file holds no search.
@@ -157,7 +168,9 @@ def glance(path: str | Path) -> tuple[str, Floats, Integers, Integers]:
         columns = [hdf5.checked_array(group, name) for name in ("cost", "generation", "stage")]
         for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
             check_column(name, column, np.size(columns[0]))
-        return str(hdf5.attribute(hdf5.member(file, "searches"), "ended")), columns[0], columns[1], columns[2]
+        searches = hdf5.member(file, "searches")
+        evaluated = int(searches.attrs.get("evaluated", 0)) or np.size(columns[0])
+        return Glance(str(hdf5.attribute(searches, "ended")), columns[0], columns[1], columns[2], evaluated)
 
 
 def read_learned(path: str | Path) -> Learned | None:
@@ -319,7 +332,9 @@ def _load_searched(file: Any) -> Searched:
     stage = int(attributes.get("stage", 0))
     ended = str(hdf5.attribute(group, "ended"))
     elsewhere = int(attributes.get("elsewhere", 0))
-    return Searched(_load_options(attributes), ended, History(**columns), tuple(states), stages, stage, elsewhere)
+    evaluated = int(attributes.get("evaluated", 0))
+    history = History(**columns)
+    return Searched(_load_options(attributes), ended, history, tuple(states), stages, stage, elsewhere, evaluated)
 
 
 def _load_options(attributes: Any) -> SearchOptions:

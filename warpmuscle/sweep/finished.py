@@ -39,6 +39,7 @@ class RunTable:
     ended: str
     labels: dict[str, tuple[str, ...]]  # names of parameters and terms
     units: tuple[str, ...]  # of parameters
+    evaluated: int  # candidates in all, of which the columns may have only some
 
 
 class FinishedJournal:
@@ -76,6 +77,7 @@ def _records(key: Any, runs: Sequence[tuple[str, Path, Result]]) -> tuple[Arrays
         "index": np.array([index for _, index, _, _ in found], dtype=np.int64),
         "best": np.array([cost for _, _, cost, _ in found]),
         "count": np.array([len(evaluations) for evaluations, _, _, _ in found], dtype=np.int64),
+        "evaluated": np.array([result.evaluated for _, _, result in runs], dtype=np.int64),
     }
     texts = zip(("params", "units", "terms"), key, strict=True)
     head |= {name: np.array(words, dtype=np.str_) for name, words in texts}
@@ -128,7 +130,7 @@ class FinishedRuns:
         try:
             if (int(head["size"][row]), int(head["time"][row])) != file:
                 return None
-            return str(head["ended"][row]), int(head["count"][row]), float(head["best"][row])
+            return str(head["ended"][row]), _evaluated(head, row), float(head["best"][row])
         except (KeyError, ValueError, IndexError):
             return None
 
@@ -150,7 +152,8 @@ class FinishedRuns:
             if any(values.shape != (counts[row], *widths.get(name, ())) for name, values in columns.items()):
                 return None
             best = int(head["index"][row]), float(head["best"][row])
-            return RunTable(columns, best, str(head["ended"][row]), labels, _texts(head["units"]))
+            ended, units = str(head["ended"][row]), _texts(head["units"])
+            return RunTable(columns, best, ended, labels, units, _evaluated(head, row))
         except (OSError, DamagedArchive, KeyError, ValueError, IndexError):
             return None
 
@@ -172,6 +175,11 @@ class FinishedRuns:
                 file.seek(place + _HEAD.size + there.offset + begin * width * there.kind.itemsize)
                 found[name] = np.fromfile(file, there.kind, count * width).reshape(count, *there.shape[1:])
             return found
+
+
+def _evaluated(head: Arrays, row: int) -> int:
+    """Candidates of a run in all; journals of before some were left out have all of them."""
+    return int(head.get("evaluated", head["count"])[row])
 
 
 def _record(file: Any) -> Arrays | None:

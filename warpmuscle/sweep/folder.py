@@ -278,18 +278,20 @@ class Folder:
         if not path.exists() and not journal_path(path).exists():
             return _in_rounds(entry, known_of(self.path, [entry.name]).get(entry.name))
         try:
-            ended, *columns = glance(path)
+            found = glance(path)
         except ResultError:
             return RunState(entry.name, False, "", 0, entry.candidates, np.inf)
+        columns = [found.cost, found.generation, found.stage]
         known = {int(number): [column[columns[1] == number] for column in columns] for number in np.unique(columns[1])}
+        beside = found.evaluated - len(found.cost)  # evaluated, but not in the file
         for part in Journal.look(journal_path(path)):
             number = int(part.generation[0])
             if number not in known or len(known[number][0]) <= len(part):
                 known[number] = [part.cost, part.generation, part.stage]
         cost, stage = (np.concatenate([np.zeros(0), *(parts[k] for parts in known.values())]) for k in (0, 2))
         best = float(cost[stage == stage.max()].min()) if len(cost) else np.inf
-        over = ended not in GOES_ON and not journal_path(path).exists()
-        return RunState(entry.name, True, ended if over else "", len(cost), entry.candidates, best)
+        over = found.ended not in GOES_ON and not journal_path(path).exists()
+        return RunState(entry.name, True, found.ended if over else "", len(cost) + beside, entry.candidates, best)
 
 
 def entries_of(plan: Plan) -> tuple[RunEntry, ...]:
@@ -329,7 +331,7 @@ def _made(manifest: Manifest, output: Path, command: str) -> str:
 def has_ended(path: Path) -> bool:
     """Whether a result file is that of an optimisation that has finished, and is complete."""
     try:
-        return glance(path)[0] not in GOES_ON and not journal_path(path).exists()
+        return glance(path).ended not in GOES_ON and not journal_path(path).exists()
     except ResultError:
         return False
 

@@ -8,7 +8,7 @@
   not a number, or empty, where a run has no value of an axis
 - `/table/{best_params, best_terms}`: (R, P) and (R, T), the best candidate, if all runs have the same ones
 - `/all/{cost, status, end_time, search, generation, stage}`: (N,), the candidates of all runs one behind the other;
-  `params` (N, P) and `terms` (N, T) if all runs have the same
+  `params` (N, P) and `terms` (N, T) if all runs have the same; only the first and the best of a run that keeps no more
 - `/all/run`: (N,), row of `/table`
 - `candidate`, `run`, `parameter` and `term` in both are attached to the axes as dimension scales; `parameter_unit`
 
@@ -131,8 +131,10 @@ def put_run(folder: Folder, runs: Any, entry: RunEntry, finished: FinishedRuns) 
         labels = {"params": _texts(parameters, "name")}
         if "terms" in columns:
             labels["terms"] = _texts(group, "term_names")
-        ended = str(hdf5.attribute(hdf5.member(file, "searches"), "ended"))
-        return RunTable(columns, found, ended, labels, _texts(parameters, "unit"))
+        searches = hdf5.member(file, "searches")
+        ended, evaluated = str(hdf5.attribute(searches, "ended")), int(searches.attrs.get("evaluated", 0))
+        units = _texts(parameters, "unit")
+        return RunTable(columns, found, ended, labels, units, evaluated or len(columns["cost"]))
 
 
 def put_bytes(path: Path, runs: Any, name: str) -> bytes:
@@ -162,8 +164,7 @@ class _Table:
 
     def add(self, run: RunTable) -> None:
         """Put a row behind those that are there."""
-        cost = run.columns["cost"]
-        self._rows["evaluated"].append(len(cost))
+        self._rows["evaluated"].append(run.evaluated)
         self._rows["best_cost"].append(run.best[1] if run.best is not None else np.inf)
         self._rows["ended"].append(run.ended)
         for name, column in self._best.items():

@@ -69,9 +69,9 @@ def _ended_rivals(tasks: Sequence[Task], fresh: Sequence[Task], folder: Path) ->
     for task in tasks:
         if task.rivals in left and task.name not in names:
             with contextlib.suppress(ResultError):
-                ended, cost, *_ = glance(folder / f"{task.name}.h5")
-                if not ended.startswith(PRUNED):
-                    found.setdefault(task.rivals, []).append(cost)
+                rival = glance(folder / f"{task.name}.h5")
+                if not rival.ended.startswith(PRUNED):
+                    found.setdefault(task.rivals, []).append(rival.cost)
     return found
 
 

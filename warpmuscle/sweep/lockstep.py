@@ -23,6 +23,7 @@ from warpmuscle.optimization.progress import Progress, Tracker
 from warpmuscle.optimization.replay import Replay
 from warpmuscle.optimization.run import make_search_loop
 from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
+from warpmuscle.results.brief import ALL, brief
 from warpmuscle.results.records import ParameterTable, Result, best_of, parameter_table
 from warpmuscle.results.result_templates import Stamps
 from warpmuscle.scene import Scene
@@ -144,7 +145,7 @@ class _Group:
         ended = []
         for run in runs:
             if run.task.name not in failed:
-                result = run.result()
+                result = run.result() if run.task.keep == ALL else brief(run.result())
                 if result.best is None:
                     failed[run.task.name] = f"{run.ended} before any candidate had ended: nothing to keep"
                 else:
@@ -155,7 +156,7 @@ class _Group:
                 content = self._stamps.image(replace(result, replays=(replay[0],), parts=replay[1]))
                 replace_file(self._folder / f"{run.task.name}.h5", content, synchronised=False)
                 if self._finished is not None and result.best is not None and result.evaluations is not None:
-                    count, asked = len(result.evaluations), run.task.options.candidates
+                    count, asked = result.evaluated, run.task.options.candidates
                     self._finished(RunState(run.task.name, True, run.ended, count, asked, result.best.cost))
             except SceneError as error:
                 failed[run.task.name] = str(error)

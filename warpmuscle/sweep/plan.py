@@ -28,8 +28,10 @@ What stands in `[grid]` is an axis: a key with a list of values, or a name with 
 `values`, the same for all keys, or by `factors`. Several `[[grid]]` are swept one after the other, each by itself and
 with every entry of `[[run]]`; where a run has no value of an axis of factors, it counts as 1. Keys are those of
 `overrides.py`, and in axes and runs besides `scene`, `seed` and `search.OPTION`; what a run or an axis sets comes after
-what `[set]` does. With `[training]` instead of `[search]`, runs are trainings, see `trainings.py`, and axes may have
-`training.OPTION`. A run is named by what sets it apart: `normal,seed=2,target_speed=0.8,weakness=0.25`.
+what `[set]` does. `keep = "best"` keeps only the first and the best candidate of each run, as studies do without being
+told, and `keep = "all"` all of them. With `[training]` instead of `[search]`, runs are trainings, see `trainings.py`,
+and axes may have `training.OPTION`. A run is named by what sets it apart, such as
+`normal,seed=2,target_speed=0.8,weakness=0.25`.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -57,6 +59,7 @@ from warpmuscle.optimization import stages
 from warpmuscle.optimization.options import GREATEST_SEED, check_options
 from warpmuscle.optimization.usual_objective import warn_of_speed_in_vain
 from warpmuscle.optimization.usual_search import usual_strategy
+from warpmuscle.results.brief import ALL, BEST
 from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters
@@ -99,6 +102,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     run: list[dict[str, Any]] = []
     sample: Sample | None = None
     study: StudyTable | None = None
+    keep: Literal["all", "best"] | None = None
     prune: PruneTable | None = None
 
 
@@ -127,6 +131,7 @@ class Plan:
     study: Study | None = None  # that the runs are to show something in
     prune: Rule | None = None  # by which runs that are behind are stopped
     refinement: Refinement | None = None  # by which further points are chosen
+    keep: str = ALL  # or best: of the candidates of a run, see `results.brief`
 
     @property
     def trains(self) -> bool:
@@ -207,7 +212,16 @@ def _made(
     rule = rule_of(file.prune, [(run.axes, run.candidates) for run in runs], file.training, file.study, staged)
     refused = {name: getattr(file, name) is not None for name in WITHOUT_POINTS}
     refinement = None if file.sample is None or sample is None else refinement_of(file.sample, sample, again, refused)
-    return Plan(path, name, source.text, tuple(runs), study, rule, refinement)
+    return Plan(path, name, source.text, tuple(runs), study, rule, refinement, _kept(file))
+
+
+def _kept(file: _File) -> str:
+    """Which candidates of a run its result keeps: of studies, which need no others, the best; else all."""
+    if file.keep is not None and file.training is not None:
+        raise SceneError("trainings have no candidates", key="keep")
+    if file.keep == BEST and file.prune is not None:
+        raise SceneError("runs that compete are compared by all their candidates; leave it out", key="keep")
+    return file.keep or (BEST if file.study is not None and file.prune is None else ALL)
 
 
 def _runs(source: Source, file: _File, base: _Base, points: list[list[Choice]]) -> list[SweepRun]:

@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import TypeVar
 
-SHARE = 8  # tasks of a process at least: it takes as long to start as to measure a few runs
+SHARE = 24  # tasks of a process at least: it takes as long to start, 3 s of a core, as to measure a dozen runs
 
 Task = TypeVar("Task")
 Done = TypeVar("Done")
@@ -25,4 +25,4 @@ def in_processes(processes: int, work: Callable[[Task], Done], tasks: Sequence[T
         yield from map(work, tasks)
         return
     with ProcessPoolExecutor(count, get_context("spawn")) as pool:
-        yield from pool.map(work, tasks, chunksize=SHARE // 2)
+        yield from pool.map(work, tasks, chunksize=SHARE // 6)

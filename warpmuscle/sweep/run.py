@@ -121,7 +121,7 @@ def sweep(
 def _tasks(plan: Plan, command: str) -> list[Task]:
     """The runs of a plan as tasks."""
     rivals = ["" if plan.prune is None else plan.prune.rivals(run.axes, run.candidates) for run in plan.runs]
-    return [Task(run.name, run.scene, run.seed, run.options, command, key)
+    return [Task(run.name, run.scene, run.seed, run.options, command, plan.keep, key)
             for run, key in zip(plan.runs, rivals, strict=True)]  # fmt: skip
 
 

@@ -17,4 +17,5 @@ class Task:
     seed: int
     options: SearchOptions
     command: str  # put into its result as what made it
+    keep: str = "all"  # or best: of its candidates, see `results.brief`
     rivals: str = ""  # what runs have in common that it competes with, see `pruning`; empty if with none

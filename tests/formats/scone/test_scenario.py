@@ -303,7 +303,6 @@ def test_a_motor_holds_a_chest_upright_by_reflexes_of_its_turns(tmp_path: Path):
         ("controller", "source = chest delay", "source = trunk delay", "of their own body, 'chest'"),
         ("controller", "axis = [ 1 0 0 ]", "axis = [ 0 1 0 ]", "its axis must be that of 'back_leans' here"),
         ("controller", "KV = 20", "KV = 20 C0 = 1", "C0: not known in `BodyOrientationReflex`; a motor is driven by"),
-        ("controller", "target = back_leans", "target = seat_r", "only motors of joints have reflexes of one side"),
         ("controller", "target = back_leans source = chest axis = [ 1 0 0 ]", "target = back_bends source = chest",
          "one reflex drives a motor about this axis already"),
         ("controller", "$nerve = 0.005", "", "delay: $nerve has no value here: give it one before"),

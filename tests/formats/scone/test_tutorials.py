@@ -166,3 +166,58 @@ def test_numbers_of_controllers_with_a_name_and_of_several_reflexes_alike_are_wr
     save(scene, tmp_path / "two.par", lost)
     assert [one.text for one in lost] == ["gait_states.reflexes.Upright_calf-seat_2.force_gain"]
     assert read_parameters(tmp_path / "two.par")["Upright.calf-seat.KF"].best == 0.5
+
+
+ONE_LEG = """ReflexController {{ name = hop dual_sided = 0
+ MuscleReflex {{ target = calf_l delay = 0.02 KF = ~0.5<0,1> }}
+ MuscleReflex {{ target = {target} source = {source} KL = 2 L0 = 0.7 }} }}"""
+
+
+def test_reflexes_of_one_leg_say_which_one_it_is(tmp_path: Path):
+    scene, _ = read(tmp_path, controller=ONE_LEG.format(target="seat_r", source="calf_l"))
+    found = scene.gait_states.reflexes
+    assert {name: (one.muscle, one.side, one.of, one.opposite) for name, one in found.items()} == {
+        "hop_calf_l": ("calf", "left", "", False),
+        "hop_seat_r-calf_l": ("seat", "right", "calf", True),
+    }
+    scene, _ = read(tmp_path, controller=ONE_LEG.format(target="seat_r", source="calf_r"))
+    assert scene.gait_states.reflexes["hop_seat_r-calf_r"].opposite is False
+
+
+@pytest.mark.parametrize(
+    ("controller", "message"),
+    [
+        (ONE_LEG.format(target="seat", source="calf_l"), "3: target: with dual_sided = 0 it says of which leg it is"),
+        (ONE_LEG.format(target="seet_l", source="calf_l"), "3: target: there is no muscle 'seet' in the model"),
+        (
+            "ReflexController {\n MuscleReflex { target = calf_l KF = 1 } }",
+            "2: target: names the muscle of one leg: leave _l out, or say dual_sided = 0 above",
+        ),
+        (
+            "ReflexController {\n MuscleReflex { target = calf KF = 1 delay = -0.1 } }",
+            "2: .*delay: must not be negative",
+        ),
+    ],
+)
+def test_what_is_wrong_in_reflexes_of_a_leg_is_told_with_its_line(tmp_path: Path, controller: str, message: str):
+    with pytest.raises(SceneError, match=rf"controller\.scone:{message}"):
+        read(tmp_path, controller=controller)
+
+
+def test_states_take_composite_controllers_and_lists_without_names(tmp_path: Path):
+    inside = "ReflexController { MuscleReflex { target = calf KF = 1 } }"
+    pattern = PATTERN.replace("symmetric = 1", "")
+    plain = f"states = Swing {inside} {pattern}"
+    nested = f"states = Swing CompositeController {{ name = two {inside} CompositeController {{ {pattern} }} }}"
+    found = [
+        read(tmp_path, controller=f"GaitStateController {{ ConditionalControllers {text} }}")[0].gait_states
+        for text in (f"{{ ConditionalController {{ {plain} }} }}", f"[ {{ {nested} }} ]")
+    ]
+    assert found[0] == found[1]
+    assert (len(found[0].reflexes), len(found[0].patterns)) == (1, 2)
+    with pytest.raises(SceneError, match="NoiseController: not known in `ConditionalController`; what acts in states"):
+        read(
+            tmp_path,
+            controller="GaitStateController { ConditionalControllers { ConditionalController { states = Swing"
+            " NoiseController { base_noise = 1 } } } }",
+        )

@@ -1,6 +1,7 @@
 """A study from its file to its page: measures are those of its runs' motions, and nothing in it can run."""
 
 import csv
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -157,3 +158,22 @@ def test_a_page_says_whether_a_change_agrees_in_size(interval: tuple[float, floa
 def test_a_change_that_rounds_to_nothing_has_no_sign():
     assert study_page.number("m/s", -0.0001) == "0.00"
     assert study_page.number("m/s", float("nan")) == ""
+
+
+def test_costs_of_falls_are_called_so_and_the_sign_of_angles_is_told(found: StudyResult, folder: Path):
+    nothing = Spread(0, np.nan, np.nan, np.nan), (np.nan, np.nan)
+    cells = (
+        Cell(1.0, 2, 2, Spread(2, 1.0, 1.0, 2.0), *nothing), Cell(1.2, 2, 0, Spread(2, 1.8e6, 1.8e6, 1.9e6), *nothing)
+    )  # fmt: skip
+    changed = [
+        dataclasses.replace(row, cells=cells, unit="deg" if row.measure == "speed" else row.unit)
+        for row in found.rows
+        if row.measure in ("cost", "speed")
+    ]
+    study = dataclasses.replace(found.study, expected=())
+    text = study_page.page(
+        dataclasses.replace(found, rows=tuple(changed), held=(), study=study), read(folder / "loads.toml"), ""
+    )
+    assert text.count(">fell<") == 1
+    assert "Angles are flexion of hips and knees, and dorsiflexion of ankles." in text
+    assert "Angles are flexion" not in study_page.page(found, read(folder / "loads.toml"), "")

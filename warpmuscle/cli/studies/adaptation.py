@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import time
 from fnmatch import fnmatchcase
@@ -60,6 +59,7 @@ def adaptation(
     """
     from warpmuscle.core.extras import need_for_page
     from warpmuscle.core.files import files_beside, replace_file
+    from warpmuscle.core.machine import cores
 
     need_for_page()
     sweep_file, page_file, table_file = files_beside(output, (".toml", ".html", ".csv"))
@@ -90,7 +90,7 @@ def adaptation(
     with progress_shown() as bar:
         done = run(plan, output, device=device, threads=threads, command=command, progress=bar.update)
     with log.status("measuring"):
-        found = comparison(records, plan, done, walker, threads or os.cpu_count() or 1)
+        found = comparison(records, plan, done, walker, threads or cores())
         page = pages.page(found, plan.text, command)
     for line in aligned(pages.lines(found), texts=2):
         out.print(line, markup=False)

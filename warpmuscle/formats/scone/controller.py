@@ -33,6 +33,7 @@ FUNCTIONS: dict[str, Shape] = {
 MOST_KNOTS = 99
 SHORTEST = 0.001  # s, from knot to knot
 AT_LEAST = f"from knot to knot there are at least {SHORTEST:g} s here"
+DURING = ("ReflexController", "FeedForwardController", "CompositeController")  # what may act in states of the gait
 NO_MUSCLES = (
     "patterns drive muscles, of which the model has none; its motors are driven by a BodyOrientationReflex alone"
 )
@@ -90,20 +91,34 @@ class _Reader:
             states.leg_length = length.number()
         if node.number_of("leg_load_sensor_delay", 0.0) != 0.0:
             node.fail("a leg_load_sensor_delay other than 0 is not known here")
-        for one in node.need("ConditionalControllers").every("ConditionalController"):
+        for one in node.need("ConditionalControllers").every("ConditionalController", ""):
             words = one.need("states").text().replace(",", ";").split(";")
             sides = self._legs(one, symmetric)
             for group in words:
                 during = [self._state(one, word) for word in group.split()]
                 mask = "".join("1" if state in during else "0" for state in reversed(STATES))
                 acting = Acting(during, f"S{mask}.", sides)
-                for child in one.every("ReflexController", "FeedForwardController"):
-                    read = self._group if child.key == "ReflexController" else self._patterns
-                    read(child, acting)
-                    child.tell_unused()
-            one.tell_unused()
+                self._during(one, acting)
+            one.tell_unused(f"what acts in states is {', '.join(DURING)}")
         node.need("ConditionalControllers").tell_unused()
         self._bindings.std_factor = before
+
+    def _during(self, node: Node, acting: Acting) -> None:
+        """What acts in some states, several of them within a composite controller."""
+        for child in node.every(*DURING):
+            if put_off(child):
+                continue
+            if child.key == "CompositeController":
+                _labels(child)
+                self._during(child, acting)
+                for group in child.every("Controllers"):
+                    self._during(group, acting)
+                    group.tell_unused()
+            elif child.key == "ReflexController":
+                self._group(child, acting)
+            else:
+                self._patterns(child, acting)
+            child.tell_unused()
 
     def reflexes(self, node: Node) -> None:
         """Reflexes that always act."""
@@ -197,7 +212,7 @@ class _Reader:
                     if self._reflexes.turns(child):
                         self._reflexes.drive(child, acting.prefix)
                     elif not dual:
-                        child.fail("only motors of joints have reflexes of one side here: leave out dual_sided")
+                        self._reflexes.read_one(child, acting, self._states(node).reflexes)
                     else:
                         self._reflexes.read(child, acting, self._states(node).reflexes)
             if group is not node:

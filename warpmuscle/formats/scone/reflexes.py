@@ -41,6 +41,7 @@ NEGATIVE_POSITION: Negative = {"allow_neg_P": ("position", True), "allow_neg_V":
 OPPOSITE = "_o"  # ends the name of what belongs to the other leg
 SUFFIX = {"left": "_l", "right": "_r", "both": ""}
 SIDE_OF = ("_l", "_r")  # end the name of what is of one leg alone
+ONE_SIDE: dict[str, Side] = {"_l": "left", "_r": "right"}
 SIDES: dict[Side, str] = {"left": "l", "right": "r", "both": "lr"}
 OF_MOTOR = {"P0": "target", "KP": "gain", "KV": "damping"}  # of what drives a motor about an axis
 MOTOR_AXES = {"z": "lean", "x": "list", "y": "turn"}
@@ -91,6 +92,7 @@ class ReflexReader:
         self._scene, self._root, self._bindings, self._notes = scene, body.root, bindings, notes
         self._motors, self._version = body.motors, body.version
         self._side: Side = "both"
+        self._one = False  # whether names say of which leg what they mean is
 
     def turns(self, node: Node) -> bool:
         """Whether a reflex drives a motor in place of a muscle."""
@@ -125,19 +127,32 @@ class ReflexReader:
 
     def read(self, node: Node, acting: Acting, into: dict[str, GaitReflex]) -> None:
         """Add a reflex, or one for each leg."""
+        target, muscles = node.need("target"), self._scene.character.muscles
+        if target.text() in muscles and target.text().endswith(SIDE_OF):
+            target.fail(f"names the muscle of one leg: leave {target.text()[-2:]} out, or say dual_sided = 0 above")
         for side in acting.sides:
             self._side = side
-            self._read(node, acting, into)
+            self._read(node, acting, into, target.text())
 
-    def _read(self, node: Node, acting: Acting, into: dict[str, GaitReflex]) -> None:
+    def read_one(self, node: Node, acting: Acting, into: dict[str, GaitReflex]) -> None:
+        """Add a reflex of one leg, whose names all say which leg they are of."""
+        target = node.need("target")
+        if not target.text().endswith(SIDE_OF):
+            target.fail("with dual_sided = 0 it says of which leg it is: its name ends in _l or _r")
+        self._side, self._one = ONE_SIDE[target.text()[-2:]], True
+        self._read(node, acting, into, target.text()[:-2])
+        self._one = False
+
+    def _read(self, node: Node, acting: Acting, into: dict[str, GaitReflex], muscle: str) -> None:
         kind, target = REFLEXES[node.key], node.need("target")
-        muscle, source = target.text(), node.find(kind.source)
+        source = node.find(kind.source)
         sensed = "" if source is None else source.text()
-        names = self._named(muscle), self._named(sensed)
+        names = (target.text(), sensed) if self._one else (self._named(muscle), self._named(sensed))
         own = names[0] if names[1] in ("", names[0]) and kind.source == "source" else "-".join(names)
         own = self._named(node.string_of("par_name")) or own
         key = key_of(f"{acting.prefix}{own}", into)
         place = f"gait_states.reflexes.{key}"
+        self._notes.places[place] = (node.file, node.line)
         reflex = GaitReflex(muscle, during=list(acting.during), side=self._side)
         self.known(target, muscle, self._scene.character.muscles, "muscle")
         kind.read(self, node, reflex, source)
@@ -238,15 +253,19 @@ class ReflexReader:
         return vector(found)
 
     def _other(self, reflex: GaitReflex, name: str) -> str:
-        """A name without what says that it is of the other leg."""
+        """A name without what says of which leg it is, or that it is of the other one."""
+        if self._one and name.endswith(SIDE_OF):
+            reflex.opposite = ONE_SIDE[name[-2:]] != self._side
+            return name[:-2]
         reflex.opposite = name.endswith(OPPOSITE)
         return name.removesuffix(OPPOSITE)
 
     def _condition(self, node: Node, reflex: GaitReflex, own: str, place: str) -> None:
         """The joint that silences a reflex beyond an interval."""
         joint = node.need("dof")
-        reflex.within_joint = joint.text()
-        self.known(joint, joint.text(), self._scene.character.joints, "joint")
+        own_leg = self._one and ONE_SIDE.get(joint.text()[-2:]) == self._side
+        reflex.within_joint = joint.text()[:-2] if own_leg else joint.text()
+        self.known(joint, reflex.within_joint, self._scene.character.joints, "joint")
         for word, name in (("pos_min", "within_low"), ("pos_max", "within_high")):
             found = node.find(word)
             if found is not None:

@@ -132,7 +132,8 @@ class Node:
         """SceneError at the first child that nobody has asked for."""
         for child in self.children:
             if not child.used:
-                child.fail(f"not known in `{self.key}`" + (f"; {hint}" if hint else ""))
+                inside = f"`{self.key}`" if self.key else "this block"
+                child.fail(f"not known in {inside}" + (f"; {hint}" if hint else ""))
 
     def all(self) -> Iterator[Node]:
         """This node and all within it."""

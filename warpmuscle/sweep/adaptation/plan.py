@@ -72,7 +72,7 @@ def sweep_text(
             raise Error(f"--set {key}: {SAID[key]}")
     plain = at_start(scene)
     leg, mass = leg_length(plain), body_mass(plain.character)
-    lines = [f"scene = {json.dumps(name)}", "", "[search]", 'strategy = "cma"']
+    lines = [f"scene = {json.dumps(name)}", 'keep = "best"', "", "[search]", 'strategy = "cma"']
     lines += [f"{option} = {shown(value)}" for option, value in search.items()]
     lines += ["", "[set]", f"duration = {duration!r}"]
     lines += [f"{json.dumps(key)} = {inline(value)}" for key, value in settings.items()]

@@ -39,6 +39,7 @@ from warpmuscle.sweep.plan import Plan, read
 X = np.array([1.0, 0.0, 0.0])
 AXIS = "run"  # of a sweep, that tells its list of runs apart
 SEARCH = ("strategy", "candidates", "population", "sigma", "until")
+KEEP = 'keep = "best"'  # of the candidates of each search
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def match_plan(asked: PatientFile, patient: Patient, files: Files, first: Scene 
         "objective.speed": match.speed,
     }
     changes = {f"objective.{name}": 0.0 for name in _weights(numeric)} | changes
-    lines = [f"scene = {json.dumps(named)}", f"name = {json.dumps(f'{asked.path.stem}, match')}"]
+    lines = [f"scene = {json.dumps(named)}", f"name = {json.dumps(f'{asked.path.stem}, match')}", KEEP]
     lines += [*_search(match), *_set(changes | match.set)]
     lines += ["", "[grid]", f"seed = {list(range(1, asked.asked.seeds + 1))}"]
     plan = _read(asked, files.of("match.toml"), lines, "match", changes)
@@ -167,7 +168,7 @@ def adapt_plan(asked: PatientFile, matched: Mapping[int, Scene], files: Files) -
     own = _weights(at_start(scene))
     changes = {"objective.speed": asked.asked.match.speed} | {f"objective.{name}": own[name] for name in own}
     changes["objective.tracking"] = adapt.habit / duration
-    lines = [f"name = {json.dumps(f'{asked.path.stem}, changes')}"]
+    lines = [f"name = {json.dumps(f'{asked.path.stem}, changes')}", KEEP]
     lines += _search(adapt) + _set(changes | adapt.set)
     for seed, scene in matched.items():
         toml.write(scene, files.of(f"matched_{seed}.toml"))

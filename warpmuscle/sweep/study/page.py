@@ -15,7 +15,7 @@ from warpmuscle.plots.style import style
 from warpmuscle.report.images import data_uri
 from warpmuscle.report.page import template
 from warpmuscle.results.records import made_by
-from warpmuscle.studies.conditions import CLEAR, Condition, Verdict, has_value, spread_of
+from warpmuscle.studies.conditions import CLEAR, Cell, Condition, Verdict, has_value, spread_of
 from warpmuscle.studies.energy_balance import MEASURES as BALANCE
 from warpmuscle.sweep.plan import Plan
 from warpmuscle.sweep.study.measured import Held, Row, StudyResult, values_of
@@ -102,6 +102,7 @@ def page(found: StudyResult, plan: Plan, command: str) -> str:
             figure=figure,
             words=any(isinstance(condition, str) for condition in _conditions(found)),
             people=any(row.unit == "SD" for row in found.rows),
+            angles=any(row.unit == "deg" for row in found.rows),
             diamonds=any(held.expected.value is not None for held in found.held),
             tables=tables,
             left_out=[(run.run.name, run.why or "fell") for run in found.runs if run.why or not run.walked],
@@ -164,12 +165,19 @@ def _table(found: StudyResult, series: str, several: bool) -> dict[str, Any]:
             {
                 "measure": row.measure,
                 "unit": row.unit,
-                "cells": [{"median": number(row.unit, c.spread.median), "band": _band(row.unit, c)} for c in row.cells],
+                "cells": [_shown(row, cell) for cell in row.cells],
                 "trend": "" if row.trend is None else f"{row.trend.tau:+.2f}, p {row.trend.chance:.2g}",
             }
             for row in rows
         ],
     }
+
+
+def _shown(row: Row, cell: Cell) -> dict[str, str]:
+    """A cell of a table: the cost of a fall is a million, which says nothing but that all fell."""
+    if row.measure == COST and not cell.walked:
+        return {"median": "fell", "band": ""}
+    return {"median": number(row.unit, cell.spread.median), "band": _band(row.unit, cell)}
 
 
 def _heading(axis: str) -> str:
@@ -260,8 +268,7 @@ def _walked(found: StudyResult, conditions: list[Condition]) -> list[str]:
     words = []
     for condition in conditions:
         mine = [run.walked for run in found.runs if run.condition == condition]
-        fell = "" if all(mine) else f" of {len(mine)}, the others fell"
-        words.append(f"{number_of(sum(mine), 'run')}{fell}")
+        words.append(number_of(len(mine), "run") if all(mine) else f"{sum(mine)} of {len(mine)} walked")
     return words
 
 
