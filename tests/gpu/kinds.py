@@ -33,7 +33,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.terrain.tiles import Patch, Rough, Stairs, Stones
+from warpmuscle.scene.terrain.tiles import Patch, Profile, Rough, Stairs, Stones
 
 DURATION = 0.06  # s
 USER_MODULE = "parts_for_gpu_tests"
@@ -141,6 +141,20 @@ def objects_on_bumps() -> Scene:
     scene.objects = {
         "ball": BallObject(radius=0.1, position=(1.0, 0.1, 0.0), velocity=(0.0, 0.0, 2.0)),
         "bar": CapsuleObject(position=(2.0, 0.1, 0.0), velocity=(0.0, -1.0, 1.0), angular_velocity=(3.0, 0.0, 1.0)),
+    }
+    return scene
+
+
+def boxes_on_crests() -> Scene:
+    """A box and a plank on crests that only their edges and faces touch, a log across them, and crossed planks."""
+    scene = walk("fwalk")
+    crests = Profile([(0.0, 0.0), (0.4, 0.0), (0.5, 0.1), (0.6, 0.0), (1.4, 0.0), (1.42, 0.2), (1.6, 0.2), (1.62, 0.0)])
+    scene.ground.terrain = Terrain([crests], yaw=0.3, x=3.0)
+    scene.objects = {
+        "box": BoxObject(size=(0.4, 0.1, 0.3), position=(3.2, 0.16, 0.45), velocity=(0.0, -1.0, 0.0)),
+        "plank": BoxObject(size=(0.2, 0.04, 1.0), position=(3.4, 0.22, 1.45), velocity=(0.0, -0.5, 0.1)),
+        "across": BoxObject(size=(1.0, 0.04, 0.1), position=(3.4, 0.27, 1.4), touches=["plank"]),
+        "log": CapsuleObject(length=0.8, position=(2.6, 0.16, 0.6), orientation=(0.7071068, 0.0, 0.0, 0.7071068)),
     }
     return scene
 
@@ -333,6 +347,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "terrain with walls": lambda _: on_stones(),
     "objects": lambda _: among_objects(),
     "objects on bumps": lambda _: objects_on_bumps(),
+    "boxes on crests": lambda _: boxes_on_crests(),
     "treadmill": lambda _: on_belts(),
     "water": lambda _: under_water(),
     "objective": lambda _: judged(),
