@@ -34,7 +34,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import start_values, substitute
-from warpmuscle.scene.terrain.tiles import Patch, Rough, Stairs, Stones
+from warpmuscle.scene.terrain.tiles import Patch, Profile, Rough, Stairs, Stones
 
 DURATION = 0.06  # s
 USER_MODULE = "parts_for_gpu_tests"
@@ -155,6 +155,20 @@ def on_edges() -> Scene:
         "box": BoxObject(size=(0.3, 0.1, 1.2), position=(0.0, 0.349, 1.14)),
         "bar": CapsuleObject(radius=0.05, length=0.6, position=(0.5, 0.349, 1.14), orientation=along_z),
         "plank": BoxObject(size=(1.0, 0.04, 0.1), position=(0.0, 0.42, 1.1), velocity=(0.0, -0.5, 0.0)),
+    }
+    return scene
+
+
+def boxes_on_crests() -> Scene:
+    """A box and a plank on crests that only their edges and faces touch, a log across them, and crossed planks."""
+    scene = walk("fwalk")
+    crests = Profile([(0.0, 0.0), (0.4, 0.0), (0.5, 0.1), (0.6, 0.0), (1.4, 0.0), (1.42, 0.2), (1.6, 0.2), (1.62, 0.0)])
+    scene.ground.terrain = Terrain([crests], yaw=0.3, x=3.0)
+    scene.objects = {
+        "box": BoxObject(size=(0.4, 0.1, 0.3), position=(3.2, 0.16, 0.45), velocity=(0.0, -1.0, 0.0)),
+        "plank": BoxObject(size=(0.2, 0.04, 1.0), position=(3.4, 0.22, 1.45), velocity=(0.0, -0.5, 0.1)),
+        "across": BoxObject(size=(1.0, 0.04, 0.1), position=(3.4, 0.27, 1.4), touches=["plank"]),
+        "log": CapsuleObject(length=0.8, position=(2.6, 0.16, 0.6), orientation=(0.7071068, 0.0, 0.0, 0.7071068)),
     }
     return scene
 
@@ -354,6 +368,7 @@ KINDS: dict[str, Callable[[Path], Scene]] = {
     "objects": lambda _: among_objects(),
     "objects on bumps": lambda _: objects_on_bumps(),
     "objects on edges": lambda _: on_edges(),
+    "boxes on crests": lambda _: boxes_on_crests(),
     "treadmill": lambda _: on_belts(),
     "water": lambda _: under_water(),
     "objective": lambda _: judged(),

@@ -17,7 +17,7 @@ import cma
 import msgspec
 import numpy as np
 import typer
-from steering_search import free_names, let_free
+from steering_search import DEEPEST, free_names, let_free
 
 import warpmuscle as wm
 from warpmuscle.scene import Command, Scene
@@ -30,7 +30,6 @@ WHOLE = {  # first steps
 }  # fmt: skip
 JOINTS = {"Shoulder.kp": 0.03, "Hip.kp": 0.3, "Hip.kd": 0.05}
 DURATION, SPEED, NOISE = 16.0, 0.6, 0.1  # s, m/s, and m/s of each component of the root's velocity at the start
-DEEPEST = 0.01  # m, that bodies may be inside each other, or legs pass through each other
 BEFORE, SETTLED = 3.0, 6.0  # s: between them a walk has its line, from which it must not go aside later
 NEAREST, FARTHEST = -0.4, 0.6  # m, that the ground is moved ahead
 

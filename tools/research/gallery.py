@@ -28,9 +28,11 @@ from warpmuscle.view.sources import of_scene, page_of_sights
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, PICTURES = ROOT / "docs" / "gallery.md", ROOT / "docs" / "pictures" / "gallery"
+EXAMPLES = ROOT / "warpmuscle" / "examples" / "files"
 SHOWN, SECONDS = 0.62, 2.0  # of the motion, at which it is shown; s that are simulated of walks
 SIZE, FIGURE = (360, 300), 460  # px of a scene; width of a figure
 WALK, SEARCH = "walk56_person", "stumble56"
+FOUND = tuple(f"{name}_found" for name in ("walker", "ostrich", "pony", "kangaroo"))  # of `example creatures`
 OF_A_SEARCH = ("convergence", "parameters")
 TITLES = {
     "bergmann2017": "Bergmann 2017",
@@ -38,6 +40,11 @@ TITLES = {
     "opensim": "OpenSim",
     "programs": "Quadratic programmes",
 }
+FILM = """
+A film of the four that searches found, [and how to make others](how-to/creatures.md):
+
+![A walker, a pony, an ostrich and a kangaroo on the muscles that searches gave them](pictures/creatures.webp)
+"""
 TABLE = "| picture | what | command |\n|---|---|---|\n"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 HEAD = """# Gallery
@@ -56,7 +63,7 @@ def main() -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     for name in given.names:
         picture(name).unlink(missing_ok=True)
-    draw_scenes([name for name in shipped_scenes() if not picture(name).exists()])
+    draw_scenes([name for name in (*shipped_scenes(), *FOUND) if not picture(name).exists()])
     draw_figures([name for name in KINDS if not picture(name).exists()])
     PAGE.write_text(page(), encoding="utf-8")
     total = sum(path.stat().st_size for path in PICTURES.iterdir())
@@ -77,7 +84,7 @@ def draw_scenes(names: list[str]) -> None:
         window = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
         window.set_default_timeout(180_000)
         for name in names:
-            scene = wm.load(name)
+            scene = wm.load(name if name not in FOUND else str(EXAMPLES / f"{name}.toml"))
             (sight,) = of_scene(msgspec.structs.replace(scene, duration=min(scene.duration, SECONDS)), "cpu")
             path = Path(folder) / f"{name}.html"
             page_of_sights([sight]).save(path)
@@ -122,13 +129,22 @@ def page() -> str:
     parts = [HEAD]
     for study, names in scene_groups(scenes).items():
         rows = [entry(name, f"warpmuscle view {name}", description(scenes[name], scenes)) for name in names]
+        if study == "creatures":
+            rows += [entry(name, f"warpmuscle view {name}.toml", example(name)) for name in FOUND]
         parts.append(
             f"## {TITLES.get(study, study.capitalize())}\n\n{STUDIES[study][0].upper()}{STUDIES[study][1:]}.\n\n{TABLE}"
             + "".join(rows)
+            + (FILM if study == "creatures" else "")
         )
     figures = [entry(name, f"warpmuscle plot walk.h5 --what {name}", kind.description) for name, kind in KINDS.items()]
     parts.append(f"## Figures\n\n{TABLE}" + "".join(figures))
     return "\n".join(parts)
+
+
+def example(name: str) -> str:
+    """What an example is, and the command that writes it."""
+    said = wm.load(str(EXAMPLES / f"{name}.toml")).description.rstrip(".")
+    return f"{said}; `warpmuscle example creatures` writes it."
 
 
 def entry(name: str, command: str, text: str) -> str:

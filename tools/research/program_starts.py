@@ -28,7 +28,8 @@ def main(
     scene: Annotated[str, typer.Argument(help="Scene, by name or file.")] = "gait2392_program_walk",
     noise: Annotated[float, typer.Option(help="Standard deviation of velocities, m/s.")] = 0.1,
     starts: Annotated[int, typer.Option(help="Bodies in a draw.")] = 20,
-    draws: Annotated[int, typer.Option(help="So many draws, from the seeds 0, 1, ...")] = 1,
+    draws: Annotated[int, typer.Option(help="So many draws, each with the next seed.")] = 1,
+    seed: Annotated[int, typer.Option(help="Of the first draw.")] = 0,
     duration: Annotated[float, typer.Option(help="Simulated time, s.")] = 10.0,
     device: Annotated[str | None, typer.Option(help="Such as cuda:0.")] = None,
     threads: Annotated[int | None, typer.Option(help="Of a CPU.")] = None,
@@ -38,10 +39,10 @@ def main(
     rollout.load()
     processor = this_machine()["processor"]
     print(f"{processor}, {rollout.device}: {scene}, {duration:g} s, starts with {noise:g} m/s", flush=True)
-    for seed in range(draws):
+    for number in range(seed, seed + draws):
         begun = time.perf_counter()
         rollout.reset()
-        drawn = noise * np.random.default_rng(seed).normal(size=(starts, 3))
+        drawn = noise * np.random.default_rng(number).normal(size=(starts, 3))
         rollout.disturb(replace(none(starts), velocity=drawn))
         rollout.run(duration)
         up = np.array([name in ("running", "completed") for name in rollout.status_names()])
@@ -49,7 +50,7 @@ def main(
         fallen = f"; falls after {', '.join(f'{t:g}' for t in ends)} s" if ends.size else ""
         far = rollout.state.coordinates.numpy()[up, 2]
         way = f", {np.median(far):.1f} m, {far.min():.1f} at least" if far.size else ""
-        print(f"seed {seed}: {up.sum()} of {starts}{way}{fallen} ({time.perf_counter() - begun:.0f} s)", flush=True)
+        print(f"seed {number}: {up.sum()} of {starts}{way}{fallen} ({time.perf_counter() - begun:.0f} s)", flush=True)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ from warpmuscle.sweep.union import searched_scenes, weighed_scenes
 
 HEIGHT, MASS_INDEX, MASS = (1.2, 2.0), (12.5, 32.5), (18.0, 130.0)  # m, kg/m^2, kg
 ARMS, TRUNK = (0.9, 1.2), (0.9, 1.3)  # factors on the arms' length, and on the trunk's mass
-AT_ONCE, POPULATION = 100, 20  # searches side by side, and candidates of a generation of each
+AT_ONCE, POPULATION = 250, 20  # searches side by side, and candidates of a generation of each
 PATTERNS = {"arms": "*arm", "trunk": "torso"}
 
 

@@ -55,6 +55,7 @@ TILES = [
 DURATION, SETTLED = 13.0, 9.0  # s, and from when on a walk is measured
 TURN_AT, TURN_IN, TOLD_EVERY = 4.5, 3.0, 0.25  # s, when a turn begins, how long it takes, and how often it is told
 FARTHEST = 9.0  # m, that ground is moved
+DEEPEST = 0.01  # m, that bodies may be inside each other, or legs pass through each other
 
 
 class Case(NamedTuple):
@@ -78,6 +79,7 @@ def searched() -> Scene:
     """The scene on all grounds, its numbers free."""
     scene = msgspec.convert(msgspec.to_builtins(wm.load("steer")), Scene)
     scene.duration = DURATION
+    scene.failure.self_collision = DEEPEST
     scene.commands["speed"].max = max(case.speed for case in CASES)
     for name, most in (("tile", len(TILES) - 1.0), ("place", FARTHEST)):
         scene.commands[name] = wm.scene.Command(reference=0.0, min=0.0, max=most)

@@ -108,6 +108,31 @@ def test_a_stack_rests_as_deep_as_its_springs_give_way():
     np.testing.assert_allclose(np.abs(motion["high"].orientation[-1, 3]), 1.0, atol=1e-6)
 
 
+@pytest.mark.parametrize("off", [(0.0, 0.0), (0.0, 0.02), (1e-7, 1e-6), (3e-6, 0.02), (0.03, 0.0), (0.03, 0.02)])
+def test_equal_boxes_rest_on_each_other_flush_or_with_an_overhang(off: tuple[float, float]):
+    """Corners lie on edges, or beyond them, and only where edges cross does the face of the other one bear."""
+    objects = {
+        "low": BoxObject(mass=2.0, position=(0.0, 0.0999, 0.0)),
+        "high": BoxObject(mass=1.0, position=(off[0], 0.2998, off[1]), touches=["low"]),
+    }
+    _, motion = played(together(objects, PLAIN, 1.0, G), 50.0)
+    low = 0.1 - 3.0 * G / (4.0 * STIFF)
+    lies = (off[0], low + 0.2 - G / (4.0 * STIFF), off[1])
+    np.testing.assert_allclose(motion["high"].position[-1], lies, atol=2.5e-4)
+    np.testing.assert_allclose(motion["high"].velocity[-1], 0.0, atol=1e-3)
+
+
+def test_three_equal_boxes_stand_on_each_other():
+    objects = {
+        f"box{n}": BoxObject(mass=2.0 - 0.5 * n, position=(0.01 * n, 0.1 + 0.2 * n, 0.0), touches=[f"box{n - 1}"][:n])
+        for n in range(3)
+    }
+    _, motion = played(together(objects, PLAIN, 2.0, G), 50.0)
+    lowest = motion["box0"].position[-1, 1]
+    assert lowest == pytest.approx(0.1 - 4.5 * G / (4.0 * STIFF), abs=2e-5)
+    assert motion["box2"].position[-1] == pytest.approx([0.02, lowest + 0.4 - 3.5 * G / (4.0 * STIFF), 0.0], abs=1e-3)
+
+
 def test_a_box_that_slides_on_a_box_comes_to_the_velocity_of_both():
     """From v, on what slides without friction itself: v m/(m + M), after v^2 M/(2 mu g (m + M)) of sliding."""
     mass, below, friction, v = 1.0, 3.0, 0.4, 1.5

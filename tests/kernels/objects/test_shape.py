@@ -63,6 +63,41 @@ def test_what_lies_between_a_box_and_a_point_outside_and_inside():
     np.testing.assert_allclose(far[outside > 1e-3], outside[outside > 1e-3] + 0.01, atol=1e-5)
 
 
+@wp.kernel(enable_backward=False)
+def ask_on(point: wp.array[wp.vec3], half: wp.array[wp.vec3], face: wp.array[wp.vec3], on: wp.array[wp.vec4]):
+    i = wp.tid()
+    b = shape.between_on(point[i], half[i], face[i])
+    on[i] = wp.vec4(b.on_box[0], b.on_box[1], b.on_box[2], b.distance)
+
+
+def test_a_point_inside_is_as_deep_below_a_given_face_as_its_distance_from_it():
+    half = np.abs(vectors(COUNT, 8, 0.6)) + 0.05
+    point = vectors(COUNT, 9) * half
+    inside = (np.abs(point) < half - 1e-5).all(axis=1)
+    face, rows = np.zeros((COUNT, 3)), np.arange(COUNT)
+    axis, sign = rows % 3, np.where(rows % 2, 1.0, -1.0)
+    face[rows, axis] = sign
+    given = [wp.array(values.astype(np.float32), dtype=wp.vec3, device="cpu") for values in (point, half, face)]
+    on = wp.zeros(COUNT, dtype=wp.vec4, device="cpu")
+    wp.launch(ask_on, COUNT, [*given, on], device="cpu")
+    there = point.copy()
+    there[rows, axis] = sign * half[rows, axis]
+    deep = half[rows, axis] - sign * point[rows, axis]
+    assert 20 < inside.sum() < COUNT
+    np.testing.assert_allclose(on.numpy()[inside, :3], there[inside], atol=1e-6)
+    np.testing.assert_allclose(on.numpy()[inside, 3], -deep[inside], atol=1e-6)
+    outside = distance(point, half)
+    np.testing.assert_allclose(on.numpy()[outside > 1e-5, 3], outside[outside > 1e-5], atol=1e-6)
+
+
+def test_the_face_towards_another_object_is_that_out_of_which_it_has_least_far_to_go():
+    half, reach, middle = np.abs(vectors(COUNT, 10)) + 0.1, np.abs(vectors(COUNT, 11)) + 0.1, vectors(COUNT, 12)
+    found = evaluate(shape.least_overlap, middle, reach, half)
+    ways = np.concatenate([np.eye(3), -np.eye(3)])
+    far = half[:, None] @ np.abs(ways).T + reach[:, None] @ np.abs(ways).T - middle[:, None] @ ways.T
+    np.testing.assert_array_equal(found, ways[far[:, 0].argmin(axis=1)])
+
+
 def test_corners_of_a_ball_a_capsule_and_a_box_are_counted_once():
     numbers = np.arange(8)
     for half, count in (((0.0, 0.0, 0.0), 1), ((0.0, 0.1, 0.0), 2), ((0.1, 0.2, 0.0), 4), ((0.1, 0.2, 0.3), 8)):

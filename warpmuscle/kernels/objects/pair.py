@@ -17,12 +17,14 @@ from warpmuscle.kernels.objects.hinge import object_mobility
 from warpmuscle.kernels.objects.motion import is_held, motion_now
 from warpmuscle.kernels.objects.shape import (
     LEVEL,
-    between,
+    TINY,
+    between_on,
     beyond,
     corner,
     edge_middle,
     end_of_nearest,
     is_another,
+    least_overlap,
     within,
 )
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
@@ -39,6 +41,7 @@ class Side:
     motion: ObjectMotion
     moves: bool
     hinged: bool
+    face: wp.vec3  # that is towards the other one, see `least_overlap`
 
 
 @func
@@ -58,6 +61,19 @@ def side_of(
 def seen_from(point: wp.vec3, motion: ObjectMotion) -> wp.vec3:
     """A point of the world in the axes of an object from its middle, m."""
     return wp.quat_rotate_inv(motion.orientation, point - motion.place)
+
+
+@func
+def face_towards(a: Side, b: Side) -> wp.vec3:
+    """The face of the first object, in its axes, out of which the second one has least far to go."""
+    reach = wp.vec3(0.0)
+    for axis in range(3):
+        way = wp.vec3(0.0)
+        way[axis] = 1.0
+        along = wp.quat_rotate_inv(b.motion.orientation, wp.quat_rotate(a.motion.orientation, way))
+        half = b.row.half
+        reach[axis] = wp.abs(along[0]) * half[0] + wp.abs(along[1]) * half[1] + wp.abs(along[2]) * half[2]
+    return least_overlap(seen_from(b.motion.place, a.motion), reach, a.row.half)
 
 
 @func
@@ -89,16 +105,17 @@ def press(
             since the other object has seen it; 2: the point is none.
     """
     point = a.motion.place + wp.quat_rotate(a.motion.orientation, own_point)
-    near = between(seen_from(point, b.motion), b.row.half)
+    near = between_on(seen_from(point, b.motion), b.row.half, b.face)
     depth = a.row.radius + b.row.radius - near.distance
-    if depth <= 0.0:
+    if depth <= wp.where(corners == 2, SAME, 0.0):  # where an edge goes through the face, it does not push
         return
     if corners != 2 and is_corner(near.on_box, b.row.half):
         if corners == 0:
             return
         there = b.motion.place + wp.quat_rotate(b.motion.orientation, near.on_box)
         mine = seen_from(there, a.motion)
-        if wp.length(mine - beyond(mine, a.row.half) - own_point) > SAME:
+        on_first = between_on(mine, a.row.half, a.face)
+        if wp.length(on_first.on_box - own_point) > 2.0 * SAME:
             return
     normal = wp.quat_rotate(b.motion.orientation, near.normal)  # from the second to the first
     place = point - normal * (a.row.radius - 0.5 * depth)
@@ -159,9 +176,10 @@ def press_bar(
 def press_edges(
     instance: int, first: int, second: int, a: Side, b: Side, model: ModelRef, own: ObjectExtension
 ):  # fmt: skip
-    """Let edges of a box push another box that they cross, at the middle of what is inside; their ends are not.
+    """Let edges of a box push another box: where one with an end inside comes out, or the middle of what crosses it.
 
-    Each is half as stiff as a corner, since edges of both boxes push where two bars lie across each other.
+    Ends inside are corners, which push by themselves. Each is half as stiff as a corner, since edges of both boxes push
+    where two faces lie on each other in part, or two bars across each other.
     """
     half = a.row.half
     if half[0] <= 0.0 or half[2] <= 0.0 or b.row.half[0] <= 0.0 or b.row.half[2] <= 0.0:
@@ -173,9 +191,16 @@ def press_edges(
         there = seen_from(a.motion.place + wp.quat_rotate(a.motion.orientation, middle), b.motion)
         way = wp.quat_rotate_inv(b.motion.orientation, wp.quat_rotate(a.motion.orientation, along))
         inside = within(there, way, b.row.half)
-        if inside[0] > -1.0 and inside[1] < 1.0 and inside[0] < inside[1]:
-            place = middle + along * (0.5 * (inside[0] + inside[1]))
-            press(instance, first, second, a, b, place, 0.5, 2, model, own)
+        if inside[0] < inside[1]:
+            first_in = wp.length(beyond(there - way, b.row.half)) <= TINY
+            last_in = wp.length(beyond(there + way, b.row.half)) <= TINY
+            t = 0.5 * (inside[0] + inside[1])
+            if first_in:
+                t = inside[1]
+            elif last_in:
+                t = inside[0]
+            if not (first_in and last_in):
+                press(instance, first, second, a, b, middle + along * t, 0.5, 2, model, own)
 
 
 @cache
@@ -199,6 +224,8 @@ def push_each_other_of(pairs: int) -> Any:
             held = is_held(instance, first, a.row, model, state, own)
             held = held or is_held(instance, second, b.row, model, state, own)
             if not held and wp.length_sq(a.motion.place - b.motion.place) < reach * reach:
+                a.face = face_towards(a, b)
+                b.face = face_towards(b, a)
                 for number in range(8):
                     if is_another(number, a.row.half):
                         press(instance, first, second, a, b, corner(number, a.row.half), 1.0, 1, model, own)

@@ -102,6 +102,38 @@ def between(point: wp.vec3, half: wp.vec3) -> Between:
 
 
 @func
+def between_on(point: wp.vec3, half: wp.vec3, face: wp.vec3) -> Between:
+    """The same where a point inside lies below a given face, m.
+
+    Args:
+        face: unit vector from the middle of the box to the middle of the face.
+    """
+    b = between(point, half)
+    if wp.length(beyond(point, half)) <= TINY:
+        b.distance = wp.dot(face, point) - wp.dot(wp.vec3(wp.abs(face[0]), wp.abs(face[1]), wp.abs(face[2])), half)
+        b.normal = face
+        b.on_box = point - face * b.distance
+    return b
+
+
+@func
+def least_overlap(middle: wp.vec3, reach: wp.vec3, half: wp.vec3) -> wp.vec3:
+    """The way from the middle of a box about the origin to the face out of which another object has least far to go.
+
+    The nearest face to a single point tells less: a corner near an edge is as near to the side, where nothing holds it.
+
+    Args:
+        middle: of the other object, m. reach: how far that goes from its middle along the axes of the box, m.
+    """
+    overlap = half + reach - wp.vec3(wp.abs(middle[0]), wp.abs(middle[1]), wp.abs(middle[2]))
+    axis = wp.where(overlap[0] < overlap[1], 0, 1)
+    axis = wp.where(overlap[2] < overlap[axis], 2, axis)
+    face = wp.vec3(0.0)
+    face[axis] = wp.where(middle[axis] < 0.0, -1.0, 1.0)
+    return face
+
+
+@func
 def corner(number: int, half: wp.vec3) -> wp.vec3:
     """One of the eight corners of a box, m."""
     x = wp.where(number % 2 == 0, half[0], -half[0])
