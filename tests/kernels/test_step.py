@@ -104,3 +104,10 @@ def test_a_step_has_warp_read_nothing_that_its_kind_of_scene_does_not_have():
     read = set(named_by(step.step_kernel(4, 1, 1).adj, {}).values())
     assert {"body.dynamics", "contact.contact", "step_parts"} <= read
     assert not ABSENT & read
+
+
+@pytest.mark.parametrize(("floats", "blocks"), [(11_200, 5), (11_300, 4)])
+def test_a_block_takes_its_numbers_what_the_system_takes_and_a_flag_for_each_thread(floats: int, blocks: int):
+    """Of 228 KiB: 4 bytes a number, 1 KiB and 4 bytes a thread, with 128 threads."""
+    assert blocks == 228 * 1024 // (4 * floats + 1024 + 4 * 128)
+    assert step.blocks_of(128, floats) == blocks

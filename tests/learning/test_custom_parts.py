@@ -89,6 +89,12 @@ def _turned(instance: int, model: Model, state: State, work: Scratch, decision: 
 
 
 @wp.func
+def _tilted(instance: int, model: Model, state: State, work: Scratch, decision: Decision, random: wp.uint32,
+            own: Width):
+    state.coordinates[instance, 7] = own.width + 0.05 * wp.randf(random)
+
+
+@wp.func
 def _late(instance: int, model: Model, state: State, work: Scratch, decision: Decision) -> bool:
     return decision.length[instance] >= 3 + instance % 2
 
@@ -106,6 +112,7 @@ jolt = Declaration(function=_jolt, stage="accelerations", unit="m^2/s^3")
 somewhere = Declaration(function=_somewhere, stage="decision")
 bent = Declaration(function=_bent, stage="decision")
 turned = Declaration(function=_turned, stage="decision", parameters=Width, memory=1)
+tilted = Declaration(function=_tilted, stage="decision", parameters=Width)
 reached = Declaration(function=_late, stage="decision", sign="earned")
 lost = Declaration(function=_late, stage="decision")
 harder = Declaration(function=_harder, stage="decision")
@@ -268,10 +275,11 @@ def test_goals_and_starts_are_drawn_ends_end_and_a_curriculum_makes_it_harder():
     np.testing.assert_allclose(difficulty[-1], [1.0, 0.75, 1.0, 0.75])
 
 
-def test_a_start_may_have_numbers_and_a_memory_of_its_own():
-    task = task_with(ends=[f"{NAME}:reached"], variation=Variation(velocity_noise=0.0, start=f"{NAME}:turned"))
+@pytest.mark.parametrize("name", ["turned", "tilted"])
+def test_a_start_may_have_numbers_and_a_memory_of_its_own(name: str):
+    task = task_with(ends=[f"{NAME}:reached"], variation=Variation(velocity_noise=0.0, start=f"{NAME}:{name}"))
     scene = arm()
-    scene.custom = {f"{NAME}:turned": CustomPart({"width": 0.3})}
+    scene.custom = {f"{NAME}:{name}": CustomPart({"width": 0.3})}
     batch = EpisodeBatch(scene, N, "cpu", task, 0, threads=1, trust=True)
     column, drawn = batch.rollout.coordinate_names.index("elbow"), []
     for _ in range(6):

@@ -198,13 +198,6 @@ def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
         assert kernel._buffers[0].shape == ((13 * 6, 7) if apart else (made.work_floats, 1))
 
 
-@pytest.mark.parametrize(("floats", "blocks"), [(11_200, 5), (11_300, 4)])
-def test_a_block_takes_its_numbers_what_the_system_takes_and_a_flag_for_each_thread(floats: int, blocks: int):
-    """Of 228 KiB: 4 bytes a number, 1 KiB and 4 bytes a thread, with 128 threads."""
-    assert blocks == 228 * 1024 // (4 * floats + 1024 + 4 * 128)
-    assert blocks_of(128, floats) == blocks
-
-
 @pytest.mark.parametrize(("threads", "floats"), [(128, 8 * 1100), (64, 8 * 2300), (256, 16 * 1000)])
 def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: int, floats: int):
     blocks, registers = blocks_of(threads, floats), block_registers(threads, floats)
