@@ -79,6 +79,7 @@ def first_guesses(folder: Path) -> list[str]:
         say(len(rollout))
         recording = rollout.recording(3)
         say(rollout[-1].frames)
+        say(wm.Rollout(scene, 2, record=range(2)).names.bodies[:2])
         say(wm.plot(rollout, "hip flexion"))
         say(rollout._repr_html_()[:4])
         say(wm.show(rollout))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
 
 import numpy as np
@@ -309,6 +309,10 @@ class Batch(Protocol):
         if not -self.instances <= instance < self.instances:
             raise IndexError(f"there is no instance {instance} of {self.instances}")
         return self.recording(int(instance) % self.instances)
+
+    def __iter__(self) -> Iterator[Recording]:
+        """The motions of all instances, which must have been recorded."""
+        return (self[instance] for instance in range(self.instances))
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
