@@ -155,6 +155,9 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     wraps = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(RouteKind(wraps=1))))
     around = large_blocks(wraps, structure, None, 4, 65536, 132)
     assert (around.lanes, around.block_dim) == (12, 384)  # which leaves as many registers as these need
+    loops = wraps.compiling(skeleton=wraps.kind.skeleton._replace(constraints=3, entries=12))
+    closed = large_blocks(loops, structure, None, 4, 65536, 132)
+    assert (closed.lanes, closed.block_dim) == (8, 256)  # and more, where constraints push, too
     larger = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(monomials=7000)))
     assert 32 <= large_blocks(larger, structure, None, 4, 65536, 132).block_dim < 256
     around_few = larger.compiling(

@@ -28,7 +28,7 @@ FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
 LANES_OF_FEW = 96  # that each of these has at most if paths wrap; others have no more than there are threads in a warp
 LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
-LARGE_BLOCK_OF_LOOPS = 256  # ... and what constraints leave to the root
+LARGE_BLOCK_OF_LOOPS = 256  # ... and with them what constraints leave to the root
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
 _sought: set[tuple[Any, str]] = set()  # kernels on devices that were looked for in Warp's cache
@@ -170,9 +170,9 @@ def in_blocks(
         lanes: None for as many as a block has room for. slots, at_hand: see `with_room`.
     """
     assert config.kind.muscles is not None
-    threads = LARGE_BLOCK_OF_WRAPS if config.kind.muscles.paths.wraps else LARGE_BLOCK
-    if config.kind.skeleton.constraints > 0:
-        threads = LARGE_BLOCK_OF_LOOPS
+    threads = LARGE_BLOCK
+    if config.kind.muscles.paths.wraps:
+        threads = LARGE_BLOCK_OF_LOOPS if config.kind.skeleton.constraints > 0 else LARGE_BLOCK_OF_WRAPS
     for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
