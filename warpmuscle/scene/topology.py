@@ -35,6 +35,10 @@ class Topology:
         """Number of speeds of an instance: its degrees of freedom."""
         return self.speed_start[-1]
 
+    def own_coordinates(self, body: int) -> slice:
+        """Where the coordinates are that the joint of a body itself has: none of one that follows another."""
+        return slice(self.coordinate_start[body], self.coordinate_start[body + 1])
+
     def coordinates_of(self, body: int) -> slice:
         """Where the coordinates are that move the joint of a body."""
         return slice(*self.coordinate_start[self.driver[body] : self.driver[body] + 2])

@@ -12,7 +12,7 @@ from warpmuscle.kernels.curve.curve_sets import PATH_ACTUATOR
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
 from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
-from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.functions import cpu_loops, func
 from warpmuscle.kernels.muscle.cables import is_cable, ligament_force
 from warpmuscle.kernels.muscle.muscle import (
     LARGEST_SPEED,
@@ -110,7 +110,11 @@ def muscle_moments_of(paths: PathKind) -> Any:
     """
     put_moments = put_moments_of(paths)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+    )
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], levers: wp.array[Lever],
@@ -208,7 +212,11 @@ def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> An
     """
     put_fibre_forces = put_fibre_forces_of(curves, own)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+    )
     def kernel(
         # in
         model: Model, tendon: wp.array3d[float], length: wp.array2d[float], speed: wp.array2d[float],
@@ -244,7 +252,11 @@ def tendon_lengths_of(curves: int, own: CustomCurves | Shaped | None = None) -> 
 
     curves_of = of_one if shaped else of_all
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+    )
     def kernel(
         # in
         muscles: Muscles, force: wp.array2d[float],

@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.functions import cpu_loops
 from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.stages import kinematics_stage, work_of
@@ -25,7 +26,11 @@ def muscle_wrenches_of(paths: PathKind) -> Any:
     """
     any_stretch = any_stretch_of(paths, pulleys=False, coordinate_joints=True, followers=True, wrench=True)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+    )
     def kernel(
         # in
         model: Model, state: State, workspace: wp.array2d[float], tension: wp.array2d[float],

@@ -22,6 +22,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import cpu_loops
 from warpmuscle.kernels.inverse.static_optimization_steps import LINEAR as LINEAR
 from warpmuscle.kernels.inverse.static_optimization_steps import POWER as POWER
 from warpmuscle.kernels.inverse.static_optimization_steps import (
@@ -91,7 +92,11 @@ def static_optimization_of(
     n, m = max(coordinates, 1), max(muscles, 1)
     bounds = m if rates else 1
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+    )
     def kernel(
         # in
         groups: Groups, frames: Frames, cost: Cost, runs: wp.array2d[int],

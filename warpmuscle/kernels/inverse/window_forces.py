@@ -5,6 +5,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import cpu_loops
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import function_of
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
@@ -25,7 +26,11 @@ def window_forces_of(kind: MuscleKind) -> Any:
     """
     activate, contract = function_of(kind, "activate"), function_of(kind, "contract")
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"enable_backward": False, "max_unroll": 1})
+    @wp.kernel(
+        module="unique",
+        enable_backward=False,
+        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+    )
     def kernel(
         # in
         model: Model, state: State, steps: int, start: wp.array2d[float], end: wp.array2d[float],
