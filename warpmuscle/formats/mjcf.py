@@ -222,7 +222,7 @@ def _start(scene: Scene, world_of: _World) -> tuple[list[float], list[float]]:
     qvel: list[float] = []
 
     def visit(body: int) -> None:
-        q = start.coordinates[0, names.own_coordinates(body)].tolist()
+        q = start.coordinates[0, names.joint_coordinates(body)].tolist()
         v = start.speeds[0, slice(*names.speed_start[body : body + 2])].tolist()
         if body > 0:
             name = names.joints[body - 1]

@@ -156,7 +156,7 @@ def start_angles(rollout: Rollout) -> Any:
     start = start_of(rollout.numeric, names).coordinates[0]
     for body in range(1, len(names.bodies)):
         entry = joint_type(rollout.scene.character.joints[names.joints[body - 1]])
-        values = start[names.own_coordinates(body)]
+        values = start[names.joint_coordinates(body)]
         if len(entry.coordinates) != len(entry.speeds):  # a quaternion
             from scipy.spatial.transform import Rotation  # takes a quarter of a second
 

@@ -182,7 +182,7 @@ def _quaternions(rollout: Rollout, root: bool = False) -> list[slice]:
     found = [slice(3, 7)] if root and names.coordinate_start[1] == 7 else []
     for body in range(1, len(names.bodies)):
         if joint_type(joints[names.joints[body - 1]]).quaternion:
-            found.append(names.own_coordinates(body))
+            found.append(names.joint_coordinates(body))
     return found
 
 

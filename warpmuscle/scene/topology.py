@@ -35,7 +35,7 @@ class Topology:
         """Number of speeds of an instance: its degrees of freedom."""
         return self.speed_start[-1]
 
-    def own_coordinates(self, body: int) -> slice:
+    def joint_coordinates(self, body: int) -> slice:
         """Where the coordinates are that the joint of a body itself has: none of one that follows another."""
         return slice(self.coordinate_start[body], self.coordinate_start[body + 1])
 

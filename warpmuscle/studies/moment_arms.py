@@ -56,7 +56,7 @@ def _moment_arms(scene: Scene, wanted: Sequence[tuple[str, int, Floats]]) -> lis
     for (joint, axis, angles), end in zip(wanted, ends, strict=True):
         here, body = slice(end - len(angles), end), names.body_of_joint(joint)
         own = [k for k, crossed in enumerate(paths.joint) if names.joints[crossed] == joint]
-        q = coordinates[here, names.own_coordinates(body)].astype(float)
+        q = coordinates[here, names.joint_coordinates(body)].astype(float)
         along = joint_type(scene.character.joints[joint]).pulled_about(scene.character.joints[joint], q)[axis]
         about = rotate(orientation[here, names.parents[body]], along)
         arm = _along(paths.moment_arm[here][:, own], about)
@@ -82,7 +82,7 @@ def muscle_geometry(scene: Scene, coordinates: Floats) -> tuple[Floats, Floats]:
             continue
         joint = scene.character.joints[name]
         parent = kinematics["orientation"].astype(float)[:, names.parents[number]]
-        q = np.asarray(coordinates, float)[:, names.own_coordinates(number)]
+        q = np.asarray(coordinates, float)[:, names.joint_coordinates(number)]
         for axis, along in enumerate(joint_type(joint).pulled_about(joint, q)):
             arm[:, [paths.muscle[k] for k in own], names.speed_start[number] + axis] = _along(
                 paths.moment_arm[:, own], rotate(parent, along)
@@ -120,6 +120,6 @@ def _poses(scene: Scene, stages: Stages, joint: str, axis: int, angles: Floats) 
     names = stages.names
     poses = np.repeat(start_of(scene, names).coordinates, len(angles), axis=0)
     body = names.body_of_joint(joint)
-    own = names.own_coordinates(body)
+    own = names.joint_coordinates(body)
     poses[:, own] = joint_type(scene.character.joints[joint]).posed(axis, np.asarray(angles, float), poses[:, own])
     return poses.astype(np.float32)

@@ -169,7 +169,7 @@ def _leaning(gait: Gait, wanted: Floats, rollout: Rollout) -> Gait:
 
 def quaternions(scene: Scene, names: Topology) -> list[slice[int, int, None]]:
     """Coordinates of every ball joint."""
-    spans = [names.own_coordinates(body) for body in range(1, len(names.bodies))]
+    spans = [names.joint_coordinates(body) for body in range(1, len(names.bodies))]
     return [
         span
         for span, name in zip(spans, names.joints, strict=True)

@@ -75,7 +75,7 @@ def joint_speeds(gait: Gait, rollout: Rollout) -> Floats:
     step = 2.0 * gait.cycle_time / BINS
     after, before = (np.roll(gait.coordinate, shift, axis=0) for shift in (-1, 1))
     for body, name in enumerate(names.joints, start=1):
-        kind, span = joint_type(joints[name]), names.own_coordinates(body)
+        kind, span = joint_type(joints[name]), names.joint_coordinates(body)
         own = slice(*names.speed_start[body : body + 2])  # none, of a joint that follows another one
         if kind.quaternion:
             turned = Rotation.from_quat(after[:, span]) * Rotation.from_quat(before[:, span]).inv()
