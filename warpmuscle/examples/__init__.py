@@ -130,6 +130,10 @@ EXAMPLES = {
         "policies on muscles that see the ground, for stairs of 17 cm, gaps and bumps, and their tasks",
         shipped("climb.py", *(f"walk56_{name}.{end}" for name in ("stairs", "course") for end in ("toml", "h5"))),
     ),
+    "everyday": Example(
+        "tasks to learn: to get up from a seat, and to carry a kettlebell, begun with a policy that walks",
+        shipped("sit_to_stand.toml", "sit_to_stand.py", "carry.toml", "walk56_tasks.toml", "walk56_tasks.h5"),
+    ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",
         shipped(
