@@ -1,5 +1,7 @@
 """Half impulses of survivals that are made up, and trials of a ball and of the biped, short ones."""
 
+import inspect
+
 import msgspec
 import numpy as np
 import pytest
@@ -115,3 +117,8 @@ def test_runs_that_start_at_other_speeds_are_counted_if_they_stay_upright(scene:
 def test_impossible_impulses_are_an_error(scene: Scene, impulses: list[float]):
     with pytest.raises(Error, match="positive numbers"):
         push_trials(SceneWalker(scene, "cpu"), impulses, 2)
+
+
+def test_by_default_each_impulse_is_given_20_times_for_a_tenth_of_a_second():
+    told = inspect.signature(push_trials).parameters
+    assert (told["pushes"].default, told["push_duration"].default) == (20, 0.1)

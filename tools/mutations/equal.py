@@ -53,6 +53,12 @@ EQUAL: dict[tuple[str, str], str] = {
         "of steps, after so many of which it gives up, which it does when they lead nowhere",
     ("warpmuscle/kernels/program/lane_program.py", "size = wp.abs(work.needed[i])"):
         "the scale of a tolerance: by how much of it a balance may be missed",
+    ("warpmuscle/model/controllers/simbicon.py",
+     'columns = {"phase": rows(knots.phase or [0.0]), "value": rows(knots.value or [0.0])}'):
+        "a knot of no curve, which nothing reads",
+    ("warpmuscle/kernels/inverse/static_optimization.py",
+     "BALANCED = 2.0e-5  # of what a coordinate's muscles can make, (sum B^2 + D^2)^1/2, that the balance may miss"):
+        "a tolerance, at which Newton's method ends",
     ("warpmuscle/kernels/path/route_walk.py", "reached = wp.vec3(0.0)"):
         "on either way it is set anew before it is read",
     ("warpmuscle/model/parts.py",
@@ -109,6 +115,14 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "one more coefficient that is none, and cut off behind",
     ("warpmuscle/kernels/algebra/bending.py", "square = np.zeros(DEGREE + 1)", "2"):
         "one more coefficient that is none, and cut off behind",
+    ("warpmuscle/kernels/control/gait_sensors.py", "w = q[3]", "4"):
+        "Warp gives the last number of a quaternion for every index beyond the others",
+    ("warpmuscle/kernels/body/constraints.py",
+     "largest = wp.max(largest, wp.abs(work.followed_matrix[row * count + row]))", "row * count - row"):
+        "the scale of a tolerance: how little must move along a row for it to count as immobile",
+    ("warpmuscle/model/routes.py",
+     "-(-max(len(muscle.path) for muscle in routes) // POINTS_A_SIZE) * POINTS_A_SIZE if wraps else 0,",
+     "-max(len(muscle.path) for muscle in routes) * POINTS_A_SIZE"): "more room for points than there are",
     ("warpmuscle/kernels/muscle/sharing.py", "work.softness[body] = SOFTNESS * square + SMALLEST",
      "(SOFTNESS * square + SMALLEST + SMALLEST)"): "the least that is divided by, where no muscle pulls",
     ("warpmuscle/kernels/control/reflex.py",
