@@ -142,9 +142,14 @@ def detour_of(touch: Touch, here: wp.vec3, there: wp.vec3) -> float:
 
 
 @func
-def asked(w: int, wraps: int, point: int, last: int) -> bool:
+def asked(w: int, span: RouteSpan, ends: bool) -> bool:
     """Whether it matters what a segment without a detour does at surface w: `settle` asks of the first one's last."""
-    return w == 0 and wraps > 1 and point >= last
+    return w == 0 and span.end_wrap - span.first_wrap > 1 and ends
+
+
+def has_tori(kind: RouteKind) -> bool:
+    """Whether some of a kind's surfaces are tori."""
+    return TORUS in kind.surfaces and not kind.mujoco
 
 
 @wp.struct
@@ -186,6 +191,8 @@ def crossing_of(kind: RouteKind) -> Any:
         wraps = span.end_wrap - span.first_wrap
         last = between[1]
         stop = int(between[0])
+        if wrap.kind != TORUS or last - stop <= 1:
+            return found
         point = int(stop)
         here = inverse * (place(placed, stop) - center)
         near_here = wp.vec3(0.0)
@@ -229,6 +236,50 @@ def crossing_of(kind: RouteKind) -> Any:
 
 
 @cache
+def no_crossing_of(kind: RouteKind) -> Any:
+    """The same where there are no tori: no segment."""
+    bends_struct, placed_struct = bends_of(max(kind.wraps, 1)), placed_of(max(kind.places, 1))
+
+    @wp.func(inline=True)
+    def no_crossing(
+        span: RouteSpan, between: wp.vec2i, center: wp.vec3, inverse: wp.mat33, wrap: RouteWrap, size: wp.vec3,
+        where: int, bends: wp.ref[bends_struct], placed: wp.ref[placed_struct], model: ModelRef,
+    ) -> Crossing:  # fmt: skip
+        return Crossing()
+
+    return no_crossing
+
+
+@cache
+def tried_of(kind: RouteKind) -> Any:
+    """The Warp function of how a segment goes round surface w, where that may matter.
+
+    It takes whether the segment `ends` the interval, and the one that is `known`, see `crossing_of`.
+    """
+    mujoco, tori = kind.mujoco, has_tori(kind)
+    touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
+
+    @wp.func(inline=True)
+    def tried(
+        instance: int, w: int, span: RouteSpan, here: wp.vec3, there: wp.vec3, stop: int, ends: bool, wrap: RouteWrap,
+        size: wp.vec3, where: int, known: Crossing, model: ModelRef,
+    ) -> Touch:  # fmt: skip
+        touch = Touch()
+        if wp.static(mujoco):
+            touch = touch_at(here, there, wrap, size, at(model.routes.side_point, instance, span.first_wrap + w))
+        elif wp.static(tori):
+            if known.detour < FAR and known.stop == stop:
+                touch = known.touch
+            elif known.detour >= FAR or asked(w, span, ends) or shorter(here, there, size, known):
+                touch = touch_at(here, there, wrap, size, where)
+        else:
+            touch = touch_at(here, there, wrap, size, where)
+        return touch
+
+    return tried
+
+
+@cache
 def bend_of(kind: RouteKind) -> Any:
     """The Warp function that lets a route go round one of its surfaces, where that is best.
 
@@ -236,12 +287,10 @@ def bend_of(kind: RouteKind) -> Any:
     """
     count = max(kind.wraps, 1)
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
-    room, mujoco = max(kind.places, 1), kind.mujoco
+    room, tried = max(kind.places, 1), tried_of(kind)
     placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts, place, interval = points.counts, points.place, points.interval
-    touch_at = mujoco_touch_of(kind.surfaces) if mujoco else touch_of(kind.surfaces, kind.smooth, kind.as_opensim)
-    tori = TORUS in kind.surfaces and not mujoco
-    crossing = crossing_of(kind) if tori else None
+    crossing = crossing_of(kind) if has_tori(kind) else no_crossing_of(kind)
     exact, rows = kind.exact, rows_of(count)
     row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
 
@@ -270,13 +319,7 @@ def bend_of(kind: RouteKind) -> Any:
             where = wp.where(wraps > 1, AMONG_OTHERS, IN_PLANE)
         best = wp.float32(FAR)
         found = int(NOWHERE)
-        known = Crossing()
-        known.stop = NOWHERE
-        known.detour = wp.float32(FAR)
-        if wp.static(tori):  # noqa: SIM102, with `and` it would be compiled in all the same
-            if wrap.kind == TORUS and last - stop > 1:
-                inverse = wp.transpose(axes)
-                known = crossing(span, between, center, inverse, wrap, own.size, where, bends, placed, model)
+        known = crossing(span, between, center, wp.transpose(axes), wrap, own.size, where, bends, placed, model)
         while point < last:
             there = wp.vec3(0.0)
             to_surface = int(NOWHERE)
@@ -292,16 +335,9 @@ def bend_of(kind: RouteKind) -> Any:
                     point += 1
                 there = wp.transpose(axes) * (place(placed, point) - center)
             if from_surface == NOWHERE or from_surface != to_surface:
-                touch = Touch()
-                if wp.static(mujoco):
-                    touch = touch_at(here, there, wrap, own.size, at(routes.side_point, instance, span.first_wrap + w))
-                elif wp.static(tori):
-                    if known.stop == stop:
-                        touch = known.touch
-                    elif known.detour >= FAR or asked(w, wraps, point, last) or shorter(here, there, own.size, known):
-                        touch = touch_at(here, there, wrap, own.size, where)
-                else:
-                    touch = touch_at(here, there, wrap, own.size, where)
+                touch = tried(
+                    instance, w, span, here, there, stop, point >= last, wrap, own.size, where, known, model
+                )  # fmt: skip
                 result = touch.kind
                 if result >= BESIDE:
                     detour = detour_of(touch, here, there)
