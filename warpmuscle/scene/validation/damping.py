@@ -153,6 +153,12 @@ def _by_joint(scene: Scene, declared: ExplicitDamping) -> dict[str, tuple[str, F
     return found
 
 
+def may_have_springs(scene: Scene) -> bool:
+    """Whether joints have springs that damp explicitly, for all that is known before free parameters have values."""
+    implicit = scene.implicit_pd or scene.muscle_model.implicit_damping
+    return not implicit and any(own.damping for own in scene.actuation.values())
+
+
 def springs_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
     """The same of the explicit springs of joints.
 
@@ -160,7 +166,7 @@ def springs_of(scene: Scene) -> dict[str, tuple[str, Floats]]:
         scene: checked scene without free parameters.
     """
     found: dict[str, tuple[str, Floats]] = {}
-    if scene.implicit_pd or scene.muscle_model.implicit_damping:
+    if not may_have_springs(scene):
         return found
     for name, own in scene.actuation.items():
         count, damping = len(joint_type(scene.character.joints[name]).speeds), plain_number(own.damping)
@@ -201,6 +207,8 @@ def damping_warnings(scene: Scene) -> list[SceneError]:
 
     Free parameters count with their start values.
     """
+    if not is_explicit(scene) and not may_have_springs(scene):
+        return []  # most scenes, which need not be copied
     found = explicit_damping(at_start(scene))
     worst = max(found, key=lambda one: round(one.share, 9), default=None)  # of both sides the first, whatever rounding
     if worst is None or not worst.share > 1.0:
