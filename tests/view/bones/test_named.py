@@ -15,6 +15,8 @@ NAMES = {
     "femur_r_hip_flexion_r": "thigh", "radius": "forearm", "shoulder": "", "calcn_r": "", "footing": "",
 }  # fmt: skip
 
+ACROSS = [(1.0, 0.0, 0.0)]
+
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_say_what_bodies_are(name: str):
@@ -39,7 +41,7 @@ def leg() -> Character:
         ("calcn_r", "toes_r"): ((0.0, -0.032, 0.079), (0.0, 0.0, -0.03)),
     }
     joints = {
-        f"j{k}": Joint("hinge", parent, child, above, below, [(1.0, 0.0, 0.0)])
+        f"j{k}": Joint("hinge", parent, child, above, below, ACROSS)
         for k, ((parent, child), (above, below)) in enumerate(places.items())
     }
     return Character(bodies=bodies, joints=joints, root="pelvis")
@@ -57,3 +59,18 @@ def test_a_foot_without_shapes_has_bones_from_heel_to_toes():
     assert np.ptp(bones["toes_r"][:, 2]) > 0.05
     assert np.ptp(bones["patella_r"], axis=0).max() < 0.06
     assert bones["femur_r"][:, 2].max() < 0.035  # no second knee cap
+
+
+@pytest.mark.parametrize(("ground", "role"), [(0.0, ""), (0.3, "forearm")])
+def test_a_forearm_that_stands_beside_the_feet_has_no_hand(ground: float, role: str):
+    """The foot ends 0.6 m below the trunk, the forearm 0.6 or 0.3 m."""
+    size = 0.3 - 0.5 * ground
+    bodies = {name: Body(1.0, (0.1, 0.1, 0.1)) for name in ("trunk", "lFoot", "lUpperarm", "lForearm")}
+    joints = {
+        "ankle": Joint("hinge", "trunk", "lFoot", (0.1, 0.0, -0.3), (0.0, 0.3, 0.0), ACROSS),
+        "shoulder": Joint("hinge", "trunk", "lUpperarm", (0.1, 0.0, 0.3), (0.0, 0.5 * size, 0.0), ACROSS),
+        "elbow": Joint("hinge", "lUpperarm", "lForearm", (0.0, -0.5 * size, 0.0), (0.0, 0.5 * size, 0.0), ACROSS),
+    }
+    limbs = Limbs(Character(root="trunk", bodies=bodies, joints=joints), ("lFoot",))
+    assert limbs.role("lUpperarm") == "upper arm"
+    assert limbs.role("lForearm") == role

@@ -16,6 +16,7 @@ LEAST = 0.05  # m, between the joints of what is a part of a limb
 BESIDE = 0.03  # m, from the middle on, where arms hang
 LEG: tuple[Role, ...] = ("thigh", "shank")
 ARM: tuple[Role, ...] = ("upper arm", "forearm", "hand")
+LEVEL = 0.05  # m, by which a foreleg may end above or below the feet
 
 
 class Limbs:
@@ -42,6 +43,8 @@ class Limbs:
             if body not in self._in_legs and (role := self._role_in_arm(body)):
                 self._roles[body] = role
         self._roles |= {body: named_role(body) for body in character.bodies if named_role(body)}
+        forelegs = [body for body, role in self._roles.items() if role == "forearm" and self._is_foreleg(body)]
+        self._roles |= dict.fromkeys(forelegs, "")
 
     def role(self, body: str) -> Role:
         """What a body is, by its name or else by how it hangs on others; empty for trunks, heads, feet and all else."""
@@ -66,6 +69,20 @@ class Limbs:
             return ""
         long = [one for one in chain if self._length(one) > LEAST or one == body]
         return ARM[len(long) - 1] if len(long) <= len(ARM) else ""
+
+    def _is_foreleg(self, body: str) -> bool:
+        """Whether a forearm ends where the feet do: an animal has a hoof or a paw there, and no hand."""
+        feet = [self._lowest(foot) for foot in self.feet if foot in self._above]
+        return bool(feet) and not self._ends(body) and abs(self._lowest(body) - min(feet)) < LEVEL
+
+    def _lowest(self, body: str) -> float:
+        """Height of the end of a body at angles of 0, over its root, m: as far beyond its centre as its joint is."""
+        height = -float(plain_vector(self._above[body].position_in_child)[1])
+        while body in self._above:
+            joint = self._above[body]
+            height += float((plain_vector(joint.position_in_parent) - plain_vector(joint.position_in_child))[1])
+            body = joint.parent
+        return height
 
     def _ends(self, body: str) -> int:
         return sum(joint.parent == body for joint in self._joints.values())
