@@ -18,6 +18,7 @@ from warpmuscle.scene.anatomy import Side, bone_lines, far_end, foot_bodies, joi
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.masses import TINY_MASS, body_mass, massless
 from warpmuscle.view.bones import skeleton
+from warpmuscle.view.bones.barrel import barrel_bones
 from warpmuscle.view.bones.girdle import rib_cage, rib_cage_bones, shoulder_blade
 from warpmuscle.view.bones.head import skull
 from warpmuscle.view.bones.hips import pelvis_bones
@@ -128,7 +129,9 @@ class _Figure:
             return np.array([*above, *trunk_places(start, shoulders)])
         hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
         above = [point for point in points if abs(point[0]) < MIDDLE and all(point is not hip for hip in hips)]
-        return pelvis_places(above[0], hips) if len(hips) == 2 and above else np.array(points)
+        if len(hips) != 2 or not above:
+            return np.array(points)
+        return np.array([*pelvis_places(above[0], hips), *self._forelegs(ends, hips)])
 
     def _limb_end(self, start: Floats, ends: Sequence[Floats], shapes: Sequence[Shape]) -> Floats:
         """Where a limb from its joint ends: at the next joint, or where its shape or its mass does."""
@@ -280,6 +283,8 @@ class _Figure:
             others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
             hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * scale, 0.0])
             self._hull(name, pelvis_bones(hips, others[0] if others else hip + tall, scale), "bone")
+            if others and (shoulders := self._forelegs(ends, hips)):
+                self._hull(name, barrel_bones(hips, others[0], shoulders, scale), "bone")
         elif (cage := self.cages.get(name)) is not None:
             self._hull(name, rib_cage_bones(cage), "bone")
         elif start is not None and self._shoulders(ends):
@@ -352,6 +357,12 @@ class _Figure:
         """Ends of a body that arms hang on, to its left and its right."""
         beside = [end for end in ends if abs(end[0]) >= MIDDLE]
         return beside if len(beside) == 2 and beside[0][0] * beside[1][0] < 0.0 else []
+
+    def _forelegs(self, ends: Sequence[Floats], hips: Sequence[Floats]) -> list[Floats]:
+        """Where forelegs hang on a body that has hips, too: ahead of these rather than above."""
+        shoulders = self._shoulders([end for end in ends if all(end is not hip for hip in hips)])
+        ahead = np.mean(shoulders, axis=0) - np.mean(hips, axis=0) if shoulders else np.zeros(3)
+        return shoulders if ahead[2] > abs(ahead[1]) else []
 
     def _trunk_bones(self, name: str, start: Floats, neck: Floats, shoulders: Sequence[Floats]) -> None:
         if not self.coarse:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from closed_meshes import check, volume
 from warpmuscle.formats import load
 from warpmuscle.scene.anatomy import joint_place
 from warpmuscle.scene.initial_pose import plain_vector
@@ -15,7 +16,6 @@ from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
 from warpmuscle.view.bones.skeleton import forearm_bones, hand_bones, upper_arm_bone
 from warpmuscle.view.bones.spine import vertebrae
 from warpmuscle.view.figure import figure_of
-from warpmuscle.view.hulls import Mesh
 from warpmuscle.view.pieces import Hull
 
 ROLES = {
@@ -35,21 +35,6 @@ def bones(name: str) -> dict[str, list[Hull]]:
         body: [p for p in found if isinstance(p, Hull) and p.layer == "bone" and names[p.body] == body]
         for body in names
     }
-
-
-def volume(mesh: Mesh) -> float:
-    corners, _, faces = mesh
-    a, b, c = (corners[faces[:, k]] for k in range(3))
-    return float(np.sum(a * np.cross(b, c)) / 6.0)
-
-
-def check(corners: np.ndarray, normals: np.ndarray, faces: np.ndarray) -> None:
-    assert np.isfinite(corners).all()
-    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-6)
-    a, b, c = (corners[faces[:, k]] for k in range(3))
-    area = np.cross(b - a, c - a)
-    seen = np.sum(area * normals[faces].mean(axis=1), axis=1)
-    assert (seen > -1e-9).mean() > 0.98  # counter-clockwise from outside, but for a few in sharp bends
 
 
 def test_a_tube_and_an_ellipsoid_have_the_volume_of_theirs():
