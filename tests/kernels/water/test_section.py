@@ -89,6 +89,14 @@ def test_a_ball_under_water_by_half_is_carried_by_half_of_its_volume():
     np.testing.assert_allclose(recording.root_position[:, 1], 0.0, atol=1e-5)
 
 
+def test_two_balls_of_one_body_are_carried_by_the_water_that_both_displace():
+    small = Sphere((0.3, 0.0, 0.0), 0.5 * R)
+    scene = afloat(BALL, RHO * BALL_VOLUME * 1.125, Water(level=100.0), 0.0, 0.5, inertia=(1e4, 1e4, 1e4))
+    scene.character.bodies["buoy"].shapes.append(small)
+    recording = recorded(scene)
+    np.testing.assert_allclose(recording.root_position[:, 1], 0.0, atol=1e-4)
+
+
 def test_a_rod_upright_floats_with_the_length_that_its_weight_displaces():
     mass = 0.6 * RHO * ROD_VOLUME
     water = Water(drag=5.0, axial_drag=50.0)
