@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 from probes import filled
 
-from muscle_arm import leg
+from muscle_arm import REACH, leg
 from warpmuscle.kernels.program.controller import ProgramParameters
 from warpmuscle.kernels.program.structs import Frames
 from warpmuscle.kernels.program.tasks import center_wanted
@@ -81,6 +81,19 @@ def test_weights_are_those_of_velocities(case):
         rotated = arm + 2.0 * np.cross(q[:3], np.cross(q[:3], arm) + q[3] * arm)
         velocity = found["velocity"][0, 2] + np.cross(turning, rotated)
     assert v @ weight @ v == pytest.approx(3.0 * velocity @ velocity, rel=1e-4)
+
+
+def test_the_centre_of_mass_is_not_asked_for_what_it_does_by_itself():
+    """A shank that turns about a knee at rest is drawn to it by w^2 r, of which the whole body has a third."""
+    scene = told({"com_weight": 3.0, "com_kp": 0.0, "com_kd": 0.0}, {}, {})
+    rollout, turning = Rollout(scene, 1, "cpu"), 2.0
+    speeds = np.zeros(rollout.state.speeds.shape, np.float32)
+    speeds[0, -1] = turning
+    rollout.state.speeds.assign(speeds)
+    program = rollout._program
+    program.decide(rollout.model, rollout.state, rollout._extensions.struct.first, *np.zeros((2, 1), np.int32))
+    pull = program._pull.numpy().reshape(-1)[:3]  # of the root's place, which moves all bodies alike
+    np.testing.assert_allclose(pull, [0.0, -3.0 * turning**2 * REACH / 3.0, 0.0], atol=1e-4)
 
 
 def test_joints_weigh_for_themselves():
