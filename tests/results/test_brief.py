@@ -67,7 +67,7 @@ def test_what_takes_the_others_is_refused_in_a_line(short: Result, tmp_path: Pat
 def test_a_file_that_holds_more_than_there_were_is_damaged(whole: Result, tmp_path: Path):
     searched = dataclasses.replace(brief(whole).searched, evaluated=1)
     write(tmp_path / "wrong.h5", dataclasses.replace(brief(whole), searched=searched))
-    with pytest.raises(ResultError, match=r"1 candidates in all, but /evaluations has 2"):
+    with pytest.raises(ResultError, match=r"1 candidate in all, but /evaluations has 2"):
         read(tmp_path / "wrong.h5")
 
 

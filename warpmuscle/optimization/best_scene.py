@@ -12,7 +12,7 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
 from warpmuscle.kernels.objective.objective_terms import TERMS
-from warpmuscle.results.brief import check_whole
+from warpmuscle.results.brief import check_complete
 from warpmuscle.results.records import Result
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute, with_values
@@ -71,7 +71,7 @@ def best_scene(result: Result, fixed: Sequence[str] = (), among: int | None = No
     if among is not None:
         if result.evaluations is None or scene.stages:
             raise ResultError("the most robust one is chosen among the candidates of a search without stages")
-        check_whole(result, "the most robust one cannot be chosen among them")
+        check_complete(result, "the most robust one cannot be chosen among them")
         from warpmuscle.optimization.robust_selection import RUNS, most_robust  # which simulates
 
         row, held = most_robust(scene, result.evaluations, among)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpmuscle.core.errors import ResultError
+from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.records import Best, Result
 
 ALL, BEST = KEPT = ("all", "best")  # candidates that the result of a run of a sweep keeps
@@ -32,7 +33,8 @@ def brief(result: Result) -> Result:
     )  # fmt: skip
 
 
-def check_whole(result: Result, what: str) -> None:
+def check_complete(result: Result, what: str) -> None:
     """Raise ResultError if a result holds only some of its candidates; `what` cannot be done then."""
     if result.is_brief:
-        raise ResultError(f'holds only the best of its {result.evaluated} candidates: {what}; keep = "all" keeps them')
+        count = number_of(result.evaluated, "candidate")
+        raise ResultError(f'holds only the best of its {count}: {what}; keep = "all" keeps them')

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 
 from warpmuscle.core.errors import OccupiedError, ResultError
-from warpmuscle.results.brief import check_whole
+from warpmuscle.results.brief import check_complete
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.records import Evaluations, Result
 from warpmuscle.results.result import read, write
@@ -77,7 +77,7 @@ class Checkpoint:
         if first.searched is None:
             raise ResultError(f"{path}: holds no search that could be resumed")
         try:
-            check_whole(first, "it cannot go on")
+            check_complete(first, "it cannot go on")
         except ResultError as error:
             raise ResultError(f"{path}: {error}") from None
         checkpoint = cls(path, identity_of(first))

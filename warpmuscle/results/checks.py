@@ -135,7 +135,7 @@ def _check_searched(searched: Searched, parameters: int, rows: int) -> None:
     if not 0 <= searched.stage < max(len(searched.stages), 1):
         raise ValueError(f"searches: stage {searched.stage} is none of {len(searched.stages)}")
     if searched.evaluated and not rows <= searched.evaluated <= LARGEST_INDEX:
-        raise ValueError(f"searches: {searched.evaluated} candidates in all, but /evaluations has {rows}")
+        raise ValueError(f"searches: {number_of(searched.evaluated, 'candidate')} in all, but /evaluations has {rows}")
     for number, state in enumerate(searched.states):
         for name, array in state.items():
             if np.asarray(array).dtype.kind not in "biuf":

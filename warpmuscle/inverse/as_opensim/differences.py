@@ -105,10 +105,10 @@ def _of_pennation(
     off = np.concatenate([np.abs(a.activation - b.activation) for a, b in zip(without, counted, strict=True)])
     most = off.max(axis=0)
     other = f"activations would differ by up to {most.max():.2g} ({body.muscles[int(np.argmax(most))]})"
-    count = number_of(int(np.count_nonzero(widths_left_out(body)[1])), "muscle")
+    of_muscles = "the pennation of " + number_of(int(np.count_nonzero(widths_left_out(body)[1])), "muscle")
     if options.pennation:
-        return Choice("pennation", f"the pennation of {count} counts; without it, as in OpenSim, {other}")
-    return Choice("pennation", f"the pennation of {count} is left out, as in OpenSim; with it (--pennation) {other}")
+        return Choice("pennation", f"{of_muscles} is taken into account; without it, as in OpenSim, {other}")
+    return Choice("pennation", f"{of_muscles} is left out, as in OpenSim; with it (--pennation) {other}")
 
 
 def _listed(found: Found | list[Found]) -> list[Found]:

@@ -130,12 +130,12 @@ def headline(found: StudyResult) -> list[tuple[str, str]]:
     """What the page begins with: numbers, and what they count."""
     walked, verdicts = sum(run.walked for run in found.runs), Counter(held.verdict for held in found.held)
     seeds = len({run.run.seed for run in found.runs})
-    told = [(str(len(_conditions(found))), "conditions"), (str(seeds), "seeds" if seeds > 1 else "seed")]
-    told.append((f"{walked} of {len(found.runs)}", "walked to the end"))
+    numbers = [(str(len(_conditions(found))), "conditions"), (str(seeds), "seeds" if seeds > 1 else "seed")]
+    numbers.append((f"{walked} of {len(found.runs)}", "walked to the end"))
     if found.held:
-        told.append((f"{verdicts['agrees']} of {len(found.held)}", "as expected"))
-        told += [(str(verdicts[word]), meaning) for word, meaning in OTHERWISE.items() if verdicts[word]]
-    return told
+        numbers.append((f"{verdicts['agrees']} of {len(found.held)}", "as expected"))
+        numbers += [(str(verdicts[word]), meaning) for word, meaning in OTHERWISE.items() if verdicts[word]]
+    return numbers
 
 
 def _conditions(found: StudyResult) -> list[Condition]:
