@@ -1,7 +1,11 @@
 import subprocess
 import sys
 
+import pytest
+
 from patience import PATIENCE
+from warpmuscle.cli.ending import run_to_end
+from warpmuscle.cli.program import app, asked_for
 from warpmuscle.core.interruption import INTERRUPTED
 
 BROKEN_LOCK = """
@@ -32,3 +36,26 @@ def test_an_error_that_nobody_expected_shows_where_it_came_from():
     done = ended("ValueError")
     assert done.returncode == 1
     assert "RuntimeError: release unlocked lock" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["inverse", "a.osim", "b.mot", "--power", "5"], "'--power': Input should be less than or equal to 4"),
+        (["inverse", "a.osim", "b.mot", "--power", "two"], "'--power': Input should be a valid integer"),
+        (["inverse", "a.osim"], "missing argument 'MOTION...'"),
+        (["inverse", "a.osim", "b.mot", "--power"], "option '--power' requires an argument"),
+        (["plot", "a.h5", "--replay", "-1"], "'--replay': Input should be greater than or equal to 0"),
+        (["inverse", "--n\x1b[31mo"], "no such option: --n\\x1b[31mo"),
+        (["nothing"], "no such command 'nothing'"),
+    ],
+)
+def test_wrong_words_of_a_command_are_one_line(words, said, monkeypatch, capfd):
+    monkeypatch.setattr(sys, "argv", ["warpmuscle", *words])
+    with pytest.raises(SystemExit) as ended:
+        run_to_end(lambda: asked_for(app)(prog_name="warpmuscle", standalone_mode=False))
+    told = capfd.readouterr().err
+    assert ended.value.code == 2
+    assert told.startswith("error: ")
+    assert told.count("\n") == 1
+    assert said in told

@@ -44,16 +44,18 @@ def _came_of_an_interruption(error: BaseException) -> bool:
 
 def _explain(error: Exception) -> NoReturn:
     """End with what an error in the command's own arguments says, or a full machine; raise any other again."""
-    usage = getattr(error, "show", None)
-    if usage is None:
+    if not hasattr(error, "format_message"):
         why = shortage(error)
         if not why:
             raise error
         _refuse(shortened(why))
-    if "\n" not in getattr(error, "message", "\n"):  # which quotes what was typed; of several lines it is help
-        error.message = printable(error.message)  # type: ignore[attr-defined]
-    usage()
-    sys.exit(2)
+    why = error.format_message()
+    if not why or "\n" in why:  # of none or several lines it is help
+        error.show()  # type: ignore[attr-defined]
+        sys.exit(2)
+    why = printable(why).rstrip(".")  # which quotes what was typed
+    context = getattr(error, "ctx", None)
+    _refuse(f"{why[:1].lower()}{why[1:]}" + (f"; see {context.command_path} --help" if context else ""))
 
 
 def run_to_end(work: Callable[[], Any]) -> NoReturn:

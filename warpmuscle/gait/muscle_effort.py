@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ TREMBLING = 15.0  # Hz, beyond which there is none of the control of a gait
 LEAST_LENGTH = 1e-6  # m, of a fibre
 STEEPEST = 0.995  # sine of the pennation, as of the shortest fibre
 LEAST_SPEED = 0.2  # m/s, below which energy over distance says little
-_MODELS = {
+FORMULAS = {
     "wang": effort.WANG, "umberger": effort.UMBERGER, "bhargava": effort.BHARGAVA, "margaria": effort.MARGARIA,
 }  # fmt: skip
 
@@ -121,23 +122,40 @@ def muscle_power(recording: Recording, scene: Scene) -> Floats:
 
 def _has_costs(recording: Recording, scene: Scene) -> bool:
     """Whether a motion has muscles, with curves of the package."""
+    return bool(recording.muscle_names and recording.frames) and has_formulas(scene)
+
+
+def has_formulas(scene: Scene) -> bool:
+    """Whether metabolic formulas count for a scene's muscles, whose curves are those of the package."""
     kind = scene.muscle_model
     custom_curves = kind.active_force_length or kind.passive_force_length or kind.force_velocity
-    return bool(recording.muscle_names and recording.frames) and law_of(kind) == "hill" and not custom_curves
+    return law_of(kind) == "hill" and not custom_curves
 
 
 def _passive_and_power(recording: Recording, scene: Scene) -> tuple[Floats, Floats]:
     """Passive forces, N, and metabolic power by the formula of the objective, W, (F, M) each."""
-    passive, powers = _passive_and_powers(recording, scene, [_MODELS[scene.objective.metabolic_model]])
+    passive, powers = _passive_and_powers(recording, scene, [FORMULAS[scene.objective.metabolic_model]])
     return passive, powers[0]
 
 
 def _passive_and_powers(recording: Recording, scene: Scene, formulas: list[int]) -> tuple[Floats, list[Floats]]:
     """Passive forces, N, and metabolic power by each formula, W, (F, M) each."""
-    model = muscles_model(scene, recording.muscle_names, "cpu")
-    muscles = [scene.character.muscles[name] for name in recording.muscle_names]
     names = ("muscle_activation", "muscle_excitation", "muscle_fibre_length", "muscle_fibre_velocity")
-    quantities = [wp.array(recording[name].astype(np.float32), dtype=float, device="cpu") for name in names]
+    return passive_and_powers(scene, recording.muscle_names, [recording[name] for name in names], formulas)
+
+
+def passive_and_powers(
+    scene: Scene, muscle_names: Sequence[str], values: Sequence[Floats], formulas: Sequence[int]
+) -> tuple[Floats, list[Floats]]:
+    """Passive forces, N, and metabolic power by each formula of `kernels.muscle.effort`, W, (F, M) each.
+
+    Args:
+        scene: whose objective says how negative work counts. values: activation and excitation (F, M) of these muscles,
+            length, m, and lengthening speed, m/s, of their fibres.
+    """
+    model = muscles_model(scene, tuple(muscle_names), "cpu")
+    muscles = [scene.character.muscles[name] for name in muscle_names]
+    quantities = [wp.array(one.astype(np.float32), dtype=float, device="cpu") for one in values]
     kernel = effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model))
     passive, powers = wp.zeros_like(quantities[0]), [wp.zeros_like(quantities[0]) for _ in formulas]
     for formula, power in zip(formulas, powers, strict=True):
