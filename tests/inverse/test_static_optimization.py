@@ -107,7 +107,10 @@ def test_whether_pennation_counts_is_told_with_what_the_other_way_changes(body):
     found = [static_optimization(body, at, given, reserve=10.0, pennation=one).activation for one in (False, True)]
     most = np.abs(found[0] - found[1]).max()
     assert most > 1e-3
-    for one, words in ((False, "is left out, as in OpenSim; with it (--pennation)"), (True, "is taken into account; without it")):
+    for one, words in (
+        (False, "is left out, as in OpenSim; with it (--pennation)"),
+        (True, "is taken into account; without it"),
+    ):
         options = ActivationOptions(reserve=10.0, pennation=one)
         (choice,) = choices(body, ("so",), [at], [given], [at.times], options=options)
         assert words in choice.sentence

@@ -1,5 +1,7 @@
 """EMG-driven muscles: parameters of a synthetic subject come back, held-out moments are foretold, bad input is told."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -101,6 +103,9 @@ def test_strengths_and_delay_of_a_synthetic_subject_come_back(found):
         assert middle == pytest.approx(truth, abs=0.03), name
         assert low <= middle <= high
     assert found.band("delay")[1] == pytest.approx(DELAY, abs=0.003)
+    assert "delay" not in found.at_bounds
+    ended = replace(found, parameters=found.parameters | {"delay": np.full(4, found.bounds.delay[0])})
+    assert ended.at_bounds == ["delay", *found.at_bounds]
     assert found.rms[0] < 0.01 * np.abs(np.concatenate(found.wanted)).max()
 
 

@@ -35,6 +35,7 @@ from warpmuscle.search.cma import CmaSearch
 
 EMG_WEIGHT = 10.0  # of EMG where activations of muscles without it are found
 BLOCKS = 20  # parts of all frames, which members of an ensemble weigh by chance
+AT_BOUND = 0.01  # of the width of bounds, below which a parameter is at an end of them
 PRIOR = 0.001  # cost of parameters that are at their bounds all, beside 1 for moments that are not made at all
 
 
@@ -72,6 +73,22 @@ class Calibration(Tabulated):
             raise ArgumentError(f"no parameter {name!r}; there are {', '.join(self.parameters)}")
         found = np.percentile(self.parameters[name], [low, 50.0, high], axis=0)
         return found[0], found[1], found[2]
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Parameters whose median is at an end of its bounds, as `delay` or `f_max of soleus_r`: look at wider ones."""
+        found = []
+        for name, values in self.parameters.items():
+            low, high = getattr(self.bounds, name)
+            median = np.atleast_1d(np.median(values, axis=0))
+            near = (high > low) & (np.minimum(median - low, high - median) < AT_BOUND * (high - low))
+            names = self.body.muscles if values.ndim == 2 else ("",)
+            found += [
+                f"{name} of {muscle}" if muscle else name
+                for muscle, ended in zip(names, near, strict=True)
+                if ended and (not muscle or muscle in self.measured)
+            ]
+        return found
 
     def scene(self) -> Scene:
         """The model with the medians of f_max, l_opt and l_slack, for static optimisation, tracking or a file."""
