@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.view.bones.directions import ASIDE, perpendicular, turned, unit
 from warpmuscle.view.bones.meshes import ellipsoid, merged, tube
 from warpmuscle.view.hulls import Mesh
 
@@ -52,11 +53,6 @@ def barrel_bones(hips: Sequence[Floats], neck: Floats, shoulders: Sequence[Float
 def _blade(shoulder: Floats, withers: Floats, scale: float) -> Mesh:
     """A shoulder blade from the joint up to the side of the withers."""
     top = np.array([0.75 * shoulder[0], withers[1] - 0.01 * scale, withers[2] - 0.05 * scale])
-    up = (top - shoulder) / np.linalg.norm(top - shoulder)
-    aside = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    aside /= np.linalg.norm(aside)
-    axes = np.stack([aside, up, np.cross(aside, up)], axis=1)
-    thick, wide = BLADE
-    return ellipsoid(
-        0.5 * (shoulder + top), (thick * scale, 0.5 * float(np.linalg.norm(top - shoulder)), wide * scale), axes
-    )
+    up, (thick, wide) = unit(top - shoulder), BLADE
+    size = (thick * scale, 0.5 * float(np.linalg.norm(top - shoulder)), wide * scale)
+    return ellipsoid(0.5 * (shoulder + top), size, turned(up, perpendicular(up, ASIDE)))
