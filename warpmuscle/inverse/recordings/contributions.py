@@ -67,10 +67,10 @@ def contributions(
     if np.abs(dynamics.followed).max(initial=0.0) > 0.0:
         raise ArgumentError("contributions to accelerations need a model none of whose coordinates follows another")
     pull = _pulls(body, trials, activations)
-    whole = inverse_dynamics(scene, states.coordinates, states.speeds, states.rates)
     velocity = -space.gravity - inverse_dynamics(scene, states.coordinates, states.speeds, np.zeros_like(states.speeds))
     others = {"gravity": space.gravity, "velocity": velocity, "reserves": dynamics.effort - pull.sum(axis=1)}
     if not contacts:
+        whole = inverse_dynamics(scene, states.coordinates, states.speeds, states.rates)
         others["loads"] = whole - dynamics.effort
     forces = np.concatenate([pull, np.stack(list(others.values()), axis=1)], axis=1)
     found = np.swapaxes(np.linalg.solve(space.mass_matrix, np.swapaxes(forces, 1, 2)), 1, 2)
