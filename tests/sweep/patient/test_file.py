@@ -53,6 +53,8 @@ def test_what_is_not_told_is_as_usual(tmp_path: Path):
         ("candidates = 4", "candidtes = 4", 7, "match.candidtes"),
         ("candidates = 4", "duration = 1", 7, "2 to 600 s"),
         ("candidates = 4", "speed = -1", 7, "is a weight"),
+        ("candidates = 4", "feed_forward = 0", 7, "match.feed_forward: is greater than 0 and at most 1, not 0"),
+        ("candidates = 4", "reach = nan", 7, "match.reach: is greater than 0 and at most 1000"),
         ("candidates = 4", "walk = 0", 7, "is a number of candidates"),
         ("candidates = 4", "candidates = 0", 7, "match.candidates: candidates must be a positive"),
         ("candidates = 4", 'strategy = ""', 7, "match.strategy: there is no search strategy ''"),

@@ -68,6 +68,8 @@ class Match(msgspec.Struct, forbid_unknown_fields=True):
     strategy: str = "cma"
     duration: float = 6.0  # s, of each simulation
     speed: float = 10.0  # weight of the error of the speed
+    feed_forward: float | None = None  # most that curves over stance and swing add to each leg muscle's excitation
+    reach: float | None = None  # free numbers of the controller change by so many times their values at most
     set: dict[str, Any] = {}
 
 
@@ -163,6 +165,9 @@ def _check(asked: _File) -> None:
         raise SceneError(f"is a number of candidates, 1 or more, not {asked.match.walk}", key="match.walk")
     if not 2.0 <= asked.match.duration <= 600.0:
         raise SceneError(f"is 2 to 600 s, not {asked.match.duration:g}", key="match.duration")
+    for key, most, end in (("feed_forward", asked.match.feed_forward, 1.0), ("reach", asked.match.reach, 1000.0)):
+        if most is not None and not 0.0 < most <= end:
+            raise SceneError(f"is greater than 0 and at most {end:g}, not {most:g}", key=f"match.{key}")
     for key, weight in (("match.speed", asked.match.speed), ("adapt.habit", asked.adapt.habit)):
         if not 0.0 <= weight <= 1e6:
             raise SceneError(f"is a weight from 0 to 1e6, not {weight:g}", key=key)

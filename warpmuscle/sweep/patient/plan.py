@@ -32,6 +32,7 @@ from warpmuscle.scene.norms import FLEXION
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.sweep.patient.body import changes_to_size, trunk_is_pelvis
 from warpmuscle.sweep.patient.file import UNCHANGED, Adapt, Match, PatientFile
+from warpmuscle.sweep.patient.freedom import feed_forward, within_reach
 from warpmuscle.sweep.patient.gait import ANGLES
 from warpmuscle.sweep.patient.recorded import Patient
 from warpmuscle.sweep.plan import Plan, read
@@ -106,7 +107,8 @@ def match_plan(asked: PatientFile, patient: Patient, files: Files, first: Scene 
         "objective.target_speed": patient.gait.speed,
         "objective.speed": match.speed,
     }
-    changes = {f"objective.{name}": 0.0 for name in _weights(numeric)} | changes
+    own = {f"objective.{name}": 0.0 for name in _weights(numeric)}
+    changes = own | changes | _freedom(asked, first or scene, patient)
     lines = [f"scene = {json.dumps(named)}", f"name = {json.dumps(f'{asked.path.stem}, match')}", KEEP]
     lines += [*_search(match), *_set(changes | match.set)]
     lines += ["", "[grid]", f"seed = {list(range(1, asked.asked.seeds + 1))}"]
@@ -121,6 +123,20 @@ def _sizes(asked: PatientFile, numeric: Scene, patient: Patient) -> dict[str, An
         return changes_to_size(numeric, patient.scene) if asked.asked.scaled else {}
     except Error as error:
         raise asked.error(str(error), "scene") from None
+
+
+def _freedom(asked: PatientFile, scene: Scene, patient: Patient) -> dict[str, Any]:
+    """What else the search may change in the scene that it begins from, and narrower intervals of its free numbers."""
+    match = asked.asked.match
+    found: dict[str, Any] = {}
+    if match.reach is not None:
+        found |= within_reach(scene, match.reach)
+    if match.feed_forward is not None:
+        try:
+            found |= feed_forward(scene, match.feed_forward, float(patient.gait.stride_time["left"].mean()))
+        except Error as error:
+            raise asked.error(str(error), "match.feed_forward") from None
+    return found
 
 
 def hip_offset(asked: PatientFile, patient: Patient, walker: Scene, tilt: float | None) -> float:
