@@ -13,9 +13,12 @@ from small_sweep import assert_same_file
 from warpmuscle.core.errors import ResultError
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
+from warpmuscle.results import result_templates
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import image, read, write
 from warpmuscle.results.result_templates import Stamps
+
+PHASES = ("phase", "stance", "state")
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +30,10 @@ def results() -> list[Result]:
     heavy.duration, heavy.character.bodies["torso"].mass = 0.05, 33.0
     found = [optimize(scene, 14, seed, "cpu", population=6) for seed in (1, 2)]
     found.append(optimize(heavy, 14, 1, "cpu", population=6))
+    motion = found[0].replays[0]
+    phases = {name: getattr(motion, name)[:0] for name in PHASES}  # scenes without a controller have none
+    found.append(dataclasses.replace(found[0], replays=(motion.changed(**phases),)))
+    assert found[-1].replays[0].missing == PHASES
     return [*found, optimize(scene, 9, 1, "cpu", search="random", population=3), search_result()]
 
 
@@ -57,6 +64,15 @@ def test_bytes_depend_on_nothing_but_the_result(results):
     first = [stamps.image(result) for result in results]
     assert first == [Stamps().image(result) for result in results]
     assert first[::-1] == [stamps.image(result) for result in results[::-1]]
+
+
+def test_motions_that_lack_quantities_have_stamps(results, monkeypatch):
+    made = []
+    monkeypatch.setattr(result_templates, "image", lambda result: made.append(result) or image(result))
+    stamps = Stamps()
+    lacking = next(result for result in results if result.replays[0].missing)
+    assert stamps.image(lacking) == stamps.image(lacking)
+    assert len(made) == 1  # of the file without numbers, and none of a whole one
 
 
 def test_what_has_no_stamp_is_written_as_alone(results):

@@ -144,7 +144,7 @@ def _is_plain(result: Result) -> bool:
     """Whether a result is that of a search without stages, with one motion."""
     return (
         result.evaluations is not None and result.best is not None and result.searched is not None
-        and not result.searched.stages and len(result.replays) == 1 and not result.replays[0].missing
+        and not result.searched.stages and len(result.replays) == 1
         and result.learned is None and result.fit is None
     )  # fmt: skip
 
@@ -158,7 +158,7 @@ def _texts(result: Result) -> Any:
         result.device, result.command, tuple(sorted(result.versions.items())), tuple(sorted(result.machine.items())),
         parameters.name, parameters.unit, parameters.scale, result.evaluations.term_names, result.searched.options,
         result.searched.ended, result.searched.elsewhere, result.searched.evaluated, result.replay_names,
-        tuple(getattr(recording, name) for name in TEXTS),
+        tuple(getattr(recording, name) for name in TEXTS), recording.missing,
         tuple((term, tuple(own)) for term, own in result.parts.items()),
     )  # fmt: skip
 
@@ -191,8 +191,8 @@ def _numbers(result: Result) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def _quantities(recording: Recording) -> list[str]:
-    texts = {name: getattr(recording, name) for name in TEXTS}
-    return [name for name in QUANTITIES if has_place(name, texts)]
+    texts, gone = {name: getattr(recording, name) for name in TEXTS}, recording.missing
+    return [name for name in QUANTITIES if name not in gone and has_place(name, texts)]
 
 
 def _without_numbers(result: Result) -> Result:

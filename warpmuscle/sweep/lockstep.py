@@ -42,6 +42,7 @@ from warpmuscle.sweep.union import MergedScene, groups, searched_scenes, unchang
 LEAST_WINDOW, MOST_WINDOW = 64, 2048  # runs side by side
 SHARE_OF_BATCH = 16  # candidates of a run in a batch, about, for the window to fill it
 REPLAY_BYTES = 2**27  # of the recorded motion of a batch of best candidates
+REPLAY_BYTES_OF_GPU = 2**30  # which takes as long for a thousand of them as for a hundred
 Tell = Callable[[str, Progress], None]
 Finished = Callable[[RunState], None]
 
@@ -235,7 +236,9 @@ class _Replays:
     """Motions of the best candidates of runs, many in a batch."""
 
     def __init__(self, union: MergedScene, device: str | None, threads: int | None) -> None:
-        self._union, self._device, self._threads = union, str(find_devices(device)[0]), threads
+        found = find_devices(device)[0]
+        self._union, self._device, self._threads = union, str(found), threads
+        self._bytes = REPLAY_BYTES if found.is_cpu else REPLAY_BYTES_OF_GPU
         self._rollout: Rollout | None = None
 
     def of(self, values: Sequence[tuple[int, Floats]]) -> Iterator[Replay]:
@@ -255,7 +258,7 @@ class _Replays:
         """A batch that records as many as fit."""
         if self._rollout is None:
             one = Rollout(self._union.scene, 1, self._device, record=[0], threads=self._threads)
-            count = max(min(wanted, REPLAY_BYTES // max(one.recording_bytes, 1)), 1)
+            count = max(min(wanted, self._bytes // max(one.recording_bytes, 1)), 1)
             self._rollout = one
             if count > 1:
                 self._rollout = Rollout(
