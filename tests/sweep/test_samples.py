@@ -99,3 +99,9 @@ def test_a_value_that_stands_twice_is_refused(tmp_path: Path):
     (tmp_path / "a.toml").write_text('scene = "fwalk"\n[grid]\nseed = [1, 2, 1]\n')
     with pytest.raises(SceneError, match=r"a.toml:3: grid.seed: the axis has the value 1 twice"):
         read(tmp_path / "a.toml")
+
+
+def test_an_axis_that_is_nearly_the_seed_is_named(tmp_path: Path):
+    (tmp_path / "a.toml").write_text('scene = "fwalk"\n[grid]\nseeds = [1, 2]\n')
+    with pytest.raises(SceneError, match=r"a.toml:3: grid.seeds: a scene has no such key; did you mean 'seed'\?"):
+        read(tmp_path / "a.toml")

@@ -13,6 +13,10 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import shown
 from warpmuscle.formats.overrides import Override, is_factor
 from warpmuscle.formats.toml import Source
+from warpmuscle.scene import Scene
+from warpmuscle.scene.validation.checks import near
+
+OWN = ("seed", "scene")  # axes of a sweep that are no keys of a scene
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,10 @@ class _Axis(msgspec.Struct, forbid_unknown_fields=True):
 
 def axes_of(source: Source, place: str, table: Mapping[str, Any]) -> list[list[Choice]]:
     """The axes of a grid that stands at a place."""
+    known = (*OWN, *Scene.__struct_fields__)
+    for key in [key for key, value in flat(table) if isinstance(value, list) and key not in known]:
+        if hint := near(key, OWN):
+            raise SceneError(f"a scene has no such key{hint}", key=f"{place}.{key}")
     axes = [_choices(source, f"{place}.{key}", key, value) for key, value in flat(table)]
     names = [axis[0].axis for axis in axes]
     if twice := [name for name in names if names.count(name) > 1]:
