@@ -1,6 +1,7 @@
 """A figure of conditions says by itself what its points are, how many runs there are, and what was expected."""
 
 import numpy as np
+import pytest
 
 from warpmuscle.plots.conditions import FALLS, RISES, Lines, Panel, draw_conditions
 from warpmuscle.plots.style import style
@@ -39,6 +40,18 @@ def test_marks_stand_where_something_was_expected_and_the_key_names_them():
         assert [axes.get_ylabel() for axes in figure.axes] == ["J/(kg m)", "m/s", "steps/min"]
         assert texts(figure) == ["one run", "median", "5 to 95 % of the runs", "expected value", "expected: rises"]
         assert [text.get_text() for text in figure.texts] == ["each condition: 20 runs"]
+
+
+def test_values_that_are_equal_but_for_rounding_are_a_level_row():
+    values = 0.2 + 1e-9 * VALUES
+    median = np.array([0.2, 0.2])
+    panel = Panel("step width", "m", (Lines("", median, median, median, (0, 0, 1, 1), values),))
+    with style():
+        axes = draw_conditions("load", ["none", "load"], [panel]).axes[0]
+    low, high = axes.get_ylim()
+    assert (low, high) == pytest.approx((0.198, 0.202))
+    axes.figure.canvas.draw()
+    assert axes.yaxis.get_offset_text().get_text() == ""
 
 
 def test_counts_that_differ_are_said_of_each_condition():

@@ -7,8 +7,11 @@ import zlib
 import numpy as np
 import pytest
 
+from small_result import march, walk_scene
+from warpmuscle.formats.overrides import Override, overridden
 from warpmuscle.view.lanes import lanes
 from warpmuscle.view.packing import Packer, as_small, packed_json, without_comments
+from warpmuscle.view.page import replay_html
 
 
 def unpacked(packer: Packer) -> np.ndarray:
@@ -42,6 +45,27 @@ def test_columns_of_one_step_come_back_within_half_of_it(range_: float, bits: in
     still = Packer()
     still.add(np.full((5000, 30), 0.3), 1e-3)
     assert len(still.text()) < 500
+
+
+def test_equal_arrays_are_packed_once():
+    values = np.random.default_rng(3).normal(size=(50, 3))
+    packer = Packer()
+    assert [packer.add(values, 12), packer.add(values.copy(), 12), packer.add(values + 1.0, 12)] == [0, 0, 1]
+    assert packer.add(values, 16) == 2  # stored more finely
+    assert packer.add(values.reshape(50, 1, 3), 12) == 3
+    size = len(packer.text())
+    packer.add(values, 12)
+    assert len(packer.text()) == size
+
+
+def test_bodies_that_differ_in_a_muscle_alone_have_their_bones_in_common():
+    scene = walk_scene()
+    muscle = f"character.muscles.{next(iter(scene.character.muscles))}"
+    weak, long = (overridden(scene, [Override(f"{muscle}.{name}", {"factor": 1.2})]) for name in ("f_max", "l_opt"))
+    scenes = [scene, weak, long]
+    motion = march(scene.character, 1.1, frames=5, muscles=len(scene.character.muscles))
+    alone = len(replay_html(motion, scene))
+    assert len(replay_html([motion] * 3, scenes)) < 1.2 * alone
 
 
 def test_json_within_a_page_cannot_end_its_element():

@@ -17,6 +17,7 @@ from warpmuscle.plots.style import GRAY, PALETTE, grid, legible
 COLUMNS, MOST_TICKS = 3, 6
 MOST_SLANTED = 7  # words side by side under a panel; more of them stand upright
 ROW = 0.22  # in, of a row of text above all panels
+LEAST_HEIGHT = 0.01  # of half a panel, in parts of what it shows
 RISES, FALLS = "^", "v"
 _SHIFT = 0.12  # of a condition that is a word, between series
 _ASIDE = 0.2  # of a bar beside a condition that is a word
@@ -69,6 +70,7 @@ def draw_conditions(
             _line(axes, x + (number * _SHIFT if words else 0.0), lines, PALETTE[number % len(PALETTE)], words)
         axes.set_title(legible(panel.title), weight="bold" if any(one.is_expected for one in panel.lines) else "normal")
         axes.set_ylabel(panel.unit)
+        _widen(axes)
         if words:
             texts, many = [legible(str(word)) for word in conditions], len(conditions) > MOST_SLANTED
             axes.set_xticks(x, texts, rotation=90 if many else 30, ha="center" if many else "right", fontsize=7)
@@ -78,6 +80,15 @@ def draw_conditions(
                 axes.set_xticks(x, [f"{value:g}" for value in x])
     _key(figure, places, panels, words, _counts(conditions, walked))
     return figure
+
+
+def _widen(axes: Any) -> None:
+    """Show values that are equal but for rounding as a level row, and no digits behind a common offset."""
+    low, high = axes.get_ylim()
+    middle = 0.5 * (low + high)
+    half = max(0.5 * (high - low), LEAST_HEIGHT * abs(middle))
+    axes.set_ylim(middle - half, middle + half)
+    axes.ticklabel_format(axis="y", useOffset=False)
 
 
 def _counts(conditions: Sequence[float | str], walked: Sequence[str]) -> str:

@@ -29,9 +29,10 @@ class Packer:
     def __init__(self) -> None:
         self._table: list[dict[str, Any]] = []
         self._bytes: list[bytes] = []
+        self._known: dict[Any, int] = {}  # numbers, by what the page gets of an array
 
     def add(self, array: Floats, fineness: float = 16) -> int:
-        """Add an array (F, ...) of at least one frame; returns its number.
+        """Add an array (F, ...) of at least one frame; returns its number, which equal arrays have in common.
 
         Args:
             fineness: how many bits, 8 to 16, the range of each column has; or below 1, the step of all columns, in the
@@ -48,10 +49,14 @@ class Packer:
         whole = np.rint((flat - low) / width * (2**bits - 1)).astype(np.uint16 if bits > 8 else np.uint8)
         change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).T  # wraps around, like the way back
         entry = {"shape": list(values.shape), "bits": bits, "low": _short(low), "width": _short(width)}
-        self._table.append(entry)
         parts = [change & 255, change >> 8] if bits > 8 else [change]
-        self._bytes += [np.ascontiguousarray(part, dtype=np.uint8).tobytes() for part in parts]
-        return len(self._table) - 1
+        content = b"".join(np.ascontiguousarray(part, dtype=np.uint8).tobytes() for part in parts)
+        key = (values.shape, bits, tuple(entry["low"]), tuple(entry["width"]), content)
+        if key not in self._known:
+            self._known[key] = len(self._table)
+            self._table.append(entry)
+            self._bytes.append(content)
+        return self._known[key]
 
     def add_all(self, arrays: Mapping[str, tuple[Floats, float]]) -> dict[str, int]:
         """Add arrays with how finely they are stored, see `add`; returns the number of each."""

@@ -170,7 +170,8 @@ def _verdict(found: PathResult) -> str:
             f"None of the six angles is within {BAND:g} SD of the patient's mean stride: the model does not walk like "
             "this patient, and what follows holds for the model alone."
         )
-    return f"{len(inside)} of six angles are within {BAND:g} SD of the patient's mean stride, root mean square; {rest}."
+    are = f"{len(inside)} of six angles {'is' if len(inside) == 1 else 'are'}"
+    return f"{are} within {BAND:g} SD of the patient's mean stride, root mean square; {rest}."
 
 
 def _floor(found: PathResult) -> str:

@@ -3,6 +3,7 @@
 const NEAR = 7; // px from a muscle
 const PICKED = 4; // bipeds nearest to the pointer that are looked at
 const FEW_WHOLE_LABELS = 4; // up to which a label stays in the picture where its biped leaves it
+const AT_TOP = 60; // px; what begins above lies over the heads of bipeds
 const EDGE = 3; // px, that labels keep from the edges of their picture
 const FEW_LABELS = 16; // beyond which only the chosen biped has one
 
@@ -92,12 +93,13 @@ class Labels {
   // Put labels where there is room, the chosen one and near ones first: of few, one goes above what it would cover; of more,
   // it is left out.
   spread(placed) {
-    const tools = document.getElementById("tools"), taken = [], few = this.elements.length <= FEW_WHOLE_LABELS;
-    const beside = (left, right) => right < tools.offsetLeft || left > tools.offsetLeft + tools.offsetWidth;
+    const taken = [], few = this.elements.length <= FEW_WHOLE_LABELS;
+    const above = ["tools", "legend"].map((name) => document.getElementById(name)).filter((one) => one.offsetTop < AT_TOP); // over the picture
+    const beside = (one, left, right) => right < one.offsetLeft || left > one.offsetLeft + one.offsetWidth;
     const within = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
     for (const { label, at, pixels: [x, y, width, height] } of placed) {
       const half = 0.5 * label.offsetWidth, tall = label.offsetHeight, middle = x + within(at[0], half + EDGE, width - half - EDGE);
-      const over = beside(middle - half, middle + half) ? 0 : tools.offsetTop + tools.offsetHeight; // buttons lie over the picture
+      const over = Math.max(0, ...above.filter((one) => !beside(one, middle - half, middle + half)).map((one) => one.offsetTop + one.offsetHeight));
       const lowest = y + tall + EDGE + (y < 1 ? over : 0), covers = (one, at) => Math.abs(one.middle - middle) < one.half + half && Math.abs(one.bottom - at) < tall;
       let bottom = within(y + at[1], lowest, y + height - EDGE);
       const free = taken.map((one) => one.bottom - tall - 1).concat(bottom).sort((a, b) => b - a).filter((to) => to <= bottom && to >= lowest);
