@@ -1,7 +1,8 @@
 """A sweep in a hundred parts, some of which are killed and begun again, joined, beside one process that runs all of it.
 
     .venv/bin/python tools/kill_parts.py                                # 10^4 simulations: 1000 runs of 10
-    .venv/bin/python tools/kill_parts.py --runs 10000 --candidates 100   # 10^6
+    .venv/bin/python tools/kill_parts.py --runs 1000 --candidates 1000 --duration 0.005 --strategy random \\
+        --population 100                                               # 10^6
 
 Parts that are killed are processes of their own, which SIGKILL ends as soon as they have evaluated something; others
 run in this one. Both files must hold the same, to the last bit, but for when and where they began.
@@ -31,10 +32,10 @@ TEXT = """scene = "fwalk"
 [set]
 duration = {duration}
 [search]
-strategy = "cma"
-population = 5
+strategy = "{strategy}"
+population = {population}
 candidates = {candidates}
-sigma = 0.05
+{sigma}
 [grid]
 seed = {seeds}
 "controller.pd.root.kp" = {gains}
@@ -48,6 +49,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--candidates", type=int, default=10)
+    parser.add_argument("--strategy", default="cma", help="random has no work but simulations")
+    parser.add_argument("--population", type=int, default=5)
     parser.add_argument("--duration", type=float, default=0.05, help="of a simulation, s")
     parser.add_argument("--parts", type=int, default=100)
     parser.add_argument("--killed", type=int, default=5)
@@ -55,7 +58,10 @@ def main() -> None:
     given = parser.parse_args()
     gains = [1000.0 + 10.0 * k for k in range(10)]
     seeds = list(range(1, given.runs // len(gains) + 1))
-    text = TEXT.format(duration=given.duration, candidates=given.candidates, seeds=seeds, gains=gains)
+    text = TEXT.format(
+        duration=given.duration, candidates=given.candidates, seeds=seeds, gains=gains, strategy=given.strategy,
+        population=given.population, sigma="sigma = 0.05" if given.strategy == "cma" else "",
+    )  # fmt: skip
     with tempfile.TemporaryDirectory() as name:
         folders = [Path(name) / word for word in ("parts", "whole")]
         for folder in folders:
