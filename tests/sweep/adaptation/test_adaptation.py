@@ -197,7 +197,7 @@ def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
         ("{}", "is no list"),
         ("[]", "is no list"),
         ("[" * 100_000, "not valid JSON"),
-        (json.dumps([LEVEL, LEVEL]), "the same identifier"),
+        (json.dumps([LEVEL, LEVEL]), "conditions 1 and 2 have the same identifier, '"),
         (json.dumps([LEVEL, {"study": "a"}]), "condition 2"),
         (json.dumps([LEVEL | {"speed_m_s": "fast"}]), "condition 1.speed_m_s"),
         (json.dumps([LEVEL | {"speed_m_s": 0}]), "speed_m_s must be greater than 0"),

@@ -99,8 +99,10 @@ def read_records(path: Path) -> list[Record]:
             text = error.message if isinstance(error, SceneError) else str(error)
             key = f".{error.key}" if isinstance(error, SceneError) and error.key else ""
             raise Error(f"{path}: condition {number}{key}: {text}") from None
-    if len({record.name for record in records}) < len(records):
-        raise Error(f"{path}: several conditions have the same identifier")
+    names = [record.name for record in records]
+    if twice := next((number for number, name in enumerate(names) if name in names[:number]), 0):
+        first = names.index(names[twice])
+        raise Error(f"{path}: conditions {first + 1} and {twice + 1} have the same identifier, {names[twice]!r}")
     return records
 
 
