@@ -48,13 +48,13 @@ class Packer:
             width = np.full_like(low, max(fineness * (2**bits - 1), most))
         whole = np.rint((flat - low) / width * (2**bits - 1)).astype(np.uint16 if bits > 8 else np.uint8)
         change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).T  # wraps around, like the way back
-        entry = {"shape": list(values.shape), "bits": bits, "low": _short(low), "width": _short(width)}
+        lows, widths = _short(low), _short(width)
         parts = [change & 255, change >> 8] if bits > 8 else [change]
         content = b"".join(np.ascontiguousarray(part, dtype=np.uint8).tobytes() for part in parts)
-        key = (values.shape, bits, tuple(entry["low"]), tuple(entry["width"]), content)
+        key = (values.shape, bits, tuple(lows), tuple(widths), content)
         if key not in self._known:
             self._known[key] = len(self._table)
-            self._table.append(entry)
+            self._table.append({"shape": list(values.shape), "bits": bits, "low": lows, "width": widths})
             self._bytes.append(content)
         return self._known[key]
 
