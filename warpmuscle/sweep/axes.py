@@ -16,7 +16,7 @@ from warpmuscle.formats.toml import Source
 from warpmuscle.scene import Scene
 from warpmuscle.scene.validation.checks import near
 
-OWN = ("seed", "scene")  # axes of a sweep that are no keys of a scene
+SWEEP_AXES = ("seed", "scene")  # axes of a sweep that are no keys of a scene
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class _Axis(msgspec.Struct, forbid_unknown_fields=True):
 
 def axes_of(source: Source, place: str, table: Mapping[str, Any]) -> list[list[Choice]]:
     """The axes of a grid that stands at a place."""
-    known = (*OWN, *Scene.__struct_fields__)
+    known = (*SWEEP_AXES, *Scene.__struct_fields__)
     for key in [key for key, value in flat(table) if isinstance(value, list) and key not in known]:
-        if hint := near(key, OWN):
+        if hint := near(key, SWEEP_AXES):
             raise SceneError(f"a scene has no such key{hint}", key=f"{place}.{key}")
     axes = [_choices(source, f"{place}.{key}", key, value) for key, value in flat(table)]
     names = [axis[0].axis for axis in axes]
