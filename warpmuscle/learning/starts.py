@@ -136,9 +136,14 @@ def make_room_to_feel(rollout: Rollout) -> None:
 
 
 def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) -> None:
-    """Put a state to the place on the ground where another one is."""
-    for k in root_type(rollout.scene.character).on_ground:
-        state["coordinates"][k] = start["coordinates"][k]
+    """Put a state to the place on the ground where another one is, and where it has come from with it."""
+    root = root_type(rollout.scene.character)
+    place, passed = state["coordinates"].view(np.float32), state.get("passed", np.zeros(0, np.int32)).view(np.float32)
+    for k in root.on_ground:
+        wanted = start["coordinates"].view(np.float32)[k]
+        if passed.size:
+            passed[root.moving[k]] += wanted - place[k]
+        place[k] = wanted
 
 
 def _lower(state: dict[str, Rows], rise: float, rollout: Rollout) -> None:
