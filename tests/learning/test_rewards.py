@@ -37,6 +37,14 @@ def test_what_decisions_add_to_the_objective_is_the_cost_of_the_scene():
     assert rollout.cost().min() > 0.1
 
 
+@pytest.mark.parametrize(("wanted", "share"), [(0.0, 1.0), (-0.9, 0.0), (0.1, 1.0)])
+def test_progress_is_whole_where_none_is_wanted_and_nothing_the_wrong_way(wanted: float, share: float):
+    batch = batch_of({"progress": 1.0}, speed=(wanted, wanted))
+    batch.step()
+    assert batch.rollout.state.coordinates.numpy()[0, 1] > 0.002  # it walks forwards
+    np.testing.assert_allclose(batch.judge.gains.reward.numpy(), share * batch.dt, rtol=1e-5)
+
+
 def test_terms_of_the_task_are_what_their_formulas_say():
     batch = batch_of(dict.fromkeys(TERMS, 1.0) | {"objective": 0.0, "force_limit": 0.3}, speed=(0.9, 0.9))
     numeric = batch.rollout.numeric
@@ -53,6 +61,7 @@ def test_terms_of_the_task_are_what_their_formulas_say():
         load = batch.rollout.state.foot_force.numpy()[:, :, 1] / weight
         expected = {
             "speed": np.exp(-(((speed - 0.9) / 0.5) ** 2)),
+            "progress": np.clip(speed / 0.9, 0.0, 1.0),
             "alive": np.ones(2),
             "upright": np.cos(q[:, 2]),
             "pose": np.zeros(2),

@@ -40,6 +40,22 @@ def test_episodes_start_in_states_of_the_gait_that_the_scene_makes():
     assert (got.muscles.sensed.numpy()[:, :, 0] > 0.0).all()
 
 
+def test_a_start_of_the_gait_has_come_from_where_it_would_have_walked_to_get_there():
+    scene = msgspec.structs.replace(load("reflex_planar"), duration=0.6)
+    scene.failure = msgspec.structs.replace(scene.failure, no_progress=0.3, no_progress_window=0.2)
+    scene.objective = msgspec.structs.replace(scene.objective, step_width=1.0)  # which remembers where feet landed
+    task = Task(variation=Variation(velocity_noise=0.0, start_states=1, start_after=0.5), episode_time=0.4)
+    batch = EpisodeBatch(scene, 1, "cpu", task, threads=1)
+    walked = Rollout(scene, 1, "cpu", threads=1)
+    walked.step(500)
+    start, state = walked.state, batch.rollout.state
+    assert state.coordinates.numpy()[0, 1] == 0.0
+    assert start.coordinates.numpy()[0, 1] > 0.1
+    for remembered in (lambda one: one.passed.numpy()[0, 2], lambda one: one.foot_cycle.numpy()["landing"][0, :, 2]):
+        gone = [one.coordinates.numpy()[0, 1] - remembered(one) for one in (state, start)]
+        np.testing.assert_allclose(gone[0], gone[1], atol=1e-5)
+
+
 def test_the_kernels_of_policy_and_controller_are_made_ready_side_by_side(monkeypatch):
     makes_gait, load_kernel, waited = Event(), Stepper.load, []
     controller_gait = episodes.controller_gait

@@ -7,7 +7,8 @@ import pytest
 from warpmuscle import Rollout
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
-from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.kernels.learning.rewards import COUNT
+from warpmuscle.learning import EpisodeBatch, Rewards, Task, Variation
 from warpmuscle.learning.tightening import TighteningLimits, limits_after
 from warpmuscle.scene import Failure
 from warpmuscle.scene.learning import Tightening
@@ -81,6 +82,26 @@ def test_instances_that_are_variants_of_a_body_have_them_too():
     assert batch._variants.model.failure.numpy()["com_height"].ravel() == pytest.approx([0.6])
 
 
+def test_costs_grow_evenly_to_all_that_rewards_take_off_also_by_terms_of_the_objective():
+    rewards = Rewards(effort=5.0, custom={"applied_torque": 0.01})
+    task = Task(variation=STILL, rewards=rewards, tightening=Tightening(decisions=100, costs=0.2))
+    batch = EpisodeBatch("reflex_planar", 2, "cpu", task, threads=1)
+    effort, custom = batch.judge.names.index("effort"), batch.judge.names.index("applied_torque") - COUNT
+
+    def costs() -> list[float]:
+        """Of the first decision: by effort, and by torques."""
+        batch.reset(0)
+        batch.step()
+        gains = batch.judge.gains
+        return [float(gains.sums.numpy()[0, effort]), float(gains.custom_sums.numpy()[0, custom])]
+
+    whole = np.array(costs())
+    assert (whole < 0.0).all()
+    for decisions, share in ((0, 0.2), (50, 0.6), (100, 1.0), (10**9, 1.0)):
+        batch.limits.after(decisions)
+        np.testing.assert_allclose(costs(), share * whole, rtol=1e-5)
+
+
 def test_a_scene_says_it_in_its_table():
     scene = load("walk56")
     scene.failure.self_collision = 0.01
@@ -94,6 +115,8 @@ def test_a_scene_says_it_in_its_table():
     ("failure", "tightening", "key", "said"),
     [
         ({}, Tightening(), "", "name at least one limit"),
+        ({}, Tightening(costs=1.0), ".costs", "must be less than 1"),
+        ({}, Tightening(costs=-0.1), ".costs", "-0.1"),
         ({}, Tightening(decisions=0, com_height=0.1), ".decisions", "must be 1 at least"),
         ({}, Tightening(self_collision=0.05), ".self_collision", "failure.self_collision is 0, which switches it off"),
         ({"self_collision": 0.05}, Tightening(self_collision=0.01), ".self_collision", "must be greater than .* 0.05"),

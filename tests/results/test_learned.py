@@ -44,6 +44,16 @@ def test_all_of_it_comes_back(file):
     assert "9-17-6-4" in repr(read(file))
 
 
+def test_a_file_of_before_disturbances_were_counted_had_all_of_them(file):
+    with h5py.File(file, "a") as content:
+        del content["curve/hardness"]
+    np.testing.assert_array_equal(read(file).learned.curve["hardness"], np.ones(5))
+    with h5py.File(file, "a") as content:
+        del content["curve/speed"]
+    with pytest.raises(ResultError, match="curve/speed"):
+        read(file)
+
+
 def test_the_noise_of_a_policy_comes_back(tmp_path):
     noise = ClippedNoise(np.linspace(0.1, 0.4, 4, dtype=np.float32), -0.25, 2.25)
     result = a_result()

@@ -146,7 +146,8 @@ class TrainingBar(Bar):
         else:
             done = f"{number_of(p.iterations, 'iteration')}, {p.decisions / 1e6:.2f} M decisions"
             lasts = f"upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, {p.speed:.2f} m/s, "
-            state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{p.rate / 1e3:.0f} k decisions/s"
+            disturbed = f"disturbed by {100.0 * p.hardness:.0f} %, " if p.hardness < 1.0 else ""
+            state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{disturbed}{p.rate / 1e3:.0f} k decisions/s"
         self.show(p.fraction, done, state, at_once=p.compiling)
 
 

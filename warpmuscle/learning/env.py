@@ -111,7 +111,7 @@ class RolloutEnv:
         return self.observation
 
     def tighten(self, decisions: int) -> None:
-        """Let limits of failure be those after so many decisions of all instances together; see `Tightening`.
+        """Let limits of failure, and costs, be those after so many decisions of all together; see `Tightening`.
 
         Until this is called, and where the task does not tighten them, they are the scene's own.
         """

@@ -72,7 +72,7 @@ class EpisodeBatch:
         actions, senses, judge, custom_parts: with the arrays that they hold.
         episodes: where every instance is in its episode.
         final_observation: (instances, observations) of the episode that ended, where one did.
-        limits: of failure, which a training may tighten.
+        limits: of failure, which a training may tighten, and the share of costs, which it may raise.
         command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
         images: of observations and actions in a mirror; None where the task is not said to be symmetric.
     """
@@ -141,8 +141,9 @@ class EpisodeBatch:
             loading.result()
         self.gait = gait = self._imitated(gait, own, body)
         self.judge = Judge(
-            self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts
-        )
+            self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts,
+            self.limits.costs,
+        )  # fmt: skip
         states, times = self._start_states(own)
         self._starts = start_table(self._stepper, states)
         self.episodes = self._episodes(instances)

@@ -125,6 +125,7 @@ class Learner:
             "upright": logged["time"],
             "gain": logged["return"],
             "speed": logged["speed"],
+            "hardness": logged["hardness"],
             "reward": counted["reward"] / decisions,
             **learnt,
         }

@@ -19,6 +19,7 @@ class TrainingProgress:
     completed: float  # share of those episodes that lasted their whole time
     speed: float  # m/s, along the wanted way, mean of them
     gain: float  # their rewards, mean
+    hardness: float = 1.0  # share of what disturbs them where that grows, mean
     compiling: bool = False
     trying: bool = False  # how good the policy is, with its actions' means
 

@@ -44,12 +44,18 @@ class Judge:
         decision_time: float,
         longest: int,
         own: CustomParts,
+        costs: wp.array,
     ) -> None:
-        """Make room; raises SceneError for coordinates that are not there."""
+        """Make room; raises SceneError for coordinates that are not there.
+
+        Args:
+            costs: (1,) share of what rewards take off, which may change.
+        """
         n, self._device = rollout.instances, rollout.device
         rules = kernels.RewardRules()
         moves = root_type(rollout.scene.character).forward is not None
         rules.weight = kernels.term_values(*weights(task, moves, decision_time))
+        rules.costs = costs
         rules.speed_width, rules.pose_width = task.rewards.speed_width, task.rewards.pose_width
         rules.pose = to_device(pose_numbers(task, rollout.coordinate_names), int, self._device)
         rules.longest = longest
@@ -106,7 +112,7 @@ def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
     """Signed weights of the terms of a decision, in the order of `kernels.learning.rewards.TERMS`."""
     given = {name: getattr(task.rewards, name) for name in kernels.TERMS}
     if not moves:  # what goes nowhere is not rewarded for going
-        given |= dict.fromkeys(("speed", "heading", "side"), 0.0)
+        given |= dict.fromkeys(("speed", "progress", "heading", "side"), 0.0)
     if task.imitation is None:
         given |= dict.fromkeys(("imitation", "force"), 0.0)
     if not task.pose:

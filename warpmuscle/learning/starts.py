@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.arrays import arrays_of, instance_zeros, named_arrays
 from warpmuscle.kernels.learning.episodes import RestoredArray, restore_rows
+from warpmuscle.kernels.structs import FootCycle
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene.joints import root_type
 from warpmuscle.simulation.extensions import words, words_a_row
@@ -136,9 +137,18 @@ def make_room_to_feel(rollout: Rollout) -> None:
 
 
 def _put_back(state: dict[str, Rows], start: dict[str, Rows], rollout: Rollout) -> None:
-    """Put a state to the place on the ground where another one is."""
-    for k in root_type(rollout.scene.character).on_ground:
-        state["coordinates"][k] = start["coordinates"][k]
+    """Put a state to the place on the ground where another one is, and all places that it remembers with it."""
+    root = root_type(rollout.scene.character)
+    place, remembered = state["coordinates"].view(np.float32), [state[name] for name in ("passed",) if name in state]
+    places = [words.view(np.float32) for words in remembered]
+    if "foot_cycle" in state:
+        cycles = state["foot_cycle"].view(FootCycle.numpy_dtype())
+        places += [cycle[name] for cycle in cycles for name in ("landing", "place", "before")]
+    for k in root.on_ground:
+        wanted = start["coordinates"].view(np.float32)[k]
+        for one in places:
+            one[root.moving[k]] += wanted - place[k]
+        place[k] = wanted
 
 
 def _lower(state: dict[str, Rows], rise: float, rollout: Rollout) -> None:

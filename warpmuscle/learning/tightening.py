@@ -1,4 +1,4 @@
-"""Limits of failure that are wide while a policy begins to learn, and tighten as it goes on."""
+"""Limits of failure that are wide, and costs that are small, while a policy begins to learn."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ class TighteningLimits:
 
     Attributes:
         present: the limits that hold now; those of the scene until `after` says otherwise.
+        costs: (1,) share of the rewards that are taken off, on the device; 1 until then.
     """
 
     def __init__(self, tightening: Tightening | None, rollout: Rollout, model: structs.Model) -> None:
@@ -34,6 +35,7 @@ class TighteningLimits:
         """
         self._tightening, self._rollout, self._model = tightening, rollout, model
         self._last = self.present = rollout.numeric.failure
+        self.costs = wp.full(1, 1.0, dtype=float, device=rollout.device)
         if tightening is None:
             return
         self._collides = "self_collision" in tightening.first
@@ -48,6 +50,7 @@ class TighteningLimits:
         """Let the limits be those after so many decisions of all instances together."""
         if self._tightening is None:
             return
+        self.costs.fill_(costs_after(self._tightening, decisions))
         wanted = limits_after(self._tightening, self._last, decisions)
         if wanted == self.present:
             return
@@ -67,3 +70,9 @@ def limits_after(tightening: Tightening, last: Failure, decisions: int) -> Failu
         return last
     limits = {name: first + part * (getattr(last, name) - first) for name, first in tightening.first.items()}
     return msgspec.structs.replace(last, **limits)
+
+
+def costs_after(tightening: Tightening, decisions: int) -> float:
+    """Share of the costs after so many decisions of all instances together."""
+    first = 1.0 if tightening.costs is None else tightening.costs
+    return first + min(decisions / tightening.decisions, 1.0) * (1.0 - first)

@@ -36,6 +36,7 @@ CURVE = {
     "upright": Column("s", "that the last episode of an instance lasted, mean"),
     "gain": Column("", "rewards of the last episode of an instance, mean"),
     "speed": Column("m/s", "along the wanted way, mean of these episodes"),
+    "hardness": Column("", "share of what disturbs an episode where that grows, mean of the instances; else 1"),
     "reward": Column("", "of a decision, mean"),
     "policy_loss": Column("", "of proximal policy optimisation, mean of the update"),
     "value_loss": Column("", "of the critic, mean of the update"),
@@ -131,7 +132,8 @@ def load_learned(file: Any) -> Learned:
     """
     training = file["training"]
     task = hdf5.text(hdf5.member(file["policy"], "task"))
-    curve = {name: hdf5.array(file["curve"], name) for name in CURVE}
+    curve = {name: hdf5.array(file["curve"], name) for name in CURVE if name != "hardness" or name in file["curve"]}
+    curve.setdefault("hardness", np.ones_like(curve["iteration"]))  # of a file of earlier versions
     options = {name: _plain(training.attrs[name]) for name in training.attrs if name != "ended"}
     return Learned(
         replace(_load_network(file["policy"]), scene=_scene_name(file)), task, curve, options,

@@ -109,7 +109,8 @@ def terms(d: dict[str, Any], i: int, effort: int) -> dict[str, float]:
     people = [d["force"][row, int(((phase - lag) % 1.0) * BINS)] for lag in (0.0, RIGHT)]
     facing = 2.0 * np.arctan2(q[4], q[6])
     return {
-        "speed": np.exp(-(((forward - command[0]) / 0.5) ** 2)), "alive": 1.0, "upright": up[1],
+        "speed": np.exp(-(((forward - command[0]) / 0.5) ** 2)),
+        "progress": np.clip(forward / command[0], 0.0, 1.0), "alive": 1.0, "upright": up[1],
         "pose": np.exp(-np.mean((q[[11, 13]] - command[2:]) ** 2) / 0.6**2), "imitation": imitation,
         "force": np.mean(np.exp(-(((felt - people) / 0.4) ** 2))), "effort": np.mean(d[EFFORTS[effort]][i] ** 2),
         "action": min(np.mean(d["action"][i] ** 2), 4.0),
@@ -120,7 +121,7 @@ def terms(d: dict[str, Any], i: int, effort: int) -> dict[str, float]:
     }  # fmt: skip
 
 
-def judged(d: dict[str, Any], effort: int, uneven: float = 0.0) -> tuple[Gains, Episodes]:
+def judged(d: dict[str, Any], effort: int, uneven: float = 0.0, costs: float = 1.0) -> tuple[Gains, Episodes]:
     """What the kernel says of all instances."""
     first, end = np.transpose(JOINTS)
     gait = filled(
@@ -130,7 +131,7 @@ def judged(d: dict[str, Any], effort: int, uneven: float = 0.0) -> tuple[Gains, 
     rules = filled(
         RewardRules, weight=rewards.term_values(*d["weight"]), speed_width=0.5, pose_width=0.6, pose=[11, 13],
         gait=gait, force_width=0.4, force_limit=LIMIT, force_share=SHARE, total_mass=[[WEIGHT / 9.5]], gravity=[[9.5]],
-        longest=9, effort=effort, uneven=uneven,
+        longest=9, effort=effort, uneven=uneven, costs=[costs],
         around=filled(Surroundings, root=ROOT_FREE, normal=TILTED, ground=[[0.3]]),
     )  # fmt: skip
     state = filled(
@@ -192,6 +193,15 @@ def test_a_gait_counts_as_met_where_the_ground_asks_for_other_steps(drawn: dict[
             assert got[i, TERMS.index(name)] == pytest.approx(expected, rel=1e-4, abs=5e-5), name
     assert min(shares) == 0.0
     assert max(shares) > 0.5
+
+
+def test_a_share_of_the_costs_is_taken_off_and_all_that_is_earned_counts(drawn: dict[str, Any]):
+    whole, part = judged(drawn, rewards.ACTIONS)[0], judged(drawn, rewards.ACTIONS, costs=0.3)[0]
+    gained, now = (gains.sums.numpy()[:, :COUNT] - np.float32(drawn["sums"][:, :COUNT]) for gains in (whole, part))
+    costs = drawn["weight"] < 0.0
+    np.testing.assert_allclose(now[:, costs], 0.3 * gained[:, costs], rtol=1e-3, atol=2e-5)
+    np.testing.assert_array_equal(now[:, ~costs], gained[:, ~costs])
+    assert np.abs(gained[:, costs]).max() > 0.1
 
 
 def test_a_failure_costs_its_weight_alone_and_ends_with_a_long_episode_are_logged(drawn: dict[str, Any]):

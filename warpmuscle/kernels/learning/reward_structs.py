@@ -34,6 +34,7 @@ class RewardRules:
     """What is rewarded."""
 
     weight: term_values  # signed; of what counts for time times that
+    costs: wp.array[float]  # (1,) share of what is taken off
     speed_width: float  # m/s
     pose_width: float
     pose: wp.array[int]  # numbers of the wanted coordinates

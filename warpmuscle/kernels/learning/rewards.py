@@ -22,9 +22,9 @@ from warpmuscle.kernels.structs import RUNNING, State, at
 
 wp.set_module_options({"enable_backward": False})
 
-SPEED_TERM, ALIVE, UPRIGHT, POSE, IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
-    TERMS.index,
-    ("speed", "alive", "upright", "pose", "imitation", "force", "effort", "action", "action_rate", "overload"),
+SPEED_TERM, PROGRESS, ALIVE, UPRIGHT, POSE = map(TERMS.index, ("speed", "progress", "alive", "upright", "pose"))
+IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
+    TERMS.index, ("imitation", "force", "effort", "action", "action_rate", "overload")
 )
 HEADING, SIDE, OBJECTIVE, FAILURE = map(TERMS.index, ("heading", "side", "objective", "failure"))
 # What is logged of an episode behind its terms.
@@ -32,6 +32,7 @@ FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
 LOGGED = COUNT + 4
 QUATERNION = 4  # coordinates of a ball joint
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
+STANDING = 0.05  # m/s, below which a wanted speed is none
 REACHES, FAILS = wp.constant(1), wp.constant(2)
 UNKNOWN = -1.0  # smoothed force of an episode that has just begun
 EXCITATIONS, ACTIVATIONS, ACTIONS = 0, 1, 2
@@ -191,6 +192,14 @@ def other_steps(instance: int, reward: RewardRules, state: State) -> float:
 
 
 @wp.func
+def progress(forward: float, wanted: float) -> float:
+    """Share of the wanted speed, 0 to 1, which tells who stands from who walks too slowly."""
+    if wp.abs(wanted) < STANDING:
+        return 1.0
+    return wp.clamp(forward / wanted, 0.0, 1.0)
+
+
+@wp.func
 def task_terms(
     instance: int, forward: float, reward: RewardRules, rules: EpisodeRules, episodes: Episodes, gains: Gains,
     state: State,
@@ -200,6 +209,7 @@ def task_terms(
     values = term_values()
     miss = (forward - episodes.command[instance, SPEED]) / reward.speed_width
     values[SPEED_TERM] = wp.exp(-miss * miss)
+    values[PROGRESS] = progress(forward, episodes.command[instance, SPEED])
     values[ALIVE] = 1.0
     values[UPRIGHT] = up_in_trunk(q)[1]
     if reward.weight[POSE] != 0.0:
@@ -257,6 +267,12 @@ def custom_ending(instance: int, gains: Gains) -> int:
     return found
 
 
+@wp.func
+def counted(weight: float, reward: RewardRules) -> float:
+    """A signed weight as it counts now: of costs the share that is taken off."""
+    return wp.where(weight < 0.0, weight * reward.costs[0], weight)
+
+
 @wp.kernel
 def judge(
     # in
@@ -293,13 +309,13 @@ def judge(
             gains.objective[i] = so_far
     total = wp.float32(0.0)
     for k in range(COUNT):
-        worth = reward.weight[k] * terms[k]
+        worth = counted(reward.weight[k], reward) * terms[k]
         if not (wp.abs(worth) < 1.0e6):
             worth = 0.0
         total += worth
         gains.sums[i, k] = gains.sums[i, k] + worth
     for k in range(gains.custom_weight.shape[0]):
-        worth = gains.custom_weight[k] * gains.custom[i, k]
+        worth = counted(gains.custom_weight[k], reward) * gains.custom[i, k]
         if failed or not (wp.abs(worth) < 1.0e6):
             worth = 0.0
         total += worth

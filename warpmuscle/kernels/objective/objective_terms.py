@@ -67,6 +67,8 @@ _TERMS = (
 _REWARDS = (
     Term("speed", "1/s", "exp(-((v - wanted)/speed_width)^2) of the speed along the wanted heading", sign="earned",
          weight=10.0),
+    Term("progress", "1/s", "share of the wanted speed along the wanted heading, 0 to 1; 1 where none is wanted",
+         sign="earned"),
     Term("alive", "1/s", "1", sign="earned", weight=5.0),
     Term("upright", "1/s", "the vertical part of the trunk's long axis", sign="earned"),
     Term("pose", "1/s", "exp(-mean squared error/pose_width^2) of wanted coordinates", sign="earned", weight=10.0),

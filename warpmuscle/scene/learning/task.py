@@ -40,8 +40,9 @@ else:
 class Rewards(_Weights):
     """Weights of what a decision earns, and of what it costs; each counts for the time that a decision takes.
 
-    Earned are `speed`, `alive`, `upright`, `pose`, `imitation` and `force`, whose people's norm is that at this part of
-    the cycle and this speed, smoothed as the force is, see `scene.norms.walking_force`. All others are taken off.
+    Earned are `speed`, `progress`, `alive`, `upright`, `pose`, `imitation` and `force`, whose people's norm is that at
+    this part of the cycle and this speed, smoothed as the force is, see `scene.norms.walking_force`. All others are
+    taken off. `speed` hardly tells a body that stands from one that walks much too slowly; `progress` does.
     `effort` is of excitations, of torques over their limit, or, where joints are aimed at targets, of activations;
     `overload` is summed over the feet, of the force at the end of the decision. `objective` weighs what the decision
     adds to the scene's weighted objective, and `failure` is taken off once where an episode ends by failing: these two
@@ -151,10 +152,10 @@ class Variation(Part):
 
 
 class Tightening(Part):
-    """Limits of `failure` that are wider while a policy begins to learn.
+    """Limits of `failure` that are wider, and costs that are less, while a policy begins to learn.
 
-    Each limit that is given here holds at first. It moves evenly to that of the scene over so many decisions of all
-    instances together. Trials of a policy have the scene's own limits from the first decision of a training.
+    What is given here holds at first. It moves evenly to what the scene says over so many decisions of all instances
+    together. Trials of a policy have the scene's own limits and costs from the first decision of a training.
     """
 
     decisions: int = 50_000_000
@@ -163,11 +164,13 @@ class Tightening(Part):
     leg_crossing: Annotated[float | None, "m", FROM_0] = None
     self_collision: Annotated[float | None, "m", FROM_0] = None
     no_progress: Annotated[float | None, "m/s", FROM_0] = None
+    costs: Annotated[float | None, "1", FRACTION] = None  # share of all that rewards take off; at first a body that
+    # falls soon would lose less than one that tries to stay up
 
     @property
     def first(self) -> dict[str, float]:
         """The limits that are given, by name."""
-        given = {name: getattr(self, name) for name in self.__struct_fields__ if name != "decisions"}
+        given = {name: getattr(self, name) for name in self.__struct_fields__ if name not in ("decisions", "costs")}
         return {name: limit for name, limit in given.items() if limit is not None}
 
 

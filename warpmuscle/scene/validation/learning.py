@@ -148,8 +148,10 @@ def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
     key, limits = "learning.tightening", check.checked.failure
     if tightening.decisions < 1:
         raise SceneError(f"must be 1 at least, is {tightening.decisions}", key=f"{key}.decisions")
-    if not tightening.first:
-        raise SceneError("name at least one limit of [failure] that is wider at first", key=key)
+    if not tightening.first and tightening.costs is None:
+        raise SceneError("name at least one limit of [failure] that is wider at first, or costs", key=key)
+    if tightening.costs == 1.0:
+        raise SceneError("must be less than 1, the share of all costs in the end", key=f"{key}.costs")
     for name, first in tightening.first.items():
         last, place = getattr(limits, name), f"{key}.{name}"
         if name == "heading" and any(task.turning_rate):
