@@ -305,6 +305,11 @@ def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Fl
         (Imitation(moving=True), "learning.imitation.moving", "name one in `norm`"),
         (Imitation(norm="Fukuchi 2017", moving=True), "learning.imitation.moving", "a run change with the speed"),
         (Imitation(norm_alone=True), "learning.imitation.norm_alone", "a norm alone is a gait: name one"),
+        (
+            Imitation(norm="Fukuchi 2017", norm_alone=True),
+            "learning.imitation.cycle_time",
+            "how long a cycle of the run",
+        ),
         (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),
         (Imitation(step_width=-0.1), "learning.imitation.step_width", "must not be negative"),
     ],

@@ -86,6 +86,10 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
     if imitation.replay and not imitation.file:
         raise SceneError("is used only with learning.imitation.file", key=f"{key}.replay")
     alone = imitation.norm_alone or scene.simbicon is None
+    if alone and is_run(imitation.norm) and imitation.cycle_time is None and not imitation.file:
+        raise SceneError(
+            "say how long a cycle of the run takes: people's walks tell nothing of it", key=f"{key}.cycle_time"
+        )
     starts = check.checked.learning is not None and check.checked.learning.variation.start_states
     if starts and alone and not any(body.shapes for body in scene.character.bodies.values()):
         advice = "no body has a shape to stand on at the start; give the feet `shapes`"
