@@ -25,13 +25,23 @@ from warpmuscle.learning.imitation import (
     with_norm,
     with_step_width,
 )  # fmt: skip
+from warpmuscle.learning.imitation.gait import wanted_forces
 from warpmuscle.learning.imitation.pelvis import obliquity, tilt
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import reduced
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, PERCENT_OF_BIN, WALKING, walking_force
+from warpmuscle.scene.norms import (
+    IMITATED,
+    LEG_ANGLES,
+    PERCENT_OF_BIN,
+    RUNNING_STANCE,
+    WALKING,
+    is_run,
+    running_force,
+    walking_force,
+)
 from warpmuscle.simulation.rollout import Rollout
 
 SCENE = "walk56_person"
@@ -188,6 +198,16 @@ def test_what_the_force_earns_is_the_closeness_of_smoothed_forces_to_peoples(by_
     np.testing.assert_allclose(found[lasted], earned[lasted], rtol=2e-4)
 
 
+def test_the_force_of_a_run_is_half_a_sine_in_which_no_foot_carries_in_flight(gait: Gait):
+    task = Task(imitation=Imitation(norm="Fukuchi 2017"), rewards=Rewards(force_smoothing=0.0))
+    force = wanted_forces(gait, task, 3.0)
+    np.testing.assert_allclose(force, running_force(PERCENT_OF_BIN), rtol=1e-9)
+    assert (force[int(RUNNING_STANCE) :] == 0.0).all()
+    assert 2.0 * force.mean() == pytest.approx(1.0, abs=0.01)
+    walking = msgspec.structs.replace(task, imitation=Imitation(norm="key points"))
+    np.testing.assert_allclose(wanted_forces(gait, walking, 1.25), walking_force(PERCENT_OF_BIN, 1.25), rtol=1e-9)
+
+
 def test_a_smoothed_curve_is_what_a_low_pass_makes_of_many_cycles():
     curve = walking_force(PERCENT_OF_BIN, 1.25)
     value, cycles = 0.0, np.tile(curve, 20)
@@ -255,7 +275,8 @@ def test_a_pelvis_leans_forwards_while_legs_and_trunk_lean_as_they_did(walker: R
 
 def test_feet_are_flat_in_mid_stance_where_the_pelvis_leans_as_far_as_the_documentation_says():
     percent = np.arange(12.0, 33.0)
-    for norm, wanted in zip(IMITATED, (4.0, 11.1, 10.8), strict=True):
+    walks = [norm for norm in IMITATED if not is_run(norm.source)]
+    for norm, wanted in zip(walks, (4.0, 11.1, 10.8), strict=True):
         hip, knee, ankle = (norm.angles[name].mean(percent) for name in LEG_ANGLES)
         pitch = hip - knee + ankle  # of the foot, toes up, over a pelvis that does not lean
         assert pitch.mean() == pytest.approx(wanted, abs=0.05), norm.source
@@ -282,6 +303,13 @@ def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Fl
         (Imitation(pelvis_tilt=60.0), "learning.imitation.pelvis_tilt", "must be within 45 degrees, is 60"),
         (Imitation(cycle_time=0.0), "learning.imitation.cycle_time", "greater than 0"),
         (Imitation(moving=True), "learning.imitation.moving", "name one in `norm`"),
+        (Imitation(norm="Fukuchi 2017", moving=True), "learning.imitation.moving", "a run change with the speed"),
+        (Imitation(norm_alone=True), "learning.imitation.norm_alone", "a norm alone is a gait: name one"),
+        (
+            Imitation(norm="Fukuchi 2017", norm_alone=True),
+            "learning.imitation.cycle_time",
+            "how long a cycle of the run",
+        ),
         (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),
         (Imitation(step_width=-0.1), "learning.imitation.step_width", "must not be negative"),
     ],

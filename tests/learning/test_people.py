@@ -10,11 +10,11 @@ from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Imitation, Sense, Task, Variation
 from warpmuscle.learning.imitation import BINS
 from warpmuscle.learning.imitation.gait import _bend
-from warpmuscle.learning.imitation.people import CYCLE_TIME, people_gait, people_states
+from warpmuscle.learning.imitation.people import CYCLE_TIME, bounced, by_norm_alone, people_gait, people_states
 from warpmuscle.scene import Body, Displacement, Joint, Scene
 from warpmuscle.scene.character.shapes import Box
 from warpmuscle.scene.geometry import contact_points
-from warpmuscle.scene.norms import NORMS
+from warpmuscle.scene.norms import NORMS, RUNNING, RUNNING_STANCE
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.inverse_dynamics import body_motions
@@ -107,6 +107,53 @@ def test_states_stand_on_the_ground_and_move_on_as_the_next_ones_are(rollout: Ro
     turned = {name: Rotation.from_quat(moved[name].orientation).as_rotvec(degrees=True) for name in ("pelvis", "torso")}
     np.testing.assert_allclose(turned["pelvis"], np.tile([tilt, 0.0, 0.0], (BINS, 1)), atol=1e-9)
     np.testing.assert_allclose(turned["torso"], 0.0, atol=1e-9)
+
+
+RUN = Imitation(norm="Fukuchi 2017", norm_alone=True, cycle_time=0.7, pelvis_tilt=5.0)
+
+
+def test_a_runner_bounces_as_a_mass_that_half_a_sine_of_force_carries(rollout: Rollout):
+    """In flight it falls freely; over a stance its speed turns from down to up; a cycle has two bounces."""
+    gait = people_gait(rollout, RUN)
+    above, rise = bounced(gait, 9.81)
+    assert above.mean() == pytest.approx(0.0, abs=1e-12)
+    flight = 0.01 * (50.0 - RUNNING_STANCE) * 0.7  # s
+    assert -rise[0] == pytest.approx(0.5 * 9.81 * flight, rel=0.02)
+    np.testing.assert_allclose(np.diff(rise[40:51]), -9.81 * 0.7 / BINS, rtol=1e-3)
+    np.testing.assert_allclose(above, np.roll(above, BINS // 2), atol=1e-9)
+    assert above[20] == above.min()  # in the middle of the stance
+    assert above[45] == pytest.approx(above.max())
+    height = 9.81 * flight**2 / 8.0
+    assert above[45] - above[40] == pytest.approx(height, rel=0.02)
+
+
+def test_states_of_a_run_bend_as_runners_do_and_none_is_below_the_ground(rollout: Rollout):
+    states = people_states(people_gait(rollout, RUN), rollout, 3.0, BINS)
+    knee = states.coordinates[:, rollout.coordinate_names.index("knee_angle_l")]
+    np.testing.assert_allclose(
+        -np.degrees(knee), RUNNING[0].angles["Knee flexion"].mean(np.arange(0.0, 100.0)), atol=0.2
+    )
+    root = states.coordinates[:, 1]
+    np.testing.assert_allclose(root, np.roll(root, BINS // 2), atol=1e-9)
+    assert root[np.arange(40, 50)].min() > root[np.arange(10, 25)].max() + 0.03
+    assert (states.speeds[:, 2] == 3.0).all()
+    assert states.speeds[0, 1] < -0.3 < 0.3 < states.speeds[39, 1]
+    moved, character = body_motions(imported(), states.coordinates, states.speeds), imported().character
+    for side in "lr":
+        corners = np.array([place for place, _ in contact_points(character.bodies[f"calcn_{side}"].shapes[0])])
+        foot, joint = moved[f"calcn_{side}"], character.joints[f"subtalar_angle_{side}"]
+        turned = Rotation.from_quat(foot.orientation.repeat(8, axis=0)).apply(
+            np.tile(corners - joint.position_in_child, (BINS, 1))
+        )
+        assert (foot.position[:, 1] + turned.reshape(BINS, 8, 3)[:, :, 1].min(axis=1)).min() > -1e-9
+
+
+def test_a_norm_alone_does_not_look_at_the_controller_of_a_scene_that_has_one():
+    scene = load("walk56_person")
+    assert scene.simbicon is not None
+    assert not by_norm_alone(scene, Imitation(norm="key points"))
+    assert by_norm_alone(scene, Imitation(norm="key points", norm_alone=True))
+    assert not by_norm_alone(scene, Imitation(norm="key points", norm_alone=True, file="walk.h5"))
 
 
 def test_a_norm_needs_feet_and_nothing_without_shapes_can_stand_on_them():

@@ -10,12 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, GaitNorm
+from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, GaitNorm, is_run
 
 PART = 0.43  # m, thigh and shank of a person of 1.75 m
 CYCLE = 1.03  # s
 PERCENT = np.arange(101.0)
 FLAT, BACK = slice(12, 33), slice(12, 41)  # % of the cycle in which the foot is flat, and in which it carries
+FLAT_IN_RUNS = slice(10, 21)
 
 
 def ankle_places(norm: GaitNorm, tilt: float) -> Floats:
@@ -30,12 +31,19 @@ def main() -> None:
     print("| `norm` | degrees, and their spread | ahead at contact, m | behind at 50 % | moves back, m/s |")
     print("|---|---|---|---|---|")
     for norm in IMITATED:
+        if is_run(norm.source):
+            continue
         hip, knee, ankle = (norm.angles[name].mean(PERCENT) for name in LEG_ANGLES)
         pitch = (hip - knee + ankle)[FLAT]  # of the foot over an upright pelvis, toes up
         place = ankle_places(norm, float(pitch.mean()))
         speed = -np.gradient(place, CYCLE / 100.0)[BACK].mean()
         row = f"{pitch.mean():.1f}, {pitch.std():.1f} | {place[0]:.2f} | {-place[50]:.2f} | {speed:.2f}"
         print(f"| `{norm.source}` | {row} |")
+    for norm in (one for one in IMITATED if is_run(one.source)):
+        hip, knee, ankle = (norm.angles[name].mean(PERCENT)[FLAT_IN_RUNS] for name in LEG_ANGLES)
+        pitch = hip - knee + ankle
+        print(f"`{norm.source}`: {pitch.mean():.1f}, {pitch.std():.1f} degrees from {FLAT_IN_RUNS.start} to "
+              f"{FLAT_IN_RUNS.stop - 1} %")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -90,12 +90,17 @@ WALKING = (
     GaitNorm(KEY_POINTS, "walking at a comfortable speed", {name: NORMS[name] for name in LEG_ANGLES}),
     GaitNorm("Fukuchi 2018", "walking at 1.26 m/s", WALK),
 )
-IMITATED = (*WALKING, GaitNorm("Pinzone 2014", "walking at their own speed, centre two", SEARCHED_ANGLES))
 RUNNING = (GaitNorm("Fukuchi 2017", "running at 2.5 m/s", RUN),)
+IMITATED = (*WALKING, GaitNorm("Pinzone 2014", "walking at their own speed, centre two", SEARCHED_ANGLES), *RUNNING)
 
 
 RUNNING_STANCE = 40.0  # % of the cycle, of people at 2.5 m/s
 RUNNING_FORCE_BAND = 0.2  # body weights; its waves of impact are of this size
+
+
+def is_run(source: str) -> bool:
+    """Whether a norm of this name is of running."""
+    return any(norm.source == source for norm in RUNNING)
 
 
 def running_force(percent: Floats) -> Floats:

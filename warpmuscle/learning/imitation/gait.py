@@ -31,7 +31,15 @@ from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.norms import FLEXION, IMITATED, LEG_ANGLES, PERCENT_OF_BIN, walking_force
+from warpmuscle.scene.norms import (
+    FLEXION,
+    IMITATED,
+    LEG_ANGLES,
+    PERCENT_OF_BIN,
+    is_run,
+    running_force,
+    walking_force,
+)
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
@@ -53,6 +61,7 @@ class Gait:
         coordinate: (BINS, coordinates) of all joints, means over the cycles. up: (BINS, 3) the vertical in the root.
         cycle_time: s, of the clock. landings: (n,) s, when the left foot touched down in the gait.
         right: part of the cycle after which the right foot touches down.
+        runs: whether it is a run.
     """
 
     coordinate: Floats
@@ -60,6 +69,7 @@ class Gait:
     cycle_time: float
     landings: Floats
     right: float
+    runs: bool = False
 
     def phases(self, times: Floats) -> Floats:
         """Parts of the cycle, 0 to 1, at times of the gait, s."""
@@ -323,7 +333,12 @@ def gait_table(gait: Gait, task: Task, rollout: Rollout) -> kernels.GaitTable:
 
 
 def wanted_forces(gait: Gait, task: Task, speed: float) -> Floats:
-    """People's vertical force on the left foot at a speed, m/s, over the cycle (BINS,), smoothed as the body's is."""
+    """People's vertical force on the left foot at a speed, m/s, over the cycle (BINS,), smoothed as the body's is.
+
+    The force of who imitates a run does not change with the speed.
+    """
     imitation = task.imitation or Imitation()
     cycle = gait.cycle_time * (max(speed, 0.1) / imitation.clock_speed) ** -imitation.cadence_power
-    return smoothed_over_cycle(walking_force(PERCENT_OF_BIN, speed), cycle, task.rewards.force_smoothing)
+    runs = is_run(imitation.norm)
+    force = running_force(PERCENT_OF_BIN) if runs else walking_force(PERCENT_OF_BIN, speed)
+    return smoothed_over_cycle(force, cycle, task.rewards.force_smoothing)

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import multiply, rotate
+from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.learning.imitation.gait import BINS, Gait, changed
 from warpmuscle.learning.imitation.pelvis import FORWARD, UP, orientation_of
 from warpmuscle.learning.poses import States, started
@@ -22,7 +23,7 @@ from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.scene.initial_pose import Poses
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.norms import REFERENCES
+from warpmuscle.scene.norms import PERCENT_OF_BIN, REFERENCES, is_run, running_force
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper
 
@@ -30,8 +31,10 @@ CYCLE_TIME = 2.0 * 60.0 / REFERENCES["cadence"].low  # s, two of people's steps
 
 
 def by_norm_alone(scene: Scene, imitation: Imitation | None) -> bool:
-    """Whether a task's gait is that of people alone: it has neither a file nor a controller that makes one."""
-    return imitation is not None and bool(imitation.norm) and not imitation.file and scene.simbicon is None
+    """Whether a task's gait is that of people alone: it has no file, and no controller makes one, or none counts."""
+    if imitation is None or not imitation.norm or imitation.file:
+        return False
+    return imitation.norm_alone or scene.simbicon is None
 
 
 def people_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
@@ -39,7 +42,7 @@ def people_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | Non
     start = rollout.state.coordinates.numpy()[0].astype(float)
     cycle_time = imitation.cycle_time or CYCLE_TIME
     landings = np.array([0.0, cycle_time])
-    gait = Gait(np.tile(start, (BINS, 1)), np.tile(UP, (BINS, 1)), cycle_time, landings, 0.5)
+    gait = Gait(np.tile(start, (BINS, 1)), np.tile(UP, (BINS, 1)), cycle_time, landings, 0.5, is_run(imitation.norm))
     return changed(gait, rollout, imitation, body)
 
 
@@ -53,19 +56,37 @@ def people_starts(gait: Gait, rollout: Rollout, stepper: Stepper, task: Task) ->
 def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> States:
     """States evenly over the cycle, in which the lowest point touches level ground and the root goes forward.
 
+    The root of who runs rises and falls as people's force on the feet lets it, and no point is below the ground.
+
     Args:
         speed: m/s, of the root. count: how many, at most one a bin of the cycle.
     """
     chosen = np.arange(0, BINS, max(BINS // max(count, 1), 1))
     root, names, zero = root_type(rollout.numeric.character), rollout.names, np.zeros((BINS, 3))
     orientation = orientation_of(gait.up)
-    height = first_number(rollout.numeric.ground.height) - lowest_points(gait.coordinate, rollout, orientation)
-    place, velocity = zero + height[:, None] * UP, zero + speed * FORWARD
+    lowest = lowest_points(gait.coordinate, rollout, orientation)
+    height = first_number(rollout.numeric.ground.height) - lowest
+    rise: Floats = np.zeros(BINS)
+    if gait.runs:
+        above, rise = bounced(gait, first_number(rollout.numeric.gravity))
+        carried = running_force(PERCENT[:BINS]) > 0.0
+        height = np.maximum(height, above + (height - above)[carried].mean())
+    place, velocity = zero + height[:, None] * UP, zero + speed * FORWARD + rise[:, None] * UP
     at, moving = root.coordinates_of(place, orientation, velocity, zero)
     at[:, list(root.on_ground)] = gait.coordinate[:, list(root.on_ground)]
     coordinates = np.concatenate([at, gait.coordinate[:, names.coordinate_start[1] :]], axis=1)
     speeds = np.concatenate([moving, joint_speeds(gait, rollout)[:, names.speed_start[1] :]], axis=1)
     return States(coordinates[chosen], speeds[chosen], None)
+
+
+def bounced(gait: Gait, gravity: float) -> tuple[Floats, Floats]:
+    """How far a runner's centre of mass is above its mean, m, and how fast it rises, m/s, over the cycle (BINS,)."""
+    time = gait.cycle_time / BINS
+    force = running_force(PERCENT_OF_BIN) + running_force((PERCENT_OF_BIN - 100.0 * gait.right) % 100.0)
+    speed = np.roll(np.cumsum(force / force.mean() - 1.0), 1) * gravity * time
+    speed -= speed.mean()
+    height = np.roll(np.cumsum(0.5 * (speed + np.roll(speed, -1))), 1) * time
+    return height - height.mean(), speed
 
 
 def joint_speeds(gait: Gait, rollout: Rollout) -> Floats:

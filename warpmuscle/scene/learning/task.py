@@ -41,12 +41,12 @@ class Rewards(_Weights):
     """Weights of what a decision earns, and of what it costs; each counts for the time that a decision takes.
 
     Earned are `speed`, `progress`, `alive`, `upright`, `pose`, `imitation` and `force`, whose people's norm is that at
-    this part of the cycle and this speed, smoothed as the force is, see `scene.norms.walking_force`. All others are
-    taken off. `speed` hardly tells a body that stands from one that walks much too slowly; `progress` does.
-    `effort` is of excitations, of torques over their limit, or, where joints are aimed at targets, of activations;
-    `overload` is summed over the feet, of the force at the end of the decision. `objective` weighs what the decision
-    adds to the scene's weighted objective, and `failure` is taken off once where an episode ends by failing: these two
-    do not count for time.
+    this part of the cycle and this speed, smoothed as the force is, see `walking_force` and `running_force` of
+    `scene.norms`. All others are taken off. `speed` hardly tells a body that stands from one that walks much too
+    slowly; `progress` does. `effort` is of excitations, of torques over their limit, or, where joints are aimed at
+    targets, of activations; `overload` is summed over the feet, of the force at the end of the decision. `objective`
+    weighs what the decision adds to the scene's weighted objective, and `failure` is taken off once where an episode
+    ends by failing: these two do not count for time.
     `custom` weighs terms of the objective, by name, and parts of one's own, `module:name`; what is summed up over time
     counts as the decision adds to it. Its sign is that which it declares, see `kernels/objective/declaration.py`.
     """
@@ -75,8 +75,8 @@ class Goal(Part):
 class Imitation(Part):
     """A gait that is imitated: that of the scene's own controller, the angles of a norm, or a recorded one.
 
-    In a scene without a controller, `norm` alone is a gait: other joints stay as the scene starts, the root is upright,
-    and `start_states` are poses over its cycle, see `learning.imitation.people`.
+    In a scene without a controller, or with `norm_alone`, the norm is all of the gait: other joints stay as the scene
+    starts, the root is upright, and `start_states` are poses over its cycle, see `learning.imitation.people`.
 
     With `file`, coordinates of joints are those of a recorded motion, whose names have to be the scene's, means over
     its whole gait cycles by the forces on the left foot; episodes start the clock where the recorded pose is nearest.
@@ -89,6 +89,7 @@ class Imitation(Part):
     file: str = ""  # a result file with a motion, such as one of `warpmuscle inverse`
     replay: Annotated[int, FROM_0] = 0  # which motion of the file
     norm: str = ""  # whose hips, knees and ankles bend, see `scene.norms.IMITATED`; by default those of the gait
+    norm_alone: bool = False  # the scene's own controller does something else, as to walk where a run is learnt
     cycle_time: Annotated[float | None, "s", ABOVE_0] = None  # by default that of the gait
     clock_speed: Annotated[float, "m/s", ABOVE_0] = 1.25  # at which a cycle takes that time
     cadence_power: Annotated[float, "1", FROM_0] = 0.0

@@ -10,7 +10,7 @@ from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval
-from warpmuscle.scene.norms import IMITATED
+from warpmuscle.scene.norms import IMITATED, is_run
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.objective import check_needs
@@ -85,14 +85,24 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
         raise SceneError("a gait is imitated with two feet; name them in character.feet", key=key)
     if imitation.replay and not imitation.file:
         raise SceneError("is used only with learning.imitation.file", key=f"{key}.replay")
+    alone = imitation.norm_alone or scene.simbicon is None
+    if alone and is_run(imitation.norm) and imitation.cycle_time is None and not imitation.file:
+        raise SceneError(
+            "say how long a cycle of the run takes: people's walks tell nothing of it", key=f"{key}.cycle_time"
+        )
     starts = check.checked.learning is not None and check.checked.learning.variation.start_states
-    if starts and scene.simbicon is None and not any(body.shapes for body in scene.character.bodies.values()):
+    if starts and alone and not any(body.shapes for body in scene.character.bodies.values()):
         advice = "no body has a shape to stand on at the start; give the feet `shapes`"
         raise SceneError(advice, key="learning.variation.start_states")
     if imitation.uneven and scene.ground.terrain is None:
         raise SceneError("the ground is even everywhere: it has no terrain", key=f"{key}.uneven")
     if imitation.moving and not imitation.norm:
         raise SceneError("only the angles of a norm change with the speed; name one in `norm`", key=f"{key}.moving")
+    if imitation.moving and is_run(imitation.norm):
+        known_of = "how the angles of a run change with the speed is not known here; leave it out"
+        raise SceneError(known_of, key=f"{key}.moving")
+    if imitation.norm_alone and (imitation.file or not imitation.norm):
+        raise SceneError("a norm alone is a gait: name one in `norm`, and no `file`", key=f"{key}.norm_alone")
     tilt = imitation.pelvis_tilt
     if tilt is not None and abs(tilt) > STEEPEST_PELVIS:
         raise SceneError(f"must be within {STEEPEST_PELVIS:g} degrees, is {tilt:g}", key=f"{key}.pelvis_tilt")
