@@ -49,6 +49,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     One process keeps the order in which files were given, for those who look for the first test that fails.
     """
+    no_constants_for_hypothesis()
     for item in items:
         if is_fast(item.path, config) and item.get_closest_marker("long") is None:
             item.add_marker("fast")
@@ -56,6 +57,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         return
     tests_of = Counter(item.path for item in items)
     items.sort(key=lambda item: place(item.path, tests_of[item.path], config))
+
+
+def no_constants_for_hypothesis() -> None:
+    """Keep Hypothesis from parsing the whole package for numbers to try, for seconds in each worker.
+
+    It has those of its own that are on the edge of what is allowed, and tests here give it ranges.
+    """
+    providers = sys.modules.get("hypothesis.internal.conjecture.providers")
+    none = getattr(providers, "_local_constants", None)
+    if hasattr(providers, "_get_local_constants") and none is not None:
+        providers._get_local_constants = lambda: none
 
 
 def place(path: Path, tests: int, config: pytest.Config) -> tuple[bool, bool, int, Path]:

@@ -101,6 +101,7 @@ def test_muscles_tell_what_a_recording_says_of_them():
     np.testing.assert_allclose(batch.senses.observation.numpy()[0], expected, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_the_trunk_is_seen_as_it_faces():
     groups = ("trunk", "trunk_speed", "command", "head")
     batch = batch_of({name: Sense() for name in groups}, scene="walk56")

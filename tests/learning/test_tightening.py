@@ -15,6 +15,7 @@ from warpmuscle.scene.learning import Tightening
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.scene import check_scene
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 STILL = Variation(velocity_noise=0.0)
 
 

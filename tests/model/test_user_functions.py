@@ -57,6 +57,12 @@ def two(a: float, b: float) -> float:
     return a + b
 
 @wp.func
+def sometimes(x: float) -> float:
+    if x > 1.0:
+        return x - 1.0
+
+
+@wp.func
 def silent(length: float):
     return length
 
@@ -208,6 +214,10 @@ class TestRuns:
             r"takes \(float\), but .* takes \(float, float\)",
         ),
         ({"muscle_model": MuscleModel(passive_force_length=f"{NAME}:silent")}, "must say that it returns float"),
+        (
+            {"muscle_model": MuscleModel(passive_force_length=f"{NAME}:sometimes")},
+            r"py:\d+\) returns float on some branches only: end it with a return",
+        ),
         ({"objective": {f"{NAME}:away": 1.0}}, "must say that it returns float, and says wp.vec3"),
         ({"custom_controller": f"{NAME}:torque"}, "must say that it returns wp.vec3, and says float"),
         ({"muscle_model": MuscleModel(legacy=True, force_velocity=f"{NAME}:lee")}, "take no curve of one's own"),

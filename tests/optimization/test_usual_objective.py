@@ -14,6 +14,8 @@ from warpmuscle.scene import Objective, Scene, SearchStage
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import pinned, start_values
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 def silent(name: str = "walk56", **changes) -> Scene:
     """A shipped scene that weighs nothing."""

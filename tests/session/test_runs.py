@@ -52,6 +52,7 @@ def test_a_run_says_what_it_has_and_takes_the_names_that_people_use(walk: wm.Run
         np.testing.assert_array_equal(walk[name], walk[same])
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_constant_excitations_reach_the_muscles_that_are_named():
     scene = muscle_scene()
     first, *others = scene.character.muscles

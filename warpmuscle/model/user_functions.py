@@ -172,6 +172,25 @@ def undeclared(taken: tuple[Any, ...], known: tuple[Any, ...]) -> str:
     return f"; declare {' and '.join(names)} as its parameters" if names else ""
 
 
+def source_tree(function: Any) -> ast.FunctionDef | None:
+    """The syntax tree of a Warp function; None of one that a program has made."""
+    try:
+        first = ast.parse(textwrap.dedent(inspect.getsource(function.func))).body[0]
+    except (OSError, SyntaxError):
+        return None
+    return first if isinstance(first, ast.FunctionDef) else None
+
+
+def always_returns(body: list[ast.stmt]) -> bool:
+    """Whether statements end by `return`, whichever branches are taken."""
+    for statement in body:
+        if isinstance(statement, ast.Return):
+            return True
+        if isinstance(statement, ast.If) and always_returns(statement.body) and always_returns(statement.orelse):
+            return True
+    return False
+
+
 def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
     """SceneError if a Warp function names a place of its memory that it does not have.
 
@@ -179,9 +198,8 @@ def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
     not seen here.
     """
     arrays = [name for name, kind in function.input_types.items() if _is_floats(kind)]
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function.func)))
-    except (OSError, SyntaxError):  # made by a program
+    tree = source_tree(function)
+    if tree is None:
         return
     for node in ast.walk(tree):
         if not (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in arrays):
@@ -200,6 +218,11 @@ def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -
         names = " or ".join(name_of(kind) for kind in wanted)
         raise SceneError(
             f"{placed(function, entry)} must say that it returns {names}, and says {name_of(said)}", key=key
+        )
+    tree = source_tree(function) if said is not None else None
+    if tree is not None and not always_returns(tree.body):  # what it returned otherwise would be any number
+        raise SceneError(
+            f"{placed(function, entry)} returns {name_of(said)} on some branches only: end it with a return", key=key
         )
     return said
 

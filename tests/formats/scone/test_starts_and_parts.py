@@ -13,6 +13,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.simulation.rollout import Rollout
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 ACTIVE = {"calf_r": 0.4, "seat_r": 0.2, "calf_l": 0.001, "nobody": 0.3}
 GAIT = "GaitMeasure { weight = 100 termination_height = 0.5 min_velocity = 1 }"
 STEP = "fixed_control_step_size = 0.005"

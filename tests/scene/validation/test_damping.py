@@ -13,6 +13,8 @@ from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.validation.damping import damping_warnings, explicit_damping, mass_matrix
 from warpmuscle.simulation.stages import Stages
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
+
 
 def test_inertia_at_the_start_is_that_of_the_device():
     for name in ("walker16", "gait2392"):  # a planar and a free root, and coupled joints with patellae
