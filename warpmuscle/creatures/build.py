@@ -57,7 +57,9 @@ def creature_scene(creature: Creature, name: str = "") -> Scene:
     check_creature(creature)
     root, bodies, joints = skeleton(creature)
     feet = (sided(creature.gait.feet, "l"), sided(creature.gait.feet, "r"))
-    bare = Character(root=root, bodies=bodies, joints=joints, root_joint="free" if creature.spatial else "planar", feet=feet)
+    bare = Character(
+        root=root, bodies=bodies, joints=joints, root_joint="free" if creature.spatial else "planar", feet=feet
+    )
     standing = InitialState(root_position=place(middle(creature.segments[root])))
     poses = world_poses(Scene(name=creature.name, character=bare, initial_state=standing))
     scene = Scene(

@@ -44,8 +44,8 @@ class Crossing:
 
     muscle: str
     joint: str
-    least: float  # m, of the moment arm, positive where it turns the child towards greater angles; at a joint of several
-    # axes of its part along the direction of the mean
+    least: float  # m, of the moment arm, positive where it turns the child towards greater angles; of several axes its
+    # part along the direction of the mean
     greatest: float  # m
     longest: float  # m, that it may be
     doubts: tuple[str, ...]

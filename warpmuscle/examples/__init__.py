@@ -120,7 +120,15 @@ EXAMPLES = {
     ),
     "creatures": Example(
         "animals as short descriptions, of which `creature build` makes scenes, and what searches found",
-        shipped(*(f"{name}{end}.toml" for name in ("kangaroo", "ostrich", "pony", "walker") for end in ("", "_found"))),
+        shipped(
+            *(
+                f"{space}{name}{end}.toml"
+                for space in ("", "spatial_")
+                for name in ("kangaroo", "ostrich", "pony", "walker")
+                for end in ("", "_found")
+                if not (space and end)
+            )
+        ),
     ),
     "terrain": Example(
         "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",
