@@ -1,7 +1,7 @@
 """The controller that a creature begins a search with: SIMBICON (Yin, Loken, van de Panne 2007).
 
-Its torques are shared out among the muscles by least effort. Both legs have the same numbers. One that moves in space is
-also balanced to its sides: legs in the air are placed where it drifts to.
+Its torques are shared out among the muscles by least effort. Both legs have the same numbers. A creature that moves in
+space is balanced to its sides, too: legs in the air are placed where it drifts to.
 """
 
 from __future__ import annotations
