@@ -15,6 +15,7 @@ from warpmuscle.creatures.description import Creature, CreatureGait, Place, join
 from warpmuscle.creatures.skeleton import JOINT_AXIS, SIDE_AXIS, mass, rounded
 from warpmuscle.scene import PD, Balance, Component, Controller, Curve, Feedback, MachineState, Trajectory
 from warpmuscle.scene.number import Free, Number
+from warpmuscle.scene.part import Side
 
 FORWARD = (0.0, 0.0, 1.0)
 LEFT = (1.0, 0.0, 0.0)
@@ -93,7 +94,7 @@ def _walk(creature: Creature) -> Iterator[MachineState]:
         for name, angles in table.items():
             leg = _leg(gait, name, angles, where == "SWING")
             if where == "SWING" and name in side_joints(creature):
-                outwards = "right" if name in gait.crossed else "left"  # where outwards is to the right
+                outwards: Side = "right" if name in gait.crossed else "left"  # where outwards is to the right
                 leg.components.append(_aside(gait, name, outwards, feedback=True))
             trajectories[f"{where}_{name}"] = leg
     trajectories |= {name: _targets(angles, gait.freedom) for name, angles in gait.steady.items()}
@@ -144,7 +145,7 @@ def _leg(gait: CreatureGait, name: str, angles: list[float], swings: bool) -> Tr
     return _targets(angles, gait.freedom, feedback, "character" if in_space else "parent")
 
 
-def _aside(gait: CreatureGait, name: str, reverse_on: Literal["left", "right", "never"], feedback: bool) -> Component:
+def _aside(gait: CreatureGait, name: str, reverse_on: Side | Literal["never"], feedback: bool) -> Component:
     """The turn to the side of a joint that carries a leg, after its turn about x."""
     apart = gait.apart.get(name, 0.0)
     return Component(

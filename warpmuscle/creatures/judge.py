@@ -107,14 +107,14 @@ def _crossings(scene: Scene, arms: Floats) -> Iterator[Crossing]:
         for number, joint in enumerate(names.joints, 1):
             own = arms[:, k, names.speed_start[number] : names.speed_start[number + 1]]
             if np.any(own != 0.0):
-                along, whole = _one_arm(own)
+                along, whole = one_arm(own)
                 longest = LONGEST_ARM * _length(scene, scene.character.joints[joint])
                 low, high = float(along.min()), float(along.max())
                 doubts = tuple(_arm_doubts(low, high, float(whole.max()), longest))
                 yield Crossing(muscle, joint, low, high, longest, doubts)
 
 
-def _one_arm(arms: Floats) -> tuple[Floats, Floats]:
+def one_arm(arms: Floats) -> tuple[Floats, Floats]:
     """Of moment arms (n, D) about the axes of a joint: the part (n,) along the direction of the mean, and the whole.
 
     About one axis, the part is the moment arm itself.
