@@ -1,5 +1,7 @@
 """A small creature: a trunk, two legs of one segment and a foot, three muscles a leg, one across both joints."""
 
+import msgspec
+
 from warpmuscle.creatures.description import Attachment, Bend, Creature, CreatureGait, CreatureMuscle, Segment
 
 
@@ -44,3 +46,24 @@ def small_creature() -> Creature:
         stance={"Ankle": [0.0, 0.1]}, start={"lHip": -0.2, "rHip": 0.2},
     )  # fmt: skip
     return Creature(name="small", segments=segments, muscles=muscles, gait=gait, density=1000)
+
+
+def small_in_space() -> Creature:
+    """The same in space: its hips turn to the sides, too, and have a muscle outside and one inside."""
+    creature = small_creature()
+    leg = msgspec.structs.replace(creature.segments["Leg"], side=(-0.3, 0.5))
+    aside = {
+        name: CreatureMuscle(
+            path=[
+                Attachment(on="trunk", low=(trunk, 1.0, -0.02), high=(trunk + 0.02, 1.1, 0.02)),
+                Attachment(on="Leg", low=(thigh, 0.6, -0.02), high=(thigh + 0.02, 0.7, 0.02)),
+            ],
+            f_max=(500, 4500),
+        )
+        for name, trunk, thigh in (("Outer", 0.13, 0.13), ("Inner", 0.05, 0.05))
+    }
+    gait = msgspec.structs.replace(creature.gait, apart={"Hip": 0.05})
+    return msgspec.structs.replace(
+        creature, name="small_in_space", spatial=True, segments=creature.segments | {"Leg": leg},
+        muscles=creature.muscles | aside, gait=gait,
+    )  # fmt: skip

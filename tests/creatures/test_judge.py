@@ -6,10 +6,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from small_creature import small_creature
+from small_creature import small_creature, small_in_space
 from warpmuscle.core.errors import Error
 from warpmuscle.creatures.build import creature_scene
-from warpmuscle.creatures.judge import plausibility
+from warpmuscle.creatures.judge import one_arm, plausibility
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 
@@ -86,3 +86,23 @@ def test_a_body_without_muscles_is_refused(scene):
     bare = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, muscles={}))
     with pytest.raises(Error, match="has no muscles"):
         plausibility(bare, motion(scene))
+
+
+def test_at_a_hip_of_two_axes_the_arm_is_a_vector_that_keeps_its_side():
+    """A flexor may lift the leg outwards in one pose and pull it inwards in another, but not turn round."""
+    flexor = np.array([[0.04, 0.01], [0.04, -0.01], [0.03, 0.0]])
+    along, whole = one_arm(flexor)
+    np.testing.assert_allclose(along, [0.04, 0.04, 0.03])
+    np.testing.assert_allclose(whole, np.sqrt([0.0017, 0.0017, 0.0009]))
+    assert one_arm(np.array([[0.03, 0.03], [0.03, 0.03], [-0.01, -0.01]]))[0].min() == pytest.approx(-0.01 * np.sqrt(2))
+    single = np.array([[-0.02], [0.01]])
+    np.testing.assert_array_equal(one_arm(single)[0], single[:, 0])
+
+
+def test_muscles_of_a_hip_of_two_axes_are_judged_once():
+    made = creature_scene(small_in_space())
+    scene = substitute(made, start_values(made))
+    hips = [one for one in plausibility(scene, motion(scene)).crossings if one.joint == "lHip"]
+    assert sorted(one.muscle for one in hips) == ["lBack", "lFront", "lInner", "lLong", "lOuter"]
+    outer = next(one for one in hips if one.muscle == "lOuter")
+    assert 0.01 < outer.least <= outer.greatest < outer.longest

@@ -44,6 +44,10 @@ FILM = """
 A film of the four that searches found, [and how to make others](how-to/creatures.md):
 
 ![A walker, a pony, an ostrich and a kangaroo on the muscles that searches gave them](pictures/creatures.webp)
+
+The same in space, where they may fall to their sides:
+
+![The walker, the pony, the ostrich and the kangaroo in space](pictures/creatures_space.webp)
 """
 TABLE = "| picture | what | command |\n|---|---|---|\n"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]

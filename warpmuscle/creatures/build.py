@@ -26,6 +26,8 @@ FAILURE_COST = 1.0e4  # of who falls, above that of any gait
 ABOVE_GROUND = 0.001  # m, of the lowest foot at the start
 SLOWEST = 0.3  # of the wanted speed, below which nobody goes on, so that no search ends at standing still
 WINDOW = 0.5  # s, over which its speed is taken for that
+SIDEWAYS = (0.0, -0.4, 0.4)  # m/s to the left at the start of who moves in space: value, lowest, highest
+OVERLAP = 0.01  # m, by which legs may pass into each other
 
 
 def read_creature(path: str | Path) -> Creature:
@@ -55,7 +57,9 @@ def creature_scene(creature: Creature, name: str = "") -> Scene:
     check_creature(creature)
     root, bodies, joints = skeleton(creature)
     feet = (sided(creature.gait.feet, "l"), sided(creature.gait.feet, "r"))
-    bare = Character(root=root, bodies=bodies, joints=joints, root_joint="planar", feet=feet)
+    bare = Character(
+        root=root, bodies=bodies, joints=joints, root_joint="free" if creature.spatial else "planar", feet=feet
+    )
     standing = InitialState(root_position=place(middle(creature.segments[root])))
     poses = world_poses(Scene(name=creature.name, character=bare, initial_state=standing))
     scene = Scene(
@@ -65,9 +69,7 @@ def creature_scene(creature: Creature, name: str = "") -> Scene:
         controller=controller(creature),
         initial_state=_start(creature, bare, standing),
         muscle_model=MuscleModel(sharing="least_effort", implicit_damping=True),
-        failure=Failure(
-            com_height=creature.fall, no_progress=rounded(SLOWEST * creature.gait.speed), no_progress_window=WINDOW
-        ),
+        failure=_failure(creature),
         objective=_objective(creature),
         duration=creature.duration,
         time_step=creature.time_step,
@@ -92,7 +94,20 @@ def _start(creature: Creature, character: Character, standing: InitialState) -> 
     height = rounded(y - lowest_point(character, world_poses(posed)) + ABOVE_GROUND)
     speed = creature.gait.speed
     free = Free(speed, rounded(0.3 * speed), rounded(1.5 * speed)) if speed > 0.0 else 0.0
-    return InitialState(root_position=(x, height, z), root_velocity=(0.0, 0.0, free), joints=joints)
+    sideways = Free(*SIDEWAYS) if creature.spatial else 0.0
+    return InitialState(root_position=(x, height, z), root_velocity=(sideways, 0.0, free), joints=joints)
+
+
+def _failure(creature: Creature) -> Failure:
+    """Who falls or stands still has failed, and in space who lets its legs pass through each other."""
+    failure = Failure(
+        com_height=creature.fall, no_progress=rounded(SLOWEST * creature.gait.speed), no_progress_window=WINDOW
+    )
+    if creature.spatial:
+        legs = [name for name, segment in creature.segments.items() if segment.paired]
+        pairs = [(sided(one, "l"), sided(other, "r")) for one in legs for other in legs]
+        failure = msgspec.structs.replace(failure, self_collision=OVERLAP, self_collision_pairs=pairs)
+    return failure
 
 
 def _objective(creature: Creature) -> Objective:
@@ -105,4 +120,6 @@ def _objective(creature: Creature) -> Objective:
         "passive_force": 0.002,
         "fibre_range": 3000.0,
     }
+    if creature.spatial:
+        weights["heading"] = 10.0
     return msgspec.structs.replace(Objective(), target_speed=creature.gait.speed, failure_cost=FAILURE_COST, **weights)

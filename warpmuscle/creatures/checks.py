@@ -19,7 +19,7 @@ from warpmuscle.creatures.description import (
     joint_of,
     sided,
 )
-from warpmuscle.creatures.gait import moving_joints
+from warpmuscle.creatures.gait import moving_joints, side_joints
 from warpmuscle.scene.validation.checks import known
 
 LOWEST_ROOT = 0.45  # m; SIMBICON lets its torques go below 0.4 m
@@ -104,6 +104,8 @@ def _check_segments(creature: Creature) -> None:
             known(segment.parent, creature.segments, "segment", f"{key}.parent")
             if creature.segments[segment.parent].paired and not segment.paired:
                 raise SceneError("hangs on a paired segment, and so is paired", key=f"{key}.paired")
+        if segment.side is not None and not creature.spatial:
+            raise SceneError("only in space does a joint turn to the side: set spatial = true", key=f"{key}.side")
     for name in creature.segments:
         _reaches_root(creature, name)
     if 0.5 * (root.start[1] + root.end[1]) < LOWEST_ROOT:
@@ -126,9 +128,21 @@ def _check_size(key: str, segment: Segment) -> None:
         _ordered(f"{key}.range", segment.range)
         if not segment.range[0] <= 0.0 <= segment.range[1]:
             raise SceneError("must have the standing pose, 0, within it", key=f"{key}.range")
+    _check_side(f"{key}.side", segment)
     for field in ("damping", "friction"):
         if not 0.0 <= getattr(segment, field) <= MOST:
             raise SceneError(f"must not be negative, is {getattr(segment, field):g}", key=f"{key}.{field}")
+
+
+def _check_side(key: str, segment: Segment) -> None:
+    """A second axis of a joint that has a first one."""
+    if segment.side is None:
+        return
+    if segment.range is None:
+        raise SceneError("a joint that turns to the side turns about x, too: give its `range`", key=key)
+    _ordered(key, segment.side)
+    if not segment.side[0] <= 0.0 <= segment.side[1]:
+        raise SceneError("must have the standing pose, 0, within it", key=key)
 
 
 def _reaches_root(creature: Creature, name: str) -> None:
@@ -194,6 +208,9 @@ def _check_gait(creature: Creature) -> None:
     for field in ("crossed", "level"):
         for number, name in enumerate(getattr(gait, field)):
             known(name, pairs, "pair of joints", f"gait.{field}.{number}")
+    for name, angle in gait.apart.items():
+        known(name, sorted(side_joints(creature)), "joint with a side that carries a leg", f"gait.apart.{name}")
+        _finite(f"gait.apart.{name}", [angle])
     _check_targets("gait.swing", gait.swing, pairs, "pair of joints")
     _check_targets("gait.stance", gait.stance, pairs, "pair of joints")
     _check_targets("gait.steady", gait.steady, [name for name in moving if name not in pairs], "joint without a side")

@@ -1,7 +1,8 @@
 """What a file says of a creature.
 
 All is drawn in one pose, standing, with the feet on the ground y = 0: places are in m, y up, x to the left, z forward.
-All angles are 0 there. A joint turns about x: positive angles swing a hanging limb backwards. Units are SI and radians.
+All angles are 0 there. A joint turns about x: positive angles swing a hanging limb backwards. One with a `side` range
+turns about z, too: positive angles lift a hanging limb outwards. Units are SI and radians.
 """
 
 from __future__ import annotations
@@ -24,11 +25,12 @@ class Segment(Part):
     joint: str = ""  # its name; by default that of the segment
     at: Place | None = None  # of the joint; by default at `start`
     range: Range | None = None  # of the joint, rad; none: it is welded to its parent
+    side: Range | None = None  # of a second axis of the joint, rad, outwards; none: it has one axis
     paired: bool = False  # one on the left, as given, and its mirror image on the right
     box: bool = False  # such as a foot
     mass: float | None = None  # kg; by default of its volume
     density: float | None = None  # kg/m^3; by default the creature's
-    damping: float = 0.5  # N m s/rad, of the joint's soft parts
+    damping: float = 0.5  # N m s/rad, of the soft parts of a joint of one axis
     friction: float = 0.9
 
 
@@ -78,6 +80,7 @@ class CreatureGait(Part):
     steady: dict[str, list[float]] = {}  # by joint that is no pair
     crossed: list[str] = []  # pairs of which the right one moves with the left hip, as in a trot
     level: list[str] = []  # pairs whose targets are orientations in space, as those of feet
+    apart: dict[str, float] = {}  # rad, outwards, of a leg in the air, by pair with a `side` range; 0 by default
     stiffness: dict[str, float] = {}  # N m/rad of a pair, joint or `root`; by default of the creature's weight
     start: dict[str, float] = {}  # rad, where joints start
     freedom: float = 0.5  # rad, by which a search may change targets, either way
@@ -91,6 +94,7 @@ class Creature(Part):
     muscles: dict[str, CreatureMuscle]
     gait: CreatureGait
     description: str = ""
+    spatial: bool = False  # it moves in space, and can fall to its sides; or else in its sagittal plane
     density: float = 1050.0  # kg/m^3
     fall: float = 0.75  # of the centre of mass, over its height at the start, below which it has fallen
     duration: float = 8.0  # s

@@ -1,7 +1,9 @@
 """Whether the muscles of a moving body could be those of an animal: leverage, fibres, forces, strength and mass.
 
 Bounds are those of animals, as far as they are known:
-- a muscle keeps away from the centre of each joint that it crosses, and does not change sides;
+- a muscle keeps away from the centre of each joint that it crosses, and does not change sides. At a joint of several
+  axes its moment arm is a vector, and its side is the direction of the mean: a flexor may well lift the leg outwards a
+  little in one pose, and pull it inwards in another one;
 - its moment arm is at most 30 % of the longer one of the segments at the joint: people's hip extensors have 20 %, their
   calves 12 % (moment arms of Arnold 2010, up to 8 cm of a thigh of 40 cm and 5 cm of a shank of 40 cm);
 - its fibres stay between 0.5 and 1.5 optimal lengths, where actin and myosin overlap (Zajac 1989);
@@ -42,7 +44,8 @@ class Crossing:
 
     muscle: str
     joint: str
-    least: float  # m, of the moment arm, positive where it turns the child towards greater angles
+    least: float  # m, of the moment arm, positive where it turns the child towards greater angles; of several axes its
+    # part along the direction of the mean
     greatest: float  # m
     longest: float  # m, that it may be
     doubts: tuple[str, ...]
@@ -98,23 +101,37 @@ def plausibility(scene: Scene, recording: Recording) -> Plausibility:
 
 
 def _crossings(scene: Scene, arms: Floats) -> Iterator[Crossing]:
-    """All muscles at all joints that they cross, degree of freedom by degree of freedom; arms (n, M, S), m."""
+    """All muscles at all joints that they cross; arms (n, M, S), m."""
     names = topology(scene.character)
     for k, muscle in enumerate(scene.character.muscles):
         for number, joint in enumerate(names.joints, 1):
-            for speed in range(names.speed_start[number], names.speed_start[number + 1]):
-                arm = arms[:, k, speed]
-                if np.any(arm != 0.0):
-                    longest = LONGEST_ARM * _length(scene, scene.character.joints[joint])
-                    low, high = float(arm.min()), float(arm.max())
-                    yield Crossing(muscle, joint, low, high, longest, tuple(_arm_doubts(low, high, longest)))
+            own = arms[:, k, names.speed_start[number] : names.speed_start[number + 1]]
+            if np.any(own != 0.0):
+                along, whole = one_arm(own)
+                longest = LONGEST_ARM * _length(scene, scene.character.joints[joint])
+                low, high = float(along.min()), float(along.max())
+                doubts = tuple(_arm_doubts(low, high, float(whole.max()), longest))
+                yield Crossing(muscle, joint, low, high, longest, doubts)
 
 
-def _arm_doubts(low: float, high: float, longest: float) -> Iterator[str]:
+def one_arm(arms: Floats) -> tuple[Floats, Floats]:
+    """Of moment arms (n, D) about the axes of a joint: the part (n,) along the direction of the mean, and the whole.
+
+    About one axis, the part is the moment arm itself.
+    """
+    if arms.shape[1] == 1:
+        return arms[:, 0], np.abs(arms[:, 0])
+    mean = arms.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    along = arms @ (mean / length) if length > 0.0 else np.zeros(len(arms))
+    return along, np.linalg.norm(arms, axis=1)
+
+
+def _arm_doubts(low: float, high: float, greatest: float, longest: float) -> Iterator[str]:
     if low * high <= 0.0 or min(abs(low), abs(high)) < LEAST_ARM:
         yield f"goes through the joint: moment arm {1e3 * low:.1f} to {1e3 * high:.1f} mm"
-    if max(abs(low), abs(high)) > longest:
-        yield f"moment arm of {1e3 * max(abs(low), abs(high)):.0f} mm, more than {1e3 * longest:.0f}"
+    if greatest > longest:
+        yield f"moment arm of {1e3 * greatest:.0f} mm, more than {1e3 * longest:.0f}"
 
 
 def _length(scene: Scene, joint: Joint) -> float:

@@ -12,7 +12,8 @@ from warpmuscle.core.pose import normalized
 from warpmuscle.creatures.description import Creature, Place, Segment, joint_of, mirrored, sided
 from warpmuscle.scene import Body, Box, Capsule, Joint, Shape
 
-JOINT_AXIS = (1.0, 0.0, 0.0)  # the axis of every joint
+JOINT_AXIS = (1.0, 0.0, 0.0)  # the axis of every joint, which rides on what the other one turns
+SIDE_AXIS = (0.0, 0.0, 1.0)  # of joints that turn to the side, too
 Quaternion = tuple[float, float, float, float]
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -89,9 +90,17 @@ def joint(creature: Creature, segment: Segment, parent: str, child: str, mirror:
     ends = [place(one) for one in places]
     if segment.range is None:
         return Joint(type="fixed", parent=parent, child=child, position_in_parent=ends[0], position_in_child=ends[1])
+    if segment.side is None:
+        return Joint(
+            type="hinge", parent=parent, child=child, position_in_parent=ends[0], position_in_child=ends[1],
+            axes=[JOINT_AXIS], limits=[segment.range], limit_stiffness=1000.0, limit_damping=5.0,
+            damping=segment.damping,
+        )  # fmt: skip
+    low, high = segment.side
+    outwards = (-high, -low) if mirror else (low, high)
     return Joint(
-        type="hinge", parent=parent, child=child, position_in_parent=ends[0], position_in_child=ends[1],
-        axes=[JOINT_AXIS], limits=[segment.range], limit_stiffness=1000.0, limit_damping=5.0, damping=segment.damping,
+        type="universal", parent=parent, child=child, position_in_parent=ends[0], position_in_child=ends[1],
+        axes=[JOINT_AXIS, SIDE_AXIS], limits=[segment.range, outwards], limit_stiffness=1000.0, limit_damping=5.0,
     )  # fmt: skip
 
 

@@ -120,7 +120,14 @@ EXAMPLES = {
     ),
     "creatures": Example(
         "animals as short descriptions, of which `creature build` makes scenes, and what searches found",
-        shipped(*(f"{name}{end}.toml" for name in ("kangaroo", "ostrich", "pony", "walker") for end in ("", "_found"))),
+        shipped(
+            *(
+                f"{space}{name}{end}.toml"
+                for space in ("", "spatial_")
+                for name in ("kangaroo", "ostrich", "pony", "walker")
+                for end in ("", "_found")
+            )
+        ),
     ),
     "terrain": Example(
         "a curriculum of rougher and rougher ground, for a policy that learns to walk on it",
@@ -132,7 +139,9 @@ EXAMPLES = {
     ),
     "everyday": Example(
         "tasks to learn: to get up from a seat, and to carry a kettlebell, begun with a policy that walks",
-        shipped("sit_to_stand.toml", "sit_to_stand.py", "carry.toml", "walk56_tasks.toml", "walk56_tasks.h5"),
+        shipped(
+            "sit_to_stand.toml", "sit_to_stand.py", "carry.toml", "carry.h5", "walk56_tasks.toml", "walk56_tasks.h5"
+        ),
     ),
     "policies": Example(
         "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",

@@ -24,6 +24,7 @@ from warpmuscle.view.bones.head import skull
 from warpmuscle.view.bones.hips import pelvis_bones
 from warpmuscle.view.bones.limbs import Limbs
 from warpmuscle.view.bones.long_neck import LEAST, LongNeck
+from warpmuscle.view.bones.low_trunk import LowTrunk, low_trunk
 from warpmuscle.view.bones.named import named_head, named_neck
 from warpmuscle.view.hulls import Mesh, Seeds, box_seeds, pelvis_places, rounded_hull, sized_hull, trunk_places
 from warpmuscle.view.pieces import Hull, Layer, Limb, Piece, exact_shape
@@ -99,6 +100,11 @@ class _Figure:
             hips, loin, tall = erect
             self._hull(name, sized_hull(pelvis_places(loin, hips), PELVIS * volume, self.coarse))
             self._upper_body(name, loin, np.array([0.0, 1.0, 0.0]), tall)
+        elif (low := self._low_trunk(name)) is not None and low.headless:
+            self._hull(name, rounded_hull(self._seeds(name), self.coarse))
+            neck = low.neck()
+            self._add(Limb, name, "flesh", neck.joint, neck.end, (neck.radius, 0.8 * neck.radius))
+            self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
         elif (cage := self.cages.get(name)) is not None and not shapes:
             trunk = np.array([cage.neck, *trunk_places(cage.loin, cage.shoulders)])
             self._hull(name, sized_hull(trunk, max(volume, CAGE * cage.scale**3), self.coarse))
@@ -119,8 +125,22 @@ class _Figure:
         else:
             end = self._limb_end(start, ends, shapes)
             self._limb(name, start, end)
-            if (neck := self._long_neck(name, start, end)) is not None:
-                self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
+            if (long := self._long_neck(name, start, end)) is not None:
+                self._add(Limb, name, "flesh", long.middle, long.tip, (0.25 * long.size, 0.08 * long.size))
+
+    def _low_trunk(self, name: str) -> LowTrunk | None:
+        """The trunk of an animal on two legs that lies or leans ahead of its hips, if a body is one."""
+        ends, shapes = self._ends(name), self.character.bodies[name].shapes
+        hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
+        beside = [end for end in ends if abs(end[0]) >= MIDDLE]
+        if self._start(name) is not None or len(hips) != 2 or len(beside) != 2 or len(shapes) != 1:
+            return None
+        if not isinstance(shapes[0], Capsule):
+            return None
+        middle = 0.5 * (hips[0] + hips[1])
+        ahead = [end for end in ends if abs(end[0]) < MIDDLE and end[2] > middle[2]]
+        end, radius = far_end(shapes[0], middle), plain_number(shapes[0].radius)
+        return low_trunk(hips, ahead[0] if ahead else None, end, radius, self.scale)
 
     def _round(self, name: str, start: Floats | None, ends: Sequence[Floats], points: Sequence[Floats]) -> Floats:
         """Middles of the spheres that a trunk or a pelvis is made of; its joints, if it is neither."""
@@ -282,7 +302,11 @@ class _Figure:
         elif len(hips) == 2:
             others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
             hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * scale, 0.0])
-            self._hull(name, pelvis_bones(hips, others[0] if others else hip + tall, scale), "bone")
+            low = self._low_trunk(name)
+            top = low.front if low is not None else others[0] if others else hip + tall
+            self._hull(name, pelvis_bones(hips, top, scale), "bone")
+            if low is not None:
+                self._low_bones(name, low)
             if others and (shoulders := self._forelegs(ends, hips)):
                 self._hull(name, barrel_bones(hips, others[0], shoulders, scale), "bone")
         elif (cage := self.cages.get(name)) is not None:
@@ -302,6 +326,14 @@ class _Figure:
             end = self._limb_end(start, ends, self.character.bodies[name].shapes)
             if np.linalg.norm(end - start) >= SHORTEST:
                 self._limb_bones(name, start, end)
+
+    def _low_bones(self, name: str, low: LowTrunk) -> None:
+        """Ribs, and a head where there is none."""
+        self._hull(name, low.ribs(self.scale), "bone")
+        if low.headless:
+            bone, eyes = low.neck().bones()
+            self._hull(name, bone, "bone")
+            self._hull(name, eyes, "hollow")
 
     def _limb_bones(self, name: str, start: Floats, end: Floats) -> None:
         """Bones of a body between two places, by its role."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from objects_alone import PLAIN, STEP, played, together
-from warpmuscle.core.pose import about
+from warpmuscle.core.pose import about, multiply
 from warpmuscle.scene import BallObject, BoxObject, CapsuleObject, Ground
 
 pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
@@ -164,6 +164,38 @@ def test_a_bar_rests_across_a_box_that_both_its_ends_are_beyond():
     _, motion = played(together(objects, PLAIN, 2.0, G), 50.0)
     assert motion["bar"].position[-1, 1] == pytest.approx(0.55 - 3.0 * G / STIFF, abs=2e-5)
     np.testing.assert_allclose(np.abs(motion["bar"].orientation[-1] @ turn), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("angle", "off"), [(90.0, 0.0), (90.0, 0.15), (35.0, -0.1)])
+@pytest.mark.parametrize("names", [("bar", "rail"), ("rail", "bar")])
+def test_bars_that_cross_push_each_other_once(angle: float, off: float, names: tuple[str, str]):
+    """With the stiffness of one place, whichever is named first, and at whatever places of both they cross."""
+    turns = [about(np.array([0.0, 1.0, 0.0]), np.radians(a)) for a in (0.0, angle)]
+    flat = about(X, 0.5 * np.pi)
+    along = [rotation(turn) @ np.array([0.0, 0.0, 1.0]) for turn in turns]
+    bars = [
+        CapsuleObject(mass=2.0, radius=r, length=0.8, orientation=tuple(multiply(turn, flat)),
+                      position=tuple(place), restitution=0.0, friction=0.0)
+        for r, turn, place in zip((0.1, 0.05), turns, (off * along[0], (0.0, 0.149, 0.0) - off * along[1]), strict=True)
+    ]  # fmt: skip
+    bars[1].touches = [names[0]]
+    _, motion = played(together(dict(zip(names, bars, strict=True)), duration=0.002), 2000.0)
+    wanted = STIFF * 0.001 / 2.0 * 0.5 * STEP  # after half a step, of the middles
+    for name, sign in zip(names, (-1.0, 1.0), strict=True):
+        np.testing.assert_allclose(motion[name].velocity[1], [0.0, sign * wanted, 0.0], rtol=0.02, atol=1e-7)
+
+
+def test_a_bar_rests_across_a_fixed_one_as_deep_as_its_spring_gives_way():
+    objects = {
+        "rail": CapsuleObject(mass=1.0, radius=0.05, length=1.0, position=(0.0, 0.5, 0.0), fixed=True),
+        "bar": CapsuleObject(
+            mass=3.0, radius=0.05, length=0.6, position=(0.0, 0.6, 0.0), orientation=tuple(about(X, 0.5 * np.pi)),
+            restitution=0.0, touches=["rail"],
+        ),
+    }  # fmt: skip
+    objects["rail"].orientation = tuple(about(np.array([0.0, 0.0, 1.0]), 0.5 * np.pi))
+    _, motion = played(together(objects, duration=1.0, gravity=G), 50.0)
+    np.testing.assert_allclose(motion["bar"].position[-1], [0.0, 0.6 - 3.0 * G / STIFF, 0.0], atol=2e-5)
 
 
 def test_a_ball_near_the_edge_of_a_box_is_pushed_once():

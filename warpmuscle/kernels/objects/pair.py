@@ -153,6 +153,12 @@ def press(
 
 
 @func
+def is_bar(half: wp.vec3) -> bool:
+    """Whether half edges are those of a capsule."""
+    return half[0] <= 0.0 and half[2] <= 0.0 and half[1] > 0.0
+
+
+@func
 def press_bar(
     instance: int, first: int, second: int, a: Side, b: Side, model: ModelRef, own: ObjectExtension
 ):  # fmt: skip
@@ -160,9 +166,9 @@ def press_bar(
 
     A ball, or a corner, on which its side lies pushes by itself, see `press`.
     """
-    half = a.row.half
-    if half[0] > 0.0 or half[2] > 0.0 or half[1] <= 0.0:
+    if not is_bar(a.row.half):
         return
+    half = a.row.half
     middle = seen_from(a.motion.place, b.motion)
     bar = wp.quat_rotate(a.motion.orientation, wp.vec3(0.0, half[1], 0.0))
     along = wp.quat_rotate_inv(b.motion.orientation, bar)
@@ -232,7 +238,8 @@ def push_each_other_of(pairs: int) -> Any:
                     if is_another(number, b.row.half):
                         press(instance, second, first, b, a, corner(number, b.row.half), 1.0, 0, model, own)
                 press_bar(instance, first, second, a, b, model, own)
-                press_bar(instance, second, first, b, a, model, own)
+                if not is_bar(a.row.half):  # or else where two cross, both would push at the one place
+                    press_bar(instance, second, first, b, a, model, own)
                 press_edges(instance, first, second, a, b, model, own)
                 press_edges(instance, second, first, b, a, model, own)
 
