@@ -15,9 +15,13 @@ def main() -> None:
 
     if not answered():
         tell_of_start()
+        from warpmuscle.cli.ending import end_process
         from warpmuscle.cli.program import main as run
 
-        run()
+        try:
+            run()
+        except SystemExit as ended:
+            end_process(ended)
 
 
 if __name__ == "__main__":
