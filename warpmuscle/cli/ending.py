@@ -21,7 +21,6 @@ from warpmuscle.core.interruption import INTERRUPTED, end_as_by_ctrl_c, received
 from warpmuscle.core.plain_text import printable
 
 READER_GONE = 141  # exit code of whoever prints to `head` after it has ended: 128 and SIGPIPE
-GARBAGE = 50_000  # objects, at which Python looks for what it can free: starting makes many, all of which stay
 
 
 def _refuse(why: str) -> NoReturn:
@@ -68,7 +67,6 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
     Args:
         work: returns the exit code, if it is not 0.
     """
-    gc.set_threshold(GARBAGE)
     steady_streams()
     try:
         end_as_by_ctrl_c()
@@ -96,8 +94,8 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
 def end_process(ended: SystemExit) -> NoReturn:
     """End this process as Python does, threads and what is registered for its end included, but at once after that.
 
-    To take apart all that has been imported takes Python 0.1 s. Where somebody looks on, such as a profiler, or asks for
-    a prompt after the program, all is left to Python.
+    To take apart all that has been imported takes a while. Where somebody looks on, such as a profiler, or asks for a
+    prompt after the program, all is left to Python.
     """
     wait = getattr(threading, "_shutdown", None)  # of Python's own end: for all threads that are no daemons
     run_registered = getattr(atexit, "_run_exitfuncs", None)
