@@ -90,15 +90,15 @@ def test_what_shows_walks_is_imported_once_while_a_batch_runs(monkeypatch: pytes
     for thread in threading.enumerate():
         if thread.daemon and thread is not threading.current_thread() and "import" in thread.name:
             thread.join(PATIENCE)
-    assert imported == ["warpmuscle.report.before_after"]
+    assert imported == [*command.PRINTING, "warpmuscle.report.before_after"]
     assert [progress.alive for progress in told] == [0, 3, 2]
 
 
-def test_a_search_that_shows_no_walk_or_runs_on_the_processor_imports_nothing_for_it(monkeypatch: pytest.MonkeyPatch):
+def test_a_search_of_no_walk_or_that_runs_on_the_processor_imports_nothing_for_it(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(
         "warpmuscle.simulation.devices.find_devices", lambda name: [SimpleNamespace(is_cpu=name == "cpu")]
     )
-    scene = msgspec.structs.replace(walk_scene(), objective=Objective(speed=1.0))
+    scene = msgspec.structs.replace(walk_scene(), objective=Objective(speed=1.0), feet=None)
     assert command._importing(print, scene, None) is print
     walk = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
     assert command._importing(print, walk, "cpu") is print

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
 STILL = 0.05  # m/s, below which nobody walks
+# Imported to print what became of a walk.
+PRINTING = "warpmuscle.optimization.best_scene", "warpmuscle.gait.measures", "warpmuscle.gait.muscle_effort"
 
 Strategy = Annotated[
     str | None,
@@ -192,9 +194,10 @@ def _importing(tell: Callable[[Progress], None], scene: Scene, device: str | Non
     """Who is told of a search; on a GPU, for which the processor waits, it imports meanwhile what will show walks."""
     from warpmuscle.simulation.devices import find_devices
 
-    if find_devices(device)[0].is_cpu or scene.feet is None or not scene.objective.norms:
+    if find_devices(device)[0].is_cpu or scene.feet is None:
         return tell
-    reader = Thread(target=lambda: import_module("warpmuscle.report.before_after"), name="importing", daemon=True)
+    shown = (*PRINTING, "warpmuscle.report.before_after") if scene.objective.norms else PRINTING
+    reader = Thread(target=lambda: [import_module(name) for name in shown], name="importing", daemon=True)
 
     def report(progress: Progress) -> None:
         if progress.alive and reader.ident is None:
