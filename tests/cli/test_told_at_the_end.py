@@ -13,6 +13,7 @@ from small_result import march, search_result, walk_scene, with_arrays
 from warpmuscle.cli import optimize as command
 from warpmuscle.cli.optimize import _print_result, stands_still
 from warpmuscle.cli.progress_bar import ProgressBar
+from warpmuscle.formats import load
 from warpmuscle.formats import toml
 from warpmuscle.gait.measures import measure
 from warpmuscle.optimization.best_scene import recorded_scene
@@ -98,7 +99,6 @@ def test_a_search_of_no_walk_or_that_runs_on_the_processor_imports_nothing_for_i
     monkeypatch.setattr(
         "warpmuscle.simulation.devices.find_devices", lambda name: [SimpleNamespace(is_cpu=name == "cpu")]
     )
-    scene = msgspec.structs.replace(walk_scene(), objective=Objective(speed=1.0), feet=None)
-    assert command._importing(print, scene, None) is print
+    assert command._importing(print, load("throw"), None) is print
     walk = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
     assert command._importing(print, walk, "cpu") is print
