@@ -13,8 +13,7 @@ from small_result import march, search_result, walk_scene, with_arrays
 from warpmuscle.cli import optimize as command
 from warpmuscle.cli.optimize import _print_result, stands_still
 from warpmuscle.cli.progress_bar import ProgressBar
-from warpmuscle.formats import load
-from warpmuscle.formats import toml
+from warpmuscle.formats import load, toml
 from warpmuscle.gait.measures import measure
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.optimization.progress import Progress
