@@ -80,6 +80,7 @@ def test_what_prints_walks_is_prepared_once_while_a_kernel_is_compiled_or_a_gpu_
     monkeypatch: pytest.MonkeyPatch,
 ):
     imported, told = [], []
+    monkeypatch.setattr("warpmuscle.core.machine.cores", lambda: 2)
     effort = SimpleNamespace(load_kernel=imported.append)
     monkeypatch.setattr(console, "import_module", lambda name: imported.append(name) or effort)
     monkeypatch.setattr(
@@ -104,10 +105,15 @@ def test_what_prints_walks_is_prepared_once_while_a_kernel_is_compiled_or_a_gpu_
     assert [progress.alive for progress in told] == [0, 3, 2, 0, 3, 2, 0]
 
 
-def test_nothing_is_prepared_for_a_scene_without_feet(monkeypatch: pytest.MonkeyPatch):
+def test_nothing_is_prepared_for_a_scene_without_feet_or_on_one_core(monkeypatch: pytest.MonkeyPatch):
     imported = []
     monkeypatch.setattr(console, "import_module", imported.append)
+    monkeypatch.setattr("warpmuscle.core.machine.cores", lambda: 2)
     printer = console.GaitPrinter(load("throw"))
+    printer.begin()
+    printer.end()
+    monkeypatch.setattr("warpmuscle.core.machine.cores", lambda: 1)
+    printer = console.GaitPrinter(load("fwalk"))
     printer.begin()
     printer.end()
     assert not imported

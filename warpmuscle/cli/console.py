@@ -194,8 +194,10 @@ class GaitPrinter:
         self._thread: Thread | None = None
 
     def begin(self) -> None:
-        """Begin, once; nothing happens for a scene without feet."""
-        if self._thread is None and self._scene.feet is not None:
+        """Begin, once; nothing happens for a scene without feet, nor where there is no core for it."""
+        from warpmuscle.core.machine import cores
+
+        if self._thread is None and self._scene.feet is not None and cores() > 1:
             self._thread = Thread(target=self._prepare, name="printing", daemon=True)
             self._thread.start()
 
