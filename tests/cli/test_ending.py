@@ -59,3 +59,37 @@ def test_wrong_words_of_a_command_are_one_line(words, said, monkeypatch, capfd):
     assert told.startswith("error: ")
     assert told.count("\n") == 1
     assert said in told
+
+
+ENDS = """
+import atexit, sys, threading
+from warpmuscle.cli.ending import end_process
+{before}
+gate = threading.Event()
+atexit.register(lambda: print("registered"))
+threading.Thread(target=lambda: (gate.wait(0.05), print("thread"))).start()
+print("last", end="")
+try:
+    end_process(SystemExit({code}))
+finally:
+    print("Python's own end")
+"""
+
+
+def process(code: int, before: str = "") -> subprocess.CompletedProcess[str]:
+    text = ENDS.format(code=code, before=before)
+    return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=PATIENCE)
+
+
+def test_a_process_ends_with_its_threads_and_what_is_registered_and_at_once_after_that():
+    done = process(3)
+    assert (done.returncode, done.stderr) == (3, "")
+    assert done.stdout == "lastthread\nregistered\n"
+
+
+def test_a_process_that_is_traced_is_left_to_python():
+    done = process(3, "sys.settrace(lambda *_: None)")
+    assert (done.returncode, done.stderr) == (3, "")
+    assert done.stdout.startswith("last")
+    assert {"thread", "registered"} < set(done.stdout.replace("last", "last\n").splitlines())
+    assert "Python's own end" in done.stdout

@@ -1,6 +1,5 @@
 """What the command line says at the end of a search: that the best one stands still, and stages counted from 1."""
 
-import threading
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,12 +7,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from patience import PATIENCE
 from small_result import march, search_result, walk_scene, with_arrays
+from warpmuscle.cli import console
 from warpmuscle.cli import optimize as command
 from warpmuscle.cli.optimize import _print_result, stands_still
 from warpmuscle.cli.progress_bar import ProgressBar
-from warpmuscle.formats import toml
+from warpmuscle.formats import load, toml
+from warpmuscle.gait import muscle_effort
 from warpmuscle.gait.measures import measure
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.optimization.progress import Progress
@@ -76,29 +76,55 @@ def test_stages_are_counted_from_one_in_progress_report_and_figure(monkeypatch: 
     assert [axes.get_title(loc="left") for axes in figure.axes][:2] == ["Stage 1: stand", "Stage 2: walk"]
 
 
-def test_what_shows_walks_is_imported_once_while_a_batch_runs(monkeypatch: pytest.MonkeyPatch):
+def test_what_prints_walks_is_prepared_once_while_a_kernel_is_compiled_or_a_gpu_computes(
+    monkeypatch: pytest.MonkeyPatch,
+):
     imported, told = [], []
-    monkeypatch.setattr(command, "import_module", imported.append)
-    monkeypatch.setattr("warpmuscle.simulation.devices.find_devices", lambda name: [SimpleNamespace(is_cpu=False)])
-    scene = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
-    tell = command._importing(told.append, scene, None)
-    ready = Progress(100, 0, 0, np.inf, 0.0, 0.0, 0, np.inf, 0)
-    tell(ready)
-    assert not imported  # the kernel is not made yet, for which the processor is needed
-    for alive in (3, 2):
-        tell(replace(ready, alive=alive))
-    for thread in threading.enumerate():
-        if thread.daemon and thread is not threading.current_thread() and "import" in thread.name:
-            thread.join(PATIENCE)
-    assert imported == ["warpmuscle.report.before_after"]
-    assert [progress.alive for progress in told] == [0, 3, 2]
-
-
-def test_a_search_that_shows_no_walk_or_runs_on_the_processor_imports_nothing_for_it(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("warpmuscle.core.machine.cores", lambda: 2)
+    effort = SimpleNamespace(load_kernel=imported.append)
+    monkeypatch.setattr(console, "import_module", lambda name: imported.append(name) or effort)
     monkeypatch.setattr(
         "warpmuscle.simulation.devices.find_devices", lambda name: [SimpleNamespace(is_cpu=name == "cpu")]
     )
-    scene = msgspec.structs.replace(walk_scene(), objective=Objective(speed=1.0))
-    assert command._importing(print, scene, None) is print
-    walk = msgspec.structs.replace(walk_scene(), objective=Objective(norms=1.0, target_speed=1.25))
-    assert command._importing(print, walk, "cpu") is print
+    ready, scene = Progress(100, 0, 0, np.inf, 0.0, 0.0, 0, np.inf, 0), load("fwalk")
+    for device, count in (("cpu", 0), (None, 1)):
+        printer = console.GaitPrinter(scene, (command.BEST,))
+        tell = command._printing(told.append, printer, device)
+        tell(ready)
+        printer.end()
+        assert not imported  # the kernel is not made yet, for which the processor is needed
+        for alive in (3, 2):
+            tell(replace(ready, alive=alive))
+        printer.end()
+        assert imported == count * ["warpmuscle.gait.muscle_effort", scene, "warpmuscle.gait.measures", command.BEST]
+    imported.clear()
+    printer = console.GaitPrinter(scene)
+    command._printing(told.append, printer, "cpu")(replace(ready, compiling=True))
+    printer.end()
+    assert len(imported) == 3
+    assert [progress.alive for progress in told] == [0, 3, 2, 0, 3, 2, 0]
+
+
+def test_nothing_is_prepared_for_a_scene_without_feet_or_on_one_core(monkeypatch: pytest.MonkeyPatch):
+    imported = []
+    monkeypatch.setattr(console, "import_module", imported.append)
+    monkeypatch.setattr("warpmuscle.core.machine.cores", lambda: 2)
+    printer = console.GaitPrinter(load("throw"))
+    printer.begin()
+    printer.end()
+    monkeypatch.setattr("warpmuscle.core.machine.cores", lambda: 1)
+    printer = console.GaitPrinter(load("fwalk"))
+    printer.begin()
+    printer.end()
+    assert not imported
+
+
+def test_a_kernel_is_loaded_for_scenes_whose_muscles_have_costs(monkeypatch: pytest.MonkeyPatch):
+    loaded = []
+    monkeypatch.setattr(
+        muscle_effort, "_kernel", lambda scene, names: loaded.append((scene.name, len(names))) or kernel
+    )
+    kernel = SimpleNamespace(module=SimpleNamespace(load=lambda *where: loaded.append(where)))
+    for name in ("fwalk", "walk56_legacy", "walk56"):
+        muscle_effort.load_kernel(load(name))
+    assert loaded == [("walk56", 56), ("cpu", 1)]

@@ -9,6 +9,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -110,15 +111,27 @@ def start_warp() -> None:
 
 def _start() -> None:
     from warpmuscle.core.warp_start import start_warp as start
+    from warpmuscle.kernels.known_kernels import remember
     from warpmuscle.simulation.kernel_cache import tell_of_compiling as tell
 
     start()
     tell(tell_of_compiling)
+    if _own.is_set():
+        remember()
+
+
+_own = Event()  # whether no code but this package's has run in this process, so that files say what kernels are
+
+
+def begin_process() -> None:
+    """Say that this process has begun with the command line."""
+    _own.set()
 
 
 def _trust(given: bool) -> bool:
     """Let code run that scenes name, if the user says so."""
     if given:
+        _own.clear()
         from warpmuscle.scene.trusted_code import trust_everything
 
         trust_everything()

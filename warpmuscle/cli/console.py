@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
+from importlib import import_module
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, JustifyMethod, OverflowMethod
@@ -177,6 +180,37 @@ def print_warnings(doubts: Iterable[object]) -> None:
     """On the error stream, what is probably a mistake, a line each."""
     for doubt in doubts:
         log.print(marked("warning:", "yellow", f" {doubt}"))
+
+
+class GaitPrinter:
+    """What `print_gait` needs, imported and compiled by a thread beside other work.
+
+    Args:
+        others: modules to be imported besides.
+    """
+
+    def __init__(self, scene: Scene, others: Sequence[str] = ()) -> None:
+        self._scene, self._others = scene, others
+        self._thread: Thread | None = None
+
+    def begin(self) -> None:
+        """Begin, once; nothing happens for a scene without feet, nor where there is no core for it."""
+        from warpmuscle.core.machine import cores
+
+        if self._thread is None and self._scene.feet is not None and cores() > 1:
+            self._thread = Thread(target=self._prepare, name="printing", daemon=True)
+            self._thread.start()
+
+    def end(self) -> None:
+        """Wait until it is done, since nothing is to be compiled twice."""
+        if self._thread is not None:
+            self._thread.join()
+
+    def _prepare(self) -> None:
+        with contextlib.suppress(Exception):  # whoever needs it says what is wrong
+            import_module("warpmuscle.gait.muscle_effort").load_kernel(self._scene)
+            for name in ("warpmuscle.gait.measures", *self._others):
+                import_module(name)
 
 
 def print_gait(scene: Scene, recording: Recording) -> Gait | None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import errno
 import gc
+import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any, NoReturn
 
@@ -17,7 +21,6 @@ from warpmuscle.core.interruption import INTERRUPTED, end_as_by_ctrl_c, received
 from warpmuscle.core.plain_text import printable
 
 READER_GONE = 141  # exit code of whoever prints to `head` after it has ended: 128 and SIGPIPE
-GARBAGE = 50_000  # objects, at which Python looks for what it can free: starting makes many, all of which stay
 
 
 def _refuse(why: str) -> NoReturn:
@@ -64,7 +67,6 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
     Args:
         work: returns the exit code, if it is not 0.
     """
-    gc.set_threshold(GARBAGE)
     steady_streams()
     try:
         end_as_by_ctrl_c()
@@ -87,3 +89,28 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
             _refuse(unwritable_output(refused))
         code = code or READER_GONE
     _end(code)
+
+
+def end_process(ended: SystemExit) -> NoReturn:
+    """End this process as Python does, threads and what is registered for its end included, but at once after that.
+
+    To take apart all that has been imported takes a while. Where somebody looks on, such as a profiler, or asks for a
+    prompt after the program, all is left to Python.
+    """
+    wait = getattr(threading, "_shutdown", None)  # of Python's own end: for all threads that are no daemons
+    run_registered = getattr(atexit, "_run_exitfuncs", None)
+    if wait is None or run_registered is None or not isinstance(ended.code, int) or _watched():
+        raise ended
+    wait()
+    run_registered()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):  # of a stream that is gone, or closed
+            stream.flush()
+    os._exit(ended.code)
+
+
+def _watched() -> bool:
+    """Whether a debugger, a profiler or a measure of coverage follows this process, or a prompt is to come after it."""
+    tools = getattr(sys, "monitoring", None)
+    used = tools is not None and any(tools.get_tool(number) for number in range(6))
+    return bool(used or sys.gettrace() or sys.getprofile() or sys.flags.inspect or os.environ.get("PYTHONINSPECT"))

@@ -5,9 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -38,7 +36,7 @@ from warpmuscle.cli.common import (
     with_free,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
+from warpmuscle.cli.console import GaitPrinter, log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.core.errors import Error
 from warpmuscle.core.interruption import received
@@ -52,6 +50,8 @@ if TYPE_CHECKING:
     from warpmuscle.scene import Scene
 
 STILL = 0.05  # m/s, below which nobody walks
+BEST = "warpmuscle.optimization.best_scene"
+PAGE = "warpmuscle.report.before_after"  # imported for a page of the walk before and after
 
 Strategy = Annotated[
     str | None,
@@ -121,7 +121,6 @@ def optimize(
         start_warp()
         with log.status("getting ready"):  # imports take a second
             from warpmuscle.optimization.resume import resume as go_on
-
         with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as tell:
             result = go_on(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
@@ -141,13 +140,14 @@ def optimize(
         start_warp()
         with log.status("getting ready"):  # imports take a second
             from warpmuscle.optimization.optimize import optimize as begin
-
+        printer = GaitPrinter(scene, (BEST, PAGE) if scene.objective.norms else (BEST,))
         with search_notes_printed(), _kept(output), ProgressBar() as bar, board_too(bar.update, tensorboard) as board:
             result = begin(
                 scene, count, seed, device, search=search, searches=searches, population=population, sigma=sigma,
                 restarts=restarts, until=limit, target=target, output=output, threads=threads, command=command_line(),
-                progress=_importing(board, scene, device), quantities=quantities_in(quantities), single=single,
+                progress=_printing(board, printer, device), quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
+        printer.end()
     else:
         raise Error("optimize takes a scene, or --resume and a file")
     _print_all(result, bar, scene, output, device, threads, no_open)
@@ -188,17 +188,18 @@ def _with_objective(scene: Scene, free: list[str] | None, settings: list[str] | 
     return scene
 
 
-def _importing(tell: Callable[[Progress], None], scene: Scene, device: str | None) -> Callable[[Progress], None]:
-    """Who is told of a search; on a GPU, for which the processor waits, it imports meanwhile what will show walks."""
+def _printing(tell: Callable[[Progress], None], printer: GaitPrinter, device: str | None) -> Callable[[Progress], None]:
+    """Who is told of a search; what will print its walk is prepared meanwhile.
+
+    That is done while a kernel is compiled, which takes one thread, and while the processor waits for a GPU.
+    """
     from warpmuscle.simulation.devices import find_devices
 
-    if find_devices(device)[0].is_cpu or scene.feet is None or not scene.objective.norms:
-        return tell
-    reader = Thread(target=lambda: import_module("warpmuscle.report.before_after"), name="importing", daemon=True)
+    on_gpu = not find_devices(device)[0].is_cpu
 
     def report(progress: Progress) -> None:
-        if progress.alive and reader.ident is None:
-            reader.start()
+        if progress.compiling or (on_gpu and progress.alive):
+            printer.begin()
         tell(progress)
 
     return report

@@ -27,7 +27,7 @@ from warpmuscle.cli.common import (
     start_warp,
     writable,
 )
-from warpmuscle.cli.console import log, out, print_gait, print_warnings, suggest
+from warpmuscle.cli.console import GaitPrinter, log, out, print_gait, print_warnings, suggest
 from warpmuscle.cli.walkers import shared_out
 from warpmuscle.simulation.cuda_warmup import start_driver
 
@@ -139,9 +139,13 @@ def _run(scene: Scene, device: str, rate: float) -> tuple[Recording, list[Parame
 
     with log.status("simulating"):
         rollout = Rollout(scene, 1, device, record=[0], record_rate=rate)
+        printer = GaitPrinter(scene)
+        if rollout.compiles:
+            printer.begin()
         rollout.load()
         begin = time.perf_counter()
         rollout.run()
+        printer.end()
     status = Status(rollout.status()[0])
     recording = rollout.recording()
     ended = _ended(status, recording, scene, rollout.causes()[0])

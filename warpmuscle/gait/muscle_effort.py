@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import warp as wp
@@ -153,10 +153,8 @@ def passive_and_powers(
         scene: whose objective says how negative work counts. values: activation and excitation (F, M) of these muscles,
             length, m, and lengthening speed, m/s, of their fibres.
     """
-    model = muscles_model(scene, tuple(muscle_names), "cpu")
-    muscles = [scene.character.muscles[name] for name in muscle_names]
+    model, kernel = muscles_model(scene, tuple(muscle_names), "cpu"), _kernel(scene, muscle_names)
     quantities = [wp.array(one.astype(np.float32), dtype=float, device="cpu") for one in values]
-    kernel = effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model))
     passive, powers = wp.zeros_like(quantities[0]), [wp.zeros_like(quantities[0]) for _ in formulas]
     for formula, power in zip(formulas, powers, strict=True):
         wp.launch(
@@ -167,6 +165,17 @@ def passive_and_powers(
             device="cpu",
         )
     return passive.numpy().astype(float), [power.numpy().astype(float) for power in powers]
+
+
+def load_kernel(scene: Scene) -> None:
+    """Have ready what the others launch for a scene all of whose muscles are simulated, compiled now if need be."""
+    if scene.character.muscles and has_formulas(scene):
+        _kernel(scene, list(scene.character.muscles)).module.load("cpu", 1)
+
+
+def _kernel(scene: Scene, muscle_names: Sequence[str]) -> Any:
+    muscles = [scene.character.muscles[name] for name in muscle_names]
+    return effort.muscle_effort_of(shaped_kind(muscles, scene.muscle_model))
 
 
 def trembling(time: Floats, activation: Floats, above: float = TREMBLING) -> float | None:

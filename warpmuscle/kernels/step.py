@@ -1,12 +1,13 @@
 """The fused kernel: many steps of many instances in one launch, stages in order, nothing else."""
 
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import warp as wp
 
 from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
+from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.scratch import (
     apart_at,
@@ -143,7 +144,7 @@ def step_kernel(
     across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
     kind = kind._replace(several_warps=across, lanes_in_warp=WARP // instances_per_block if across else 0)
     muscles, skeleton = kind.muscles, kind.skeleton
-    one_step, extensions_struct = one_step_of(kind, mark), kind.extensions
+    one_step, extensions_struct = Postponed("one_step", partial(one_step_of, kind, mark)), kind.extensions
     touching = any(force.touch for force in kind.forces)
     monomials, long_paths = kind.monomials, kind.long_paths
     floats = work_floats(
@@ -159,13 +160,13 @@ def step_kernel(
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
-    @wp.kernel(
-        module="unique",
+    @known_kernel(
+        capacity, lanes, block_dim, kind, slots, mark,
         enable_backward=False,
         cuda_max_registers=block_registers(block_dim, block_floats, muscles) if across else registers_of(muscles),
         module_options=module_options(block_dim),
         grid_stride=False if across else None,
-    )
+    )  # fmt: skip
     def step_many(
         # in
         steps: int, running: wp.array[int], model: Model,

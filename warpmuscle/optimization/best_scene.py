@@ -15,7 +15,7 @@ from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.results.brief import check_complete
 from warpmuscle.results.records import Result
 from warpmuscle.scene import Scene
-from warpmuscle.scene.parameters import free_parameters, pinned, start_values, substitute, with_values
+from warpmuscle.scene.parameters import constant, free_parameters, pinned, start_values, substitute, with_values
 from warpmuscle.scene.stage_scene import stage_scene
 
 
@@ -24,8 +24,10 @@ def recorded_scene(result: Result) -> Scene:
     scene, best = scene_in(result), result.best
     if best is not None and result.evaluations is not None:
         stage = int(result.evaluations.stage[best.index])
-        scene = stage_scene(scene, stage, np.asarray(best.params, dtype=np.float64))
-    return substitute(scene, start_values(scene))
+        with constant([scene]):
+            scene = stage_scene(scene, stage, np.asarray(best.params, dtype=np.float64))
+    with constant([scene]):
+        return substitute(scene, start_values(scene))
 
 
 def scene_in(result: Result) -> Scene:

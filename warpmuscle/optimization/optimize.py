@@ -105,20 +105,22 @@ def optimize(
     checked_quantities(quantities)
     as_truth(single, "single")
     count = ANY_NUMBER if candidates is None else candidates
-    scene = searched(scene)
-    strategy = USUAL if search is None else search
-    options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
-    evaluators = batches or (lambda part: BatchEvaluator(part, device, threads))
-    with constant([scene]), progress_said(progress, f"searching {scene.name}", Progress.in_words) as tell:
-        options, stages, evaluators = _planned(scene, options, evaluators)
-        tracker = Tracker(options.candidates, options.until, tell)
-        search_loop = make_search_loop(scene, seed, options, stages, evaluators, tracker)
-        start = _nothing_evaluated(scene, search_loop, command, seed)
-        if file is None:
-            player = make_player(scene, search_loop)
-            return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
-        with Checkpoint.begin(file, start) as checkpoint:
-            return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
+    scene = weighed(scene)
+    with constant([scene]):  # also while it is looked for what is not used, most often nothing
+        scene = searched(scene)
+        strategy = USUAL if search is None else search
+        options = check_options(SearchOptions(strategy, searches, population, sigma, restarts, count, until, target))
+        evaluators = batches or (lambda part: BatchEvaluator(part, device, threads))
+        with constant([scene]), progress_said(progress, f"searching {scene.name}", Progress.in_words) as tell:
+            options, stages, evaluators = _planned(scene, options, evaluators)
+            tracker = Tracker(options.candidates, options.until, tell)
+            search_loop = make_search_loop(scene, seed, options, stages, evaluators, tracker)
+            start = _nothing_evaluated(scene, search_loop, command, seed)
+            if file is None:
+                player = make_player(scene, search_loop)
+                return finished(scene, search_loop, start, search_loop.run(lambda generation: None), player)
+            with Checkpoint.begin(file, start) as checkpoint:
+                return run_on_disk(scene, search_loop, start, checkpoint, quantities=quantities, single=single)
 
 
 def _planned(

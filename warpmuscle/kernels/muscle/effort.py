@@ -8,6 +8,7 @@ import warp as wp
 from warpmuscle.kernels.curve.custom_curves import with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped
 from warpmuscle.kernels.functions import CPU_FLAGS
+from warpmuscle.kernels.known_kernels import known_kernel
 from warpmuscle.kernels.muscle.muscle import pennation_cosine
 from warpmuscle.kernels.objective import term_functions as terms
 from warpmuscle.kernels.objective.term_functions import MuscleWork
@@ -27,8 +28,8 @@ def muscle_effort_of(own: Shaped | None = None) -> Any:
         )
     )  # fmt: skip
 
-    @wp.kernel(
-        module="unique",
+    @known_kernel(
+        own,
         module_options={"enable_backward": False, "max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS},
     )
     def muscle_effort(
