@@ -116,22 +116,22 @@ def _start() -> None:
 
     start()
     tell(tell_of_compiling)
-    if _own.is_set():
+    if _files_alone.is_set():
         remember()
 
 
-_own = Event()  # whether no code but this package's has run in this process, so that files say what kernels are
+_files_alone = Event()  # whether no other code has run in this process: files say what kernels are
 
 
 def begin_process() -> None:
     """Say that this process has begun with the command line."""
-    _own.set()
+    _files_alone.set()
 
 
 def _trust(given: bool) -> bool:
     """Let code run that scenes name, if the user says so."""
     if given:
-        _own.clear()
+        _files_alone.clear()
         from warpmuscle.scene.trusted_code import trust_everything
 
         trust_everything()

@@ -222,7 +222,7 @@ def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -
     tree = source_tree(function) if said is not None else None
     if tree is not None and not always_returns(tree.body):  # what it returned otherwise would be any number
         raise SceneError(
-            f"{placed(function, entry)} returns {name_of(said)} on some branches only: end it with a return", key=key
+            f"on some branches {placed(function, entry)} has no return: end it with one of {name_of(said)}", key=key
         )
     return said
 

@@ -96,20 +96,25 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
         raise SceneError(advice, key="learning.variation.start_states")
     if imitation.uneven and scene.ground.terrain is None:
         raise SceneError("the ground is even everywhere: it has no terrain", key=f"{key}.uneven")
-    if imitation.moving and not imitation.norm:
+    tilt = imitation.pelvis_tilt
+    if tilt is not None and abs(tilt) > STEEPEST_PELVIS:
+        raise SceneError(f"must be within {STEEPEST_PELVIS:g} degrees, is {tilt:g}", key=f"{key}.pelvis_tilt")
+    _norm(key, imitation)
+    for name in imitation.weights:
+        known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
+
+
+def _norm(key: str, imitation: Imitation) -> None:
+    """The norm is known, and what is asked of it too."""
+    if imitation.norm:
+        known(imitation.norm, [norm.source for norm in IMITATED], "norm", f"{key}.norm")
+    elif imitation.moving:
         raise SceneError("only the angles of a norm change with the speed; name one in `norm`", key=f"{key}.moving")
     if imitation.moving and is_run(imitation.norm):
         known_of = "how the angles of a run change with the speed is not known here; leave it out"
         raise SceneError(known_of, key=f"{key}.moving")
     if imitation.norm_alone and (imitation.file or not imitation.norm):
         raise SceneError("a norm alone is a gait: name one in `norm`, and no `file`", key=f"{key}.norm_alone")
-    tilt = imitation.pelvis_tilt
-    if tilt is not None and abs(tilt) > STEEPEST_PELVIS:
-        raise SceneError(f"must be within {STEEPEST_PELVIS:g} degrees, is {tilt:g}", key=f"{key}.pelvis_tilt")
-    if imitation.norm:
-        known(imitation.norm, [norm.source for norm in IMITATED], "norm", f"{key}.norm")
-    for name in imitation.weights:
-        known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
 
 
 def _variation(check: Checks, variation: Variation) -> None:
