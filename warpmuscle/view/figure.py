@@ -92,41 +92,65 @@ class _Figure:
     def _body(self, name: str) -> None:
         """Flesh of a body that is no foot."""
         start, ends, shapes = self._start(name), self._ends(name), self.character.bodies[name].shapes
-        points = ends if start is None else [start, *ends]
-        volume = self.mass[name] / DENSITY
         if self.cages and not shapes and self.limbs.role(name) in ("collar bone", "shoulder blade"):
             return  # they lie in the flesh of the trunk
-        if (erect := self._erect_root(name)) is not None:
-            hips, loin, tall = erect
-            self._hull(name, sized_hull(pelvis_places(loin, hips), PELVIS * volume, self.coarse))
-            self._upper_body(name, loin, np.array([0.0, 1.0, 0.0]), tall)
-        elif (low := self._low_trunk(name)) is not None and low.headless:
-            self._hull(name, rounded_hull(self._seeds(name), self.coarse))
-            neck = low.neck()
-            self._add(Limb, name, "flesh", neck.joint, neck.end, (neck.radius, 0.8 * neck.radius))
-            self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
-        elif (cage := self.cages.get(name)) is not None and not shapes:
-            trunk = np.array([cage.neck, *trunk_places(cage.loin, cage.shoulders)])
-            self._hull(name, sized_hull(trunk, max(volume, CAGE * cage.scale**3), self.coarse))
-        elif len(points) > 2 or (start is None and len(points) == 2):
-            self._hull(name, sized_hull(self._round(name, start, ends, points), volume, self.coarse))
-            self._missing_head(name, start, ends)
-        elif start is None:
+        if self._whole_trunk(name) or self._trunk_or_pelvis(name, start, ends, shapes):
+            return
+        if start is None:
             self._blocks(name, shapes)
-        elif not ends and len(shapes) == 1 and isinstance(shapes[0], Sphere):
-            self._head(name, start, plain_vector(shapes[0].center), plain_number(shapes[0].radius))
-        elif not ends and named_head(name) and (upright := self._upright(shapes, start)) is not None:
-            self._head(name, start, *upright)
-        elif not ends and self.mass[name] > HEAVY * self.total and self._branches_below(name):
-            top = far_end(shapes[0], start) if shapes else -start
-            reach = top - start
-            tall = float(np.linalg.norm(reach)) + (plain_number(getattr(shapes[0], "radius", 0.0)) if shapes else 0.0)
-            self._upper_body(name, start, reach / max(float(np.linalg.norm(reach)), 1e-9), tall)
-        else:
+        elif ends or not self._end_with_head(name, start, shapes):
             end = self._limb_end(start, ends, shapes)
             self._limb(name, start, end)
             if (long := self._long_neck(name, start, end)) is not None:
                 self._add(Limb, name, "flesh", long.middle, long.tip, (0.25 * long.size, 0.08 * long.size))
+
+    def _whole_trunk(self, name: str) -> bool:
+        """Flesh of a root that is all from hips to head, of a person or of an animal on two legs; whether it is one."""
+        if (erect := self._erect_root(name)) is not None:
+            hips, loin, tall = erect
+            volume = PELVIS * self.mass[name] / DENSITY
+            self._hull(name, sized_hull(pelvis_places(loin, hips), volume, self.coarse))
+            self._upper_body(name, loin, np.array([0.0, 1.0, 0.0]), tall)
+            return True
+        if (low := self._low_trunk(name)) is not None and low.headless:
+            self._hull(name, rounded_hull(self._seeds(name), self.coarse))
+            neck = low.neck()
+            self._add(Limb, name, "flesh", neck.joint, neck.end, (neck.radius, 0.8 * neck.radius))
+            self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
+            return True
+        return False
+
+    def _trunk_or_pelvis(
+        self, name: str, start: Floats | None, ends: Sequence[Floats], shapes: Sequence[Shape]
+    ) -> bool:
+        """Flesh of a body with ribs, or between three joints or more, or two of a root; whether it is one."""
+        points = ends if start is None else [start, *ends]
+        volume = self.mass[name] / DENSITY
+        if (cage := self.cages.get(name)) is not None and not shapes:
+            trunk = np.array([cage.neck, *trunk_places(cage.loin, cage.shoulders)])
+            self._hull(name, sized_hull(trunk, max(volume, CAGE * cage.scale**3), self.coarse))
+            return True
+        if len(points) > 2 or (start is None and len(points) == 2):
+            self._hull(name, sized_hull(self._round(name, start, ends, points), volume, self.coarse))
+            self._missing_head(name, start, ends)
+            return True
+        return False
+
+    def _end_with_head(self, name: str, start: Floats, shapes: Sequence[Shape]) -> bool:
+        """Flesh of a last body that is a head, or a trunk with its head; whether it is one."""
+        if len(shapes) == 1 and isinstance(shapes[0], Sphere):
+            self._head(name, start, plain_vector(shapes[0].center), plain_number(shapes[0].radius))
+            return True
+        if named_head(name) and (upright := self._upright(shapes, start)) is not None:
+            self._head(name, start, *upright)
+            return True
+        if self.mass[name] > HEAVY * self.total and self._branches_below(name):
+            top = far_end(shapes[0], start) if shapes else -start
+            reach = top - start
+            tall = float(np.linalg.norm(reach)) + (plain_number(getattr(shapes[0], "radius", 0.0)) if shapes else 0.0)
+            self._upper_body(name, start, reach / max(float(np.linalg.norm(reach)), 1e-9), tall)
+            return True
+        return False
 
     def _low_trunk(self, name: str) -> LowTrunk | None:
         """The trunk of an animal on two legs that lies or leans ahead of its hips, if a body is one."""
@@ -295,33 +319,41 @@ class _Figure:
     def _bones(self, name: str) -> None:
         """Bones of a person, by what a body is; a trunk that ends in a head has its own."""
         start, ends = self._start(name), self._ends(name)
-        scale, role = self.scale, self.limbs.role(name)
         hips = [end for end in ends if self.limbs.leads_to_leg(name, end)]
         if name in self.feet:
             self._foot_bones(name, start, ends)
         elif len(hips) == 2:
-            others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
-            hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * scale, 0.0])
-            low = self._low_trunk(name)
-            top = low.front if low is not None else others[0] if others else hip + tall
-            self._hull(name, pelvis_bones(hips, top, scale), "bone")
-            if low is not None:
-                self._low_bones(name, low)
-            if others and (shoulders := self._forelegs(ends, hips)):
-                self._hull(name, barrel_bones(hips, others[0], shoulders, scale), "bone")
+            self._bones_over_hips(name, start, ends, hips)
         elif (cage := self.cages.get(name)) is not None:
             self._hull(name, rib_cage_bones(cage), "bone")
-        elif start is not None and self._shoulders(ends):
+        elif start is not None and (shoulders := self._shoulders(ends)):
             above = [end for end in ends if abs(end[0]) < MIDDLE]
-            shoulders = self._shoulders(ends)
             neck = above[0] if above else start + 1.08 * (np.mean(shoulders, axis=0) - start)
             self._trunk_bones(name, start, neck, shoulders)
-        elif name in self.heads or start is None or role == "ankle bone":
+        elif name not in self.heads and start is not None:
+            self._bones_by_role(name, start, ends)
+
+    def _bones_over_hips(self, name: str, start: Floats | None, ends: Sequence[Floats], hips: Sequence[Floats]) -> None:
+        """A pelvis, and the ribs of an animal whose trunk lies ahead of it in the same body."""
+        others = [start] if start is not None else [end for end in ends if abs(end[0]) < MIDDLE]
+        hip, tall = 0.5 * (hips[0] + hips[1]), np.array([0.0, 0.16 * self.scale, 0.0])
+        low = self._low_trunk(name)
+        top = low.front if low is not None else others[0] if others else hip + tall
+        self._hull(name, pelvis_bones(hips, top, self.scale), "bone")
+        if low is not None:
+            self._low_bones(name, low)
+        if others and (shoulders := self._forelegs(ends, hips)):
+            self._hull(name, barrel_bones(hips, others[0], shoulders, self.scale), "bone")
+
+    def _bones_by_role(self, name: str, start: Floats, ends: Sequence[Floats]) -> None:
+        """Bones of a body that is neither foot nor trunk; an ankle bone is drawn with its foot."""
+        role = self.limbs.role(name)
+        if role == "ankle bone":
             return
-        elif role == "shoulder blade" and (blade := shoulder_blade(self.character, name)) is not None:
+        if role == "shoulder blade" and (blade := shoulder_blade(self.character, name)) is not None:
             self._hull(name, blade, "bone")
         elif role == "knee cap":
-            self._hull(name, skeleton.knee_cap(np.zeros(3), scale), "bone")
+            self._hull(name, skeleton.knee_cap(np.zeros(3), self.scale), "bone")
         else:
             end = self._limb_end(start, ends, self.character.bodies[name].shapes)
             if np.linalg.norm(end - start) >= SHORTEST:
