@@ -108,8 +108,8 @@ class _Figure:
         """Flesh of a root that is all from hips to head, of a person or of an animal on two legs; whether it is one."""
         if (erect := self._erect_root(name)) is not None:
             hips, loin, tall = erect
-            volume = PELVIS * self.mass[name] / DENSITY
-            self._hull(name, sized_hull(pelvis_places(loin, hips), volume, self.coarse))
+            volume = self.mass[name] / DENSITY
+            self._hull(name, sized_hull(pelvis_places(loin, hips), PELVIS * volume, self.coarse))
             self._upper_body(name, loin, np.array([0.0, 1.0, 0.0]), tall)
             return True
         if (low := self._low_trunk(name)) is not None and low.headless:
