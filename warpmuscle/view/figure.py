@@ -94,7 +94,7 @@ class _Figure:
         start, ends, shapes = self._start(name), self._ends(name), self.character.bodies[name].shapes
         if self.cages and not shapes and self.limbs.role(name) in ("collar bone", "shoulder blade"):
             return  # they lie in the flesh of the trunk
-        if self._whole_trunk(name) or self._trunk_or_pelvis(name, start, ends, shapes):
+        if self._trunk_at_the_root(name) or self._trunk_or_pelvis(name, start, ends, shapes):
             return
         if start is None:
             self._blocks(name, shapes)
@@ -104,7 +104,7 @@ class _Figure:
             if (long := self._long_neck(name, start, end)) is not None:
                 self._add(Limb, name, "flesh", long.middle, long.tip, (0.25 * long.size, 0.08 * long.size))
 
-    def _whole_trunk(self, name: str) -> bool:
+    def _trunk_at_the_root(self, name: str) -> bool:
         """Flesh of a root that is all from hips to head, of a person or of an animal on two legs; whether it is one."""
         if (erect := self._erect_root(name)) is not None:
             hips, loin, tall = erect
