@@ -49,10 +49,11 @@ def test_names_that_are_elsewhere_are_told(walk: wm.Run):
 
 
 def test_several_motions_are_shown_in_one_page(walk: wm.Run, tmp_path: Path):
-    walk.save(tmp_path / "a.h5")
+    shorter = wm.simulate("fwalk", duration=0.4, device="cpu")  # frames that are equal are kept once
+    shorter.save(tmp_path / "a.h5")
     alone = len(wm.show(walk).text)
     assert len(wm.show([walk, tmp_path / "a.h5"]).text) > 1.02 * alone
-    assert len(wm.show([walk, walk], over=True).text) > 1.02 * alone
+    assert len(wm.show([walk, shorter], over=True).text) > 1.02 * alone
     with pytest.raises(ArgumentError, match="not an empty one"):
         wm.show([])
 

@@ -3,20 +3,15 @@
 import warp as wp
 
 from warpmuscle.kernels.learning.decision import Decision
+from warpmuscle.kernels.objective.accelerations import centre_of_mass
 from warpmuscle.kernels.objective.declaration import Declaration
-from warpmuscle.kernels.structs import Model, Scratch, State, at
+from warpmuscle.kernels.structs import Model, Scratch, State
 
 TORSO = wp.constant(1)  # the root, the pelvis, is 0, and bodies follow their parents
 LEFT_UPPER_ARM = wp.constant(5)
 RIGHT_UPPER_ARM = wp.constant(6)
 LEFT_FOREARM = wp.constant(9)
 RIGHT_FOREARM = wp.constant(10)
-
-
-@wp.func
-def centre(instance: int, body: int, model: Model, work: Scratch) -> wp.vec3:
-    """Of mass of a body, world, m; `work.position` is that of its joint."""
-    return work.position[body] + work.rotation[body] * at(model.skeleton.row, instance, body).com
 
 
 @wp.struct
@@ -30,8 +25,9 @@ class Standing:
 @wp.func
 def _stands(instance: int, model: Model, state: State, work: Scratch, decision: Decision, own: Standing) -> float:
     """1 at full height over the feet, the trunk upright, at rest; a fifth for being over the feet alone."""
-    feet = centre(instance, model.feet.left, model, work) + centre(instance, model.feet.right, model, work)
-    off = work.center[0] - 0.5 * feet
+    left = centre_of_mass(instance, model.feet.left, model, work)
+    right = centre_of_mass(instance, model.feet.right, model, work)
+    off = work.center[0] - 0.5 * (left + right)
     over = wp.exp(-(off[0] * off[0] + off[2] * off[2]) / (own.near * own.near))
     low = wp.max(own.height - work.position[0][1], 0.0) / own.width
     upright = wp.max((work.rotation[TORSO] * wp.vec3(0.0, 1.0, 0.0))[1], 0.0)
@@ -42,7 +38,7 @@ def _stands(instance: int, model: Model, state: State, work: Scratch, decision: 
 @wp.func
 def raised(instance: int, upper: int, lower: int, model: Model, work: Scratch) -> float:
     """How far a forearm is above where it hangs, over 0.1 m, at most 4."""
-    above = centre(instance, lower, model, work)[1] - centre(instance, upper, model, work)[1]
+    above = centre_of_mass(instance, lower, model, work)[1] - centre_of_mass(instance, upper, model, work)[1]
     return wp.clamp(above * 10.0 + 2.0, 0.0, 4.0)
 
 
@@ -65,8 +61,8 @@ class Place:
 @wp.func
 def _leaves(instance: int, model: Model, state: State, work: Scratch, own: Place) -> bool:
     """Whether a foot leaves its place in front of the seat, as in a leap, or the body leans back."""
-    left = centre(instance, model.feet.left, model, work)
-    right = centre(instance, model.feet.right, model, work)
+    left = centre_of_mass(instance, model.feet.left, model, work)
+    right = centre_of_mass(instance, model.feet.right, model, work)
     nearest = wp.min(left[2], right[2]) - own.seat
     farthest = wp.max(left[2], right[2]) - own.seat
     return nearest < 0.0 or farthest > own.step or wp.max(left[1], right[1]) > own.lift or work.center[0][2] < -own.back
