@@ -102,7 +102,7 @@ class _Figure:
             end = self._limb_end(start, ends, shapes)
             self._limb(name, start, end)
             if (long := self._long_neck(name, start, end)) is not None:
-                self._add(Limb, name, "flesh", long.middle, long.tip, (0.25 * long.size, 0.08 * long.size))
+                self._snout(name, long)
 
     def _trunk_at_the_root(self, name: str) -> bool:
         """Flesh of a root that is all from hips to head, of a person or of an animal on two legs; whether it is one."""
@@ -116,9 +116,13 @@ class _Figure:
             self._hull(name, rounded_hull(self._seeds(name), self.coarse))
             neck = low.neck()
             self._add(Limb, name, "flesh", neck.joint, neck.end, (neck.radius, 0.8 * neck.radius))
-            self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
+            self._snout(name, neck)
             return True
         return False
+
+    def _snout(self, name: str, neck: LongNeck) -> None:
+        """Flesh of a head on a long neck, from its middle to its tip."""
+        self._add(Limb, name, "flesh", neck.middle, neck.tip, (0.25 * neck.size, 0.08 * neck.size))
 
     def _trunk_or_pelvis(
         self, name: str, start: Floats | None, ends: Sequence[Floats], shapes: Sequence[Shape]
@@ -363,9 +367,13 @@ class _Figure:
         """Ribs, and a head where there is none."""
         self._hull(name, low.ribs(self.scale), "bone")
         if low.headless:
-            bone, eyes = low.neck().bones()
-            self._hull(name, bone, "bone")
-            self._hull(name, eyes, "hollow")
+            self._neck_bones(name, low.neck())
+
+    def _neck_bones(self, name: str, neck: LongNeck) -> None:
+        """A long neck and the skull on it."""
+        bone, eyes = neck.bones()
+        self._hull(name, bone, "bone")
+        self._hull(name, eyes, "hollow")
 
     def _limb_bones(self, name: str, start: Floats, end: Floats) -> None:
         """Bones of a body between two places, by its role."""
@@ -391,9 +399,7 @@ class _Figure:
         elif role == "hand":
             self._hull(name, skeleton.hand_bones(start, end, self.scale), "bone")
         elif (neck := self._long_neck(name, start, end)) is not None:
-            bone, eyes = neck.bones()
-            self._hull(name, bone, "bone")
-            self._hull(name, eyes, "hollow")
+            self._neck_bones(name, neck)
         else:
             self._hull(name, skeleton.plain_bone(start, end, size), "bone")
 
