@@ -36,7 +36,8 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     expected_action: bool = True  # play what actions with noise come to in the mean, clipped, not the mean of actions
     discount: Share = 0.99  # a decision; gamma
     trace: Share = 0.95  # lambda of generalised advantage estimation
-    clip: Positive = 0.2  # of the ratio of likelihoods, and of values
+    clip: Positive = 0.2  # of the ratio of likelihoods
+    value_clip: Weight = 0.2  # of how far an update may move values; 0: as far as it will
     value_weight: Weight = 1.0
     entropy_weight: Weight = 0.0
     learning_rate: Positive = 1e-3  # at first
@@ -44,6 +45,7 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     max_learning_rate: Positive = 5e-3
     rate_factor: Annotated[float, Meta(ge=1.0, le=10.0)] = 1.5  # by which the learning rate adapts
     divergence: Weight = 0.02  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
+    critic_rate: Weight = 0.0  # learning rate of the critic, which does not adapt; 0: that of the policy
     max_gradient: Positive = 1.0  # length of the gradient of either network
     critic_iterations: Annotated[int, Meta(ge=0, le=1_000_000)] = 0  # at first, in which the policy stays as it is
     mirrored: Literal["action", "noise"] = "action"  # what a mirror image has of a sample: its action, which the policy

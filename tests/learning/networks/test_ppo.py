@@ -67,6 +67,28 @@ def test_a_gradient_that_is_not_finite_changes_nothing_of_its_group():
     torch.testing.assert_close(good.weight.detach(), before[1] - 0.01)
 
 
+def test_a_group_with_a_rate_of_its_own_steps_by_it_and_others_by_the_rate_that_adapts():
+    layers = [torch.nn.Linear(3, 2), torch.nn.Linear(3, 2)]
+    before = [layer.weight.detach().clone() for layer in layers]
+    adam = FlatAdam([list(layer.parameters()) for layer in layers], 0.01, 1.0, [0.0, 0.03])
+    adam.rate.fill_(0.002)
+    adam.forget()
+    for layer in layers:
+        layer.weight.grad.fill_(0.1)
+    adam.step()
+    for layer, old, rate in zip(layers, before, (0.002, 0.03), strict=True):
+        torch.testing.assert_close(layer.weight.detach(), old - rate)
+
+
+def test_values_that_are_not_clipped_come_nearer_to_returns_in_one_update():
+    lost = {}
+    for clip in (0.0, 0.01):
+        learner = a_learner(value_clip=clip, critic_rate=3e-3, epochs=8)
+        for _ in range(3):
+            lost[clip] = learner.iterate()["value_loss"]
+    assert lost[0.0] < 0.8 * lost[0.01]
+
+
 def test_a_normalizer_knows_mean_and_variance_of_all_that_it_saw():
     data = torch.randn(1000, 4, dtype=torch.float64) * torch.tensor([1.0, 5.0, 0.1, 2.0]) + 3.0
     normalizer = Normalizer(4).double()

@@ -1,4 +1,4 @@
-"""Adam on all parameters as one vector, whose learning rate is on the device."""
+"""Adam on all parameters as one vector, whose learning rates are on the device."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ class FlatAdam:
 
     Attributes:
         values, first, second: (P,) parameters, and means of gradients and of their squares.
-        rate: (), the learning rate. steps: (), how many were made.
+        rate: (), the learning rate of groups that have none of their own. steps: (), how many were made.
     """
 
-    def __init__(self, groups: Sequence[Sequence[nn.Parameter]], rate: float, longest: float) -> None:
+    def __init__(
+        self, groups: Sequence[Sequence[nn.Parameter]], rate: float, longest: float, own: Sequence[float] = ()
+    ) -> None:
         """Take over parameters.
 
         Args:
             groups: of parameters whose gradients are shortened together. longest: that a group's gradient may be.
+            own: learning rate of each group that never changes; 0, or none: it has `rate`.
         """
         every = [parameter for group in groups for parameter in group]
         self.values = torch.cat([parameter.detach().reshape(-1) for parameter in every])
@@ -36,6 +39,8 @@ class FlatAdam:
         self.steps = torch.zeros((), device=self.values.device)
         self._longest = longest
         self._groups: list[Tensor] = []
+        self._parts: list[slice] = []
+        self._own = [*own, *[0.0] * (len(groups) - len(own))]
         end = 0
         for group in groups:
             begin = end
@@ -45,6 +50,7 @@ class FlatAdam:
                 parameter.grad = self._gradient[part].view_as(parameter)
                 end = part.stop
             self._groups.append(self._gradient[begin:end])
+            self._parts.append(slice(begin, end))
 
     def restart(self, rate: float) -> None:
         """Be as before the first step, but for the parameters."""
@@ -70,4 +76,6 @@ class FlatAdam:
         self.first.lerp_(g, 1.0 - b1)
         self.second.mul_(b2).addcmul_(g, g, value=1.0 - b2)
         root = (self.second / (1.0 - b2**self.steps)).sqrt_().add_(SMALL)
-        self.values.sub_(self.first / root * (self.rate / (1.0 - b1**self.steps)))
+        change, seen = self.first / root, 1.0 - b1**self.steps
+        for part, own in zip(self._parts, self._own, strict=True):
+            self.values[part].sub_(change[part] * ((own or self.rate) / seen))

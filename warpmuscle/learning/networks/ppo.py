@@ -80,7 +80,8 @@ class PPO:
         self.networks, self.experience, self.options = networks, experience, options
         self._mirrors = mirrors
         policy = [*networks.policy.parameters(), networks.log_deviation]
-        self.adam = FlatAdam([policy, list(networks.value.parameters())], options.learning_rate, options.max_gradient)
+        critic, rates = list(networks.value.parameters()), [0.0, options.critic_rate]
+        self.adam = FlatAdam([policy, critic], options.learning_rate, options.max_gradient, rates)
         device = experience.reward.device
         size = experience.samples // options.minibatches
         self.order = torch.zeros((options.epochs, options.minibatches, size), dtype=torch.int64, device=device)
@@ -155,8 +156,11 @@ class PPO:
         policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
         if options.mirror_weight and self._mirrors is not None:
             policy_loss = policy_loss + options.mirror_weight * self._asymmetry(observation, mean)
-        near = old_value + (value - old_value).clamp(-options.clip, options.clip)
-        value_loss = torch.maximum((value - returns) ** 2, (near - returns) ** 2).mean()
+        missed = (value - returns) ** 2
+        if options.value_clip:
+            near = old_value + (value - old_value).clamp(-options.value_clip, options.value_clip)
+            missed = torch.maximum(missed, (near - returns) ** 2)
+        value_loss = missed.mean()
         entropy = networks.log_deviation.sum()
         self.adam.forget()
         (policy_loss + options.value_weight * value_loss - options.entropy_weight * entropy).backward()
