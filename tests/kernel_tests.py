@@ -6,7 +6,7 @@ Workers share Warp's folder of compiled kernels. The first that needs a module c
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 try:
     import fcntl
@@ -59,6 +59,7 @@ def start() -> None:
     leave_out_unused_adjoints()
     remember_overloads()
     walk_structures_once()
+    translate_functions_once()
     if compile_ is not None:  # it is Warp's own affair; without it, workers compile what they have in common each
         wp.Module._compile = once
 
@@ -127,6 +128,116 @@ def walk_structures_once() -> None:
         collect(self, kind)
 
     context.ModuleBuilder._collect_native_types = once
+
+
+def translate_functions_once() -> None:
+    """Have Warp translate a function once for all modules that call it, while its hash and their options are the same.
+
+    Most of a step are functions that every kind of scene has: two hundred modules would each have them anew.
+    """
+    from warp._src import codegen, context
+
+    builder, adjoint = getattr(context, "ModuleBuilder", None), codegen.Adjoint
+    write = getattr(codegen, "codegen_func", None)
+    if not hasattr(builder, "build_function") or not hasattr(builder, "build_struct_recursive") or write is None:
+        return  # another Warp
+    build_function, build_structure, build = builder.build_function, builder.build_struct_recursive, adjoint.build
+
+    def forgotten(self: Any, *arguments: Any, **options: Any) -> None:
+        self.translation = None  # what was known is of the state that this call replaces
+        build(self, *arguments, **options)
+
+    def noted_structure(self: Any, structure: Any) -> None:
+        functions = _functions(self)
+        for asked in functions.asked[-1:]:
+            asked.append((build_structure, structure))
+        build_structure(self, structure)
+
+    def once(self: Any, function: Any) -> None:
+        functions = _functions(self)
+        if function in functions:
+            return
+        key, known = _translation_key(self, function), getattr(function.adj, "translation", None)
+        functions.asked.append([])
+        try:
+            if key is None or known is None or known.key != key:
+                before = _linked(self)
+                build_function(self, function)
+                if key is not None and _linked(self) == before:
+                    others = [(ask, what) for ask, what in functions.asked[-1] if what is not function]
+                    function.adj.translation = _Translation(key, others, {})
+                return
+            for ask, what in known.asked:  # what it calls comes before it, in the same order
+                ask(self, what)
+            for variable in (*function.adj.args, *function.adj.variables):
+                self._collect_native_types(variable.type)
+            functions[function] = None
+        finally:
+            functions.asked.pop()
+
+    def written(adj: Any, c_func_name: str, device: str = "cpu", **options: Any) -> str:
+        known = getattr(adj, "translation", None)
+        derivatives = adj.used_by_backward_kernel or adj.force_adjoint_codegen
+        if known is None or device != "cpu" or derivatives or options["options"]["enable_backward"]:
+            return write(adj, c_func_name, device, **options)
+        if options["reverse_only"]:
+            return ""  # an empty function that only derivatives would call
+        key = c_func_name, options["forward_only"], options["inline_hint"]
+        if key not in known.texts:
+            known.texts[key] = write(adj, c_func_name, device, **options)
+        return known.texts[key]
+
+    builder.build_function, builder.build_struct_recursive, adjoint.build = once, noted_structure, forgotten
+    codegen.codegen_func = written
+
+
+class _Functions(dict[Any, None]):
+    """Functions of a module, and what was asked for while each of those that are being translated was so far."""
+
+    def __init__(self, known: dict[Any, None], ask: Any) -> None:
+        super().__init__(known)
+        self.asked: list[list[tuple[Any, Any]]] = []
+        self.ask = ask
+
+    def __contains__(self, function: Any) -> bool:
+        for asked in self.asked[-1:]:
+            asked.append((self.ask, function))
+        return super().__contains__(function)
+
+
+def _functions(builder: Any) -> _Functions:
+    if not isinstance(builder.functions, _Functions):
+        builder.functions = _Functions(builder.functions, type(builder).build_function)
+    return builder.functions
+
+
+class _Translation(NamedTuple):
+    """What Warp has found out about a function that is as it is with one hash and one set of options."""
+
+    key: tuple[bytes, str]
+    asked: list[tuple[Any, Any]]  # methods of a builder and what each was called with, in order
+    texts: dict[Any, str]
+
+
+def _translation_key(builder: Any, function: Any) -> tuple[bytes, str] | None:
+    """What the translation of a function depends on; None if that is not known."""
+    hasher = builder.module.hashers.get(builder.options["block_dim"])
+    if hasher is None:
+        return None
+    hashes = hasher.__dict__.get("hashes_of_overloads")
+    if hashes is None:
+        of_functions = hasher.function_hashes.items()
+        hashes = {overload: found for named, found in of_functions for overload in named.user_overloads.values()}
+        hasher.hashes_of_overloads = hashes
+    found = hashes.get(function) or hasher.function_hashes.get(function)
+    options = sorted((name, str(value)) for name, value in builder.options.items() if name != "optimization_level")
+    return (found, f"{builder.target} {options}") if found else None
+
+
+def _linked(builder: Any) -> tuple[int, ...]:
+    """How much of other kinds than functions and structures a module has, for which a translation is not enough."""
+    kinds = builder.deferred_functions, builder.fatbins, builder.ltoirs, builder.ltoirs_decl
+    return (*map(len, kinds), len(builder.shared_memory_bytes))
 
 
 def _is_of_a_kind_or_test(module: Any) -> bool:
