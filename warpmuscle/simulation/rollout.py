@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from warpmuscle.model.objective import RecordedNorms
     from warpmuscle.simulation.program.step_program import StepProgram
 
-QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
-MOST = 0.95  # of the instances
+QUICK = 0.05  # s of wall time; a chunk that is over sooner is followed by a longer one if most come through it ...
+MOST = 0.95  # ... of the instances, or where those that have failed leave no room that others could use
 
 
 def _how_far(rollout: Rollout) -> str:
@@ -157,6 +157,7 @@ class Rollout(RolloutSettings):
         if self.instances > memory.FEW:
             memory.check_memory(self.instances, self.instance_bytes.state, self.device)
         self.side_by_side = config.several_warps
+        self._room = 0 if self.device.is_cpu else config.resident(self.device.sm_count)  # for instances at once
         self.state = state_struct(scene, structure, self.instances, self.device, self.side_by_side)
         self._extensions = Extensions(structure, self.instances, self.device)
         self._batch = BatchState(self.state, self._extensions, self.steps)
@@ -228,7 +229,7 @@ class Rollout(RolloutSettings):
                 if tell is not None:
                     tell(self)
                 quick = time.monotonic() - begin < QUICK
-                most = len(self._batch.running) >= MOST * running
+                most = len(self._batch.running) >= MOST * running or running <= self._room
                 chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
