@@ -249,6 +249,8 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
     else:
         size = "" if options.population is None else f" of {number_of(options.population, 'candidate')}"
         out.print(f"{options.strategy}: {several}{number_of(generations, 'generation')}{size}; {result.searched.ended}")
+        if options.strategy != "random" and len(result.searched.history.generation) == 0:
+            out.print("not one generation is complete, so that nothing has been learnt: give it more candidates")
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")
