@@ -126,6 +126,8 @@ def optimize(
                 resume, candidates, device, until=limit, target=target, threads=threads, command=command_line(),
                 progress=tell, quantities=quantities_in(quantities), single=single,
             )  # fmt: skip
+        if bar.simulated == 0.0:
+            log.print("nothing was left to do: --candidates says how many more to try, --until for how long to go on")
     elif sources:
         start_driver(device)
         scene = _with_objective(
