@@ -52,6 +52,24 @@ def test_a_search_without_a_whole_generation_says_that_it_learnt_nothing(
 
 
 @pytest.mark.parametrize(
+    ("strategy", "sigma", "found", "told"),
+    [("cma", None, 0, True), ("cma", 0.05, 0, False), ("random", None, 0, False), ("cma", None, 3, False)],
+)
+def test_who_finds_nothing_better_with_usual_steps_is_told_of_smaller_ones(
+    strategy: str, sigma: float | None, found: int, told: bool, capsys: pytest.CaptureFixture[str]
+):
+    result = search_result()
+    assert result.searched is not None
+    assert result.evaluations is not None
+    searched = replace(result.searched, options=SearchOptions(strategy, sigma=sigma))
+    values = result.evaluations.params[found]
+    parameters = replace(result.parameters, value=result.evaluations.params[0])
+    changed = replace(result, searched=searched, parameters=parameters, best=Best(values, 1.0, found))
+    _print_result(changed, ProgressBar(), walk_scene(), recorded_scene(result))
+    assert ("nothing is better than the scene as given" in capsys.readouterr().out) == told
+
+
+@pytest.mark.parametrize(
     ("alive", "evaluated", "state"),
     [(0, 0, ""), (7, 0, "7 alive"), (0, 3, "best 2 of a"), (7, 3, "7 alive, best 2 of a")],
 )

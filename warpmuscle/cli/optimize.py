@@ -265,6 +265,10 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
         f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
         f"cost {best.cost:.6g}{given}"
     )
+    if np.array_equal(best.params, result.parameters.value) and len(evaluations) > 1 and _takes_usual_steps(result):
+        out.print(
+            "nothing is better than the scene as given; if that works already, begin with small steps: --sigma 0.05"
+        )
     gait = print_gait(plain, result.replays[0])
     if gait is not None and stands_still(plain, gait):
         out.print(
@@ -273,6 +277,14 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
         )
     if begun is None or not mass_warnings(begun):  # else it was said at the beginning
         print_warnings(mass_warnings(plain))
+
+
+def _takes_usual_steps(result: Result) -> bool:
+    """Whether the first steps of a search, or of its last stage, are those of who was told nothing."""
+    assert result.searched is not None
+    stages = result.searched.stages
+    options = stages[-1].options if stages else result.searched.options
+    return options.strategy != "random" and options.sigma is None
 
 
 def _show_walks(result: Result, plain: Scene, output: Path, device: str | None, threads: int | None) -> Path | None:
