@@ -56,6 +56,15 @@ QUICK = 0.05  # s of wall time; a chunk that is over sooner is followed by a lon
 MOST = 0.95  # ... of the instances, or where those that have failed leave no room that others could use
 
 
+def advance_by(rollout: Rollout, chunk: int, end: int) -> int:
+    """Advance by a chunk of steps, or up to this step if that comes sooner; how long the next chunk is to be."""
+    running, begin = len(rollout._batch.running), time.monotonic()
+    rollout.advance(min(rollout.steps_done + chunk, end))
+    if len(rollout._batch.running) < MOST * running and running > rollout._room:
+        return chunk_steps(rollout.scene)
+    return 2 * chunk if time.monotonic() - begin < QUICK else chunk
+
+
 def _how_far(rollout: Rollout) -> str:
     seconds = rollout.scene.time_step
     return f"simulating {rollout.scene.name}: {seconds * rollout.steps_done:.1f} of {seconds * rollout.steps:.1f} s"
@@ -223,14 +232,10 @@ class Rollout(RolloutSettings):
         check_function(progress, "progress", error=RolloutError)
         with progress_said(progress, f"simulating {self.scene.name}", _how_far) as tell:
             while self.steps_done < end and self.running:
-                running, begin = len(self._batch.running), time.monotonic()
                 self._follow_course()
-                self.advance(min(self.steps_done + chunk, end, self._course.until(self.steps_done) or end))
+                chunk = advance_by(self, chunk, min(end, self._course.until(self.steps_done) or end))
                 if tell is not None:
                     tell(self)
-                quick = time.monotonic() - begin < QUICK
-                most = len(self._batch.running) >= MOST * running or running <= self._room
-                chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
 
