@@ -10,6 +10,7 @@ import pytest
 from small_result import march, search_result, walk_scene, with_arrays
 from warpmuscle.cli import console
 from warpmuscle.cli import optimize as command
+from warpmuscle.cli import sweep as sweeps
 from warpmuscle.cli.optimize import _print_result, stands_still
 from warpmuscle.cli.progress_bar import ProgressBar
 from warpmuscle.formats import load, toml
@@ -20,8 +21,9 @@ from warpmuscle.optimization.progress import Progress
 from warpmuscle.plots import plot
 from warpmuscle.report.summary import convergence
 from warpmuscle.results.recording import Recording
-from warpmuscle.results.records import Best, Result, SearchOptions, Staged
+from warpmuscle.results.records import Best, History, Result, SearchOptions, Staged
 from warpmuscle.scene import Objective, SearchStage
+from warpmuscle.sweep.board import SweepProgress
 
 
 def walking(speed: float) -> Recording:
@@ -35,6 +37,50 @@ def test_a_search_says_when_its_best_one_stands_still(speed: float, still: bool,
     result = replace(search_result(), replays=(walking(speed),))
     _print_result(result, ProgressBar(), walk_scene(), recorded_scene(result))
     assert ("the best one stands still" in capsys.readouterr().out) == still
+
+
+@pytest.mark.parametrize(("strategy", "complete", "told"), [("cma", 0, True), ("cma", 4, False), ("random", 0, False)])
+def test_a_search_without_a_whole_generation_says_that_it_learnt_nothing(
+    strategy: str, complete: int, told: bool, capsys: pytest.CaptureFixture[str]
+):
+    result = search_result()
+    assert result.searched is not None
+    rows = {name: getattr(result.searched.history, name)[:complete] for name in History.__dataclass_fields__}
+    searched = replace(result.searched, options=SearchOptions(strategy), history=History(**rows))
+    _print_result(replace(result, searched=searched), ProgressBar(), walk_scene(), recorded_scene(result))
+    assert ("nothing has been learnt" in capsys.readouterr().out) == told
+
+
+@pytest.mark.parametrize(
+    ("strategy", "sigma", "found", "told"),
+    [("cma", None, 0, True), ("cma", 0.05, 0, False), ("random", None, 0, False), ("cma", None, 3, False)],
+)
+def test_who_finds_nothing_better_with_usual_steps_is_told_of_smaller_ones(
+    strategy: str, sigma: float | None, found: int, told: bool, capsys: pytest.CaptureFixture[str]
+):
+    result = search_result()
+    assert result.searched is not None
+    assert result.evaluations is not None
+    searched = replace(result.searched, options=SearchOptions(strategy, sigma=sigma))
+    values = result.evaluations.params[found]
+    parameters = replace(result.parameters, value=result.evaluations.params[0])
+    changed = replace(result, searched=searched, parameters=parameters, best=Best(values, 1.0, found))
+    _print_result(changed, ProgressBar(), walk_scene(), recorded_scene(result))
+    assert ("nothing is better than the scene as given" in capsys.readouterr().out) == told
+
+
+@pytest.mark.parametrize(
+    ("alive", "evaluated", "state"),
+    [(0, 0, ""), (7, 0, "7 alive"), (0, 3, "best 2 of a"), (7, 3, "7 alive, best 2 of a")],
+)
+def test_progress_of_a_sweep_says_what_it_knows(
+    alive: int, evaluated: int, state: str, monkeypatch: pytest.MonkeyPatch
+):
+    shown: list[str] = []
+    bar = sweeps._Bar()
+    monkeypatch.setattr(bar, "show", lambda part, done, state: shown.append(state))
+    bar.update(SweepProgress(4, 1, 40, evaluated, 2.0, "a", alive))
+    assert shown == [state]
 
 
 def test_who_is_to_stand_is_not_told_of_standing():

@@ -367,8 +367,11 @@ def test_command_line_begins_and_goes_on(tmp_path, monkeypatch):
     options = ["--duration", "0.1", "--search", "cma", "--searches", "2", "--population", "5", "--until", "1h30m"]
     begun = CliRunner().invoke(app, ["optimize", "fwalk", "--candidates", "21", "--device", "cpu", *options])
     assert begun.exit_code == 0, begun.exception
-    assert CliRunner().invoke(app, ["optimize", "--resume", "fwalk.h5", "--candidates", "10"]).exit_code == 0
+    gone_on = CliRunner().invoke(app, ["optimize", "--resume", "fwalk.h5", "--candidates", "10"])
+    assert gone_on.exit_code == 0
+    ended = CliRunner().invoke(app, ["optimize", "--resume", "fwalk.h5"])
+    assert ["nothing was left to do" in done.output for done in (begun, gone_on, ended)] == [False, False, True]
     result = read("fwalk.h5")
     assert len(result.evaluations) == result.searched.options.candidates == 31
     assert result.searched.options.until == 5400.0
-    assert len(result.command.splitlines()) == 2
+    assert len(result.command.splitlines()) == 3

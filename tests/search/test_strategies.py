@@ -136,6 +136,8 @@ def test_random_generations_are_those_of_random_search():
         ("nlopt:LN_BOBYKA", "nlopt:LN_BOBYQA"),
         ("nlopt:ln_sbplx", "nlopt:LN_SBPLX"),
         ("LN_BOBYQA", "nlopt:LN_BOBYQA"),
+        ("nlopt", "needs an algorithm, such as nlopt:LN_BOBYQA"),
+        ("NLopt:", "needs an algorithm"),
         ("random:GD_STOGO", "nlopt:GD_MLSL"),
         ("", "random"),
     ],

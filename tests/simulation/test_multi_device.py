@@ -1,6 +1,7 @@
 """A batch shared out over several devices gives what one device gives, to the last bit; the CPU stands for each."""
 
 import inspect
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
@@ -106,6 +107,23 @@ def test_an_interrupted_split_batch_can_be_read_and_continued(
     split.run(progress=stop)
     np.testing.assert_allclose(told, times)
     assert_same(one, split)
+
+
+def test_chunks_of_each_device_grow(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(split_module, "TELLING", 1e9)
+    monkeypatch.setattr("warpmuscle.simulation.rollout.QUICK", 1e9)
+    split = both(short_walk(1.0), 4)[1]
+    launched: dict[int, list[int]] = {}
+    for number, rollout in enumerate(split.rollouts):
+        advance = rollout.advance
+
+        def noted(step: int, number: int = number, advance: Callable[[int], None] = advance) -> None:
+            launched.setdefault(number, []).append(step)
+            advance(step)
+
+        monkeypatch.setattr(rollout, "advance", noted)
+    split.run()
+    assert launched == {number: [200, 600, 1400, 2000] for number in range(len(split.rollouts))}
 
 
 def test_bad_input_of_a_split_batch_is_told_as_for_one_device():

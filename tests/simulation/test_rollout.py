@@ -211,6 +211,29 @@ def test_progress_is_reported_and_an_interrupted_batch_can_be_continued(
     assert_same_bits(rollout.recording(), alone.recording())
 
 
+@pytest.mark.parametrize(("room", "expected"), [(0, [0.1, 0.2, 0.4, 0.5]), (2, [0.1, 0.3, 0.5])])
+def test_chunks_grow_where_nobody_waits_for_the_room_of_those_that_failed(
+    room: int, expected: list[float], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("warpmuscle.simulation.rollout.QUICK", 1e9)
+    rollout, times = Rollout(short_walk(), 2, "cpu"), []
+    rollout._room = room  # of a GPU
+
+    def tell(batch: Rollout) -> None:
+        times.append(batch.time)
+
+    whole = rollout.advance
+
+    def advance(step: int, kernel: None = None) -> None:
+        if rollout.steps_done == 0:
+            rollout.state.status.assign(np.array([Status.RUNNING, Status.FELL], dtype=np.int32))
+        whole(step, kernel)
+
+    monkeypatch.setattr(rollout, "advance", advance)
+    rollout.run(progress=tell)
+    np.testing.assert_allclose(times, expected)
+
+
 def test_batch_never_runs_beyond_the_duration(alone: Rollout):
     rollout = simulated(durations=(9.0, 9.0))
     assert rollout.time == pytest.approx(0.5)

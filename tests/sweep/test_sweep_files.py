@@ -87,9 +87,8 @@ def test_output_has_a_table_and_the_candidates_of_all_runs(done):
 
 
 def test_one_run_is_read_by_its_name(done, tmp_path):
-    with pytest.raises(
-        ResultError, match=r"a sweep of 8 runs; name one of them, such as 'seed=1,torso.mass=20,torque=1'"
-    ):
+    such = r"such as 'seed=1,torso.mass=20,torque=1'"
+    with pytest.raises(ResultError, match=rf"a sweep of 8 runs; name one of them \(--run, or run= in Python\), {such}"):
         read(done)
     with pytest.raises(
         ResultError, match=r"no run is called 'seed=1,torso.mass=20,torque=9'; did you mean 'seed=1,torso.mass=20"

@@ -162,6 +162,8 @@ def _print_all(
     from warpmuscle.optimization.best_scene import recorded_scene
 
     plain = recorded_scene(result)
+    if begun is None and bar.simulated == 0.0:
+        log.print("nothing was left to do: --candidates says how many more to try, --until for how long to go on")
     _print_result(result, bar, begun, plain)
     out.print(f"wrote {output}")
     # Who was interrupted may have little time left.
@@ -225,7 +227,6 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
     Args:
         begun: the scene of a search that was not resumed. plain: that of its motion.
     """
-    import numpy as np
 
     from warpmuscle.core.status import Status
     from warpmuscle.scene.masses import mass_warnings
@@ -233,7 +234,7 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
     assert result.evaluations is not None
     assert result.best is not None
     assert result.searched is not None
-    evaluations, best, options = result.evaluations, result.best, result.searched.options
+    evaluations, options = result.evaluations, result.searched.options
     tried = number_of(len(evaluations.cost), "candidate")
     if len(evaluations.cost) < options.candidates and options.limited:
         tried = f"{len(evaluations.cost)} of {number_of(options.candidates, 'candidate')}"
@@ -249,18 +250,12 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
     else:
         size = "" if options.population is None else f" of {number_of(options.population, 'candidate')}"
         out.print(f"{options.strategy}: {several}{number_of(generations, 'generation')}{size}; {result.searched.ended}")
+        if options.strategy != "random" and len(result.searched.history.generation) == 0:
+            out.print("not one generation is complete, so that nothing has been learnt: give it more candidates")
     for status in Status:
         if count := int((evaluations.status == status).sum()):
             out.print(f"  {count:6d} {status.meaning}")
-    given = ""
-    if np.array_equal(evaluations.params[0], result.parameters.value) and not result.searched.stages:
-        given = f" (scene as given: {evaluations.cost[0]:.6g})"
-    search = int(evaluations.search[best.index])
-    found = f", found by search {search}" if options.searches > 1 and search >= 0 else ""
-    out.print(
-        f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
-        f"cost {best.cost:.6g}{given}"
-    )
+    _print_best(result)
     gait = print_gait(plain, result.replays[0])
     if gait is not None and stands_still(plain, gait):
         out.print(
@@ -269,6 +264,37 @@ def _print_result(result: Result, bar: ProgressBar, begun: Scene | None, plain: 
         )
     if begun is None or not mass_warnings(begun):  # else it was said at the beginning
         print_warnings(mass_warnings(plain))
+
+
+def _print_best(result: Result) -> None:
+    """Print which candidate is the best one, and what to do where that is the scene as given."""
+    import numpy as np
+
+    assert result.evaluations is not None
+    assert result.best is not None
+    assert result.searched is not None
+    evaluations, best = result.evaluations, result.best
+    given = ""
+    if np.array_equal(evaluations.params[0], result.parameters.value) and not result.searched.stages:
+        given = f" (scene as given: {evaluations.cost[0]:.6g})"
+    search = int(evaluations.search[best.index])
+    found = f", found by search {search}" if result.searched.options.searches > 1 and search >= 0 else ""
+    out.print(
+        f"best: candidate {best.index} of generation {evaluations.generation[best.index]}{found}, "
+        f"cost {best.cost:.6g}{given}"
+    )
+    if np.array_equal(best.params, result.parameters.value) and len(evaluations) > 1 and _takes_usual_steps(result):
+        out.print(
+            "nothing is better than the scene as given; if that works already, begin with small steps: --sigma 0.05"
+        )
+
+
+def _takes_usual_steps(result: Result) -> bool:
+    """Whether the first steps of a search, or of its last stage, are those of who was told nothing."""
+    assert result.searched is not None
+    stages = result.searched.stages
+    options = stages[-1].options if stages else result.searched.options
+    return options.strategy != "random" and options.sigma is None
 
 
 def _show_walks(result: Result, plain: Scene, output: Path, device: str | None, threads: int | None) -> Path | None:

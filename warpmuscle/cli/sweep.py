@@ -321,4 +321,5 @@ class _Bar(Bar):
         best = f"best {progress.best:.5g} of {progress.best_run}" if progress.evaluated else ""
         done = f"{progress.ended}/{number_of(progress.runs, 'run')}, {progress.evaluated}/{progress.candidates}"
         part = progress.evaluated / max(progress.candidates, 1)
-        self.show(part, done, f"{progress.alive} alive, {best}" if progress.alive else best)
+        alive = f"{progress.alive} alive" if progress.alive else ""
+        self.show(part, done, ", ".join(word for word in (alive, best) if word))

@@ -26,7 +26,7 @@ from warpmuscle.studies import judge
 from warpmuscle.studies.walkers import SceneWalker
 from warpmuscle.view.access import POLICY, POLICY_OF_FILES
 from warpmuscle.view.crowd import Facts
-from warpmuscle.view.page import iframe, replay_html
+from warpmuscle.view.page import drawn_meanwhile, iframe, replay_html
 
 LASTING = 10.0  # s, of the walk that is measured
 RATE = 200.0  # frames/s, for what happens when a foot lands
@@ -99,8 +99,10 @@ def before_and_after(result: Result, *, device: str | None = None, threads: int 
     assert result.best is not None
     start = scene_in(result)
     numbers = (start_values(start), np.asarray(result.best.params, dtype=np.float64))
-    before, after = (watch(substitute(start, values), device=device, threads=threads) for values in numbers)
-    return before, after
+    first, last = (substitute(start, values) for values in numbers)
+    before = watch(first, device=device, threads=threads)
+    with drawn_meanwhile(before.shown, first):
+        return before, watch(last, device=device, threads=threads)
 
 
 def rows(before: Walked, after: Walked) -> list[tuple[str, str, str, str]]:

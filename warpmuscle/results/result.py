@@ -245,7 +245,7 @@ def _of_run(path: Path, file: Any, run: str | None) -> Any:
     runs = hdf5.member(file, "runs")
     names = list(runs)
     if run is None:
-        such = f"; name one of them, such as {names[0]!r}" if names else ""
+        such = f"; name one of them (--run, or run= in Python), such as {names[0]!r}" if names else ""
         raise ResultError(f"{path}: the file of a sweep of {number_of(len(names), 'run')}{such}")
     if run not in names:
         raise ResultError(f"{path}: no run is called {run!r}{near(run, names)}; there are {', '.join(names)}")

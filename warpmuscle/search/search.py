@@ -126,7 +126,7 @@ def checked_sigma(sigma: float | None) -> float:
     if sigma is None:
         return DEFAULT_SIGMA
     if not 0.0 < sigma <= 1.0:
-        raise Error(f"the initial step size must be positive and at most 1, the cube's edge, not {sigma}")
+        raise Error(f"sigma must be above 0 and at most 1, of each parameter's interval, not {sigma:g}")
     return float(sigma)
 
 

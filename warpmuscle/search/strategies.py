@@ -114,6 +114,8 @@ def _names() -> list[str]:
 
 def _unknown(name: str) -> str:
     """What is wrong with a name, and the nearest ones."""
+    if name.lower().rstrip(":") == "nlopt":
+        return f"{name!r} needs an algorithm, such as nlopt:LN_BOBYQA"
     known = {known.lower(): known for known in _names()}
     nearest = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.5)
     if not nearest and name:

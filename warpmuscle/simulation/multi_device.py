@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -33,7 +34,7 @@ from warpmuscle.simulation.inputs import checked_disturbances
 from warpmuscle.simulation.memory import InstanceBytes
 from warpmuscle.simulation.objective_parts import Parts
 from warpmuscle.simulation.perturbations import Perturbations
-from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.simulation.rollout import Rollout, advance_by
 
 Progress = Callable[["MultiDeviceRollout"], None]
 Result = TypeVar("Result")
@@ -204,13 +205,13 @@ class MultiDeviceRollout(Batch):
         return values[share] if values.ndim and len(values) == self.instances else values
 
     def run(self, duration: float | None = None, progress: Progress | None = None) -> None:
-        end, chunk = end_step(self, duration), chunk_steps(self.scene)
+        end, steps = end_step(self, duration), chunk_steps(self.scene)
         check_function(progress, "progress", error=RolloutError)
-        steps = chunk
+        chunks = [steps] * len(self.rollouts)
         self.load()
         while self.steps_done < end and self.running:
             target, begin = min(self.steps_done + steps, end), time.monotonic()
-            self._each(lambda rollout, share, target=target: _in_chunks(rollout, target, chunk))  # type: ignore[misc]
+            chunks = self._each(partial(_in_chunks, target, dict(zip(self.rollouts, chunks, strict=True))))
             if progress is not None:
                 progress(self)
             if time.monotonic() - begin < TELLING:
@@ -318,7 +319,9 @@ class MultiDeviceRollout(Batch):
             wp.set_device(before)  # copies change Warp's default device for a moment, that of all threads
 
 
-def _in_chunks(rollout: Rollout, target: int, chunk: int) -> None:
-    """Bring a rollout to this step."""
+def _in_chunks(target: int, chunks: Mapping[Rollout, int], rollout: Rollout, share: slice) -> int:
+    """Bring a rollout to this step, in chunks that begin as long as this; how long its next one is to be."""
+    chunk = chunks[rollout]
     while rollout.running and rollout.steps_done < target:
-        rollout.advance(min(rollout.steps_done + chunk, target))
+        chunk = advance_by(rollout, chunk, target)
+    return chunk

@@ -52,8 +52,17 @@ if TYPE_CHECKING:
     from warpmuscle.model.objective import RecordedNorms
     from warpmuscle.simulation.program.step_program import StepProgram
 
-QUICK = 0.05  # s of wall time; a chunk that is over sooner and that most come through is followed by a longer one
-MOST = 0.95  # of the instances
+QUICK = 0.05  # s of wall time; a chunk that is over sooner is followed by a longer one if most come through it ...
+MOST = 0.95  # ... of the instances, or where those that have failed leave no room that others could use
+
+
+def advance_by(rollout: Rollout, chunk: int, end: int) -> int:
+    """Advance by a chunk of steps, or up to this step if that comes sooner; how long the next chunk is to be."""
+    running, begin = len(rollout._batch.running), time.monotonic()
+    rollout.advance(min(rollout.steps_done + chunk, end))
+    if len(rollout._batch.running) < MOST * running and running > rollout._room:
+        return chunk_steps(rollout.scene)
+    return 2 * chunk if time.monotonic() - begin < QUICK else chunk
 
 
 def _how_far(rollout: Rollout) -> str:
@@ -157,6 +166,7 @@ class Rollout(RolloutSettings):
         if self.instances > memory.FEW:
             memory.check_memory(self.instances, self.instance_bytes.state, self.device)
         self.side_by_side = config.several_warps
+        self._room = 0 if self.device.is_cpu else config.resident(self.device.sm_count)  # for instances at once
         self.state = state_struct(scene, structure, self.instances, self.device, self.side_by_side)
         self._extensions = Extensions(structure, self.instances, self.device)
         self._batch = BatchState(self.state, self._extensions, self.steps)
@@ -222,14 +232,10 @@ class Rollout(RolloutSettings):
         check_function(progress, "progress", error=RolloutError)
         with progress_said(progress, f"simulating {self.scene.name}", _how_far) as tell:
             while self.steps_done < end and self.running:
-                running, begin = len(self._batch.running), time.monotonic()
                 self._follow_course()
-                self.advance(min(self.steps_done + chunk, end, self._course.until(self.steps_done) or end))
+                chunk = advance_by(self, chunk, min(end, self._course.until(self.steps_done) or end))
                 if tell is not None:
                     tell(self)
-                quick = time.monotonic() - begin < QUICK
-                most = len(self._batch.running) >= MOST * running
-                chunk = 2 * chunk if quick and most else chunk if most else chunk_steps(self.scene)
         if self.steps_done >= self.steps:
             self.complete()
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import html
 import pickle
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 from tempfile import mkdtemp
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -308,6 +310,41 @@ def look_of(doll: Doll, scene: Scene, coarse: bool, meshes: Path | None) -> list
     return [*look, *object_pieces(scene)]
 
 
+_drawn: tuple[Any, list[Piece]] | None = None  # what was drawn last, and of what
+
+
+def _drawn_look(made_of: bytes, doll: Doll, scene: Scene, coarse: bool, meshes: Path | None) -> list[Piece]:
+    """The same, kept until another one is drawn; not that of files, which may change."""
+    global _drawn
+    if meshes is not None:
+        return look_of(doll, scene, coarse, meshes)
+    kept, key = _drawn, (made_of, coarse)
+    if kept is None or kept[0] != key:
+        kept = _drawn = key, look_of(doll, scene, coarse, None)
+    return kept[1]
+
+
+@contextmanager
+def drawn_meanwhile(motion: Recording, scene: Scene) -> Iterator[None]:
+    """While other work is done, draw the figure of a motion, for a page of few that is made next.
+
+    Args:
+        scene: that made it, without free parameters.
+    """
+
+    def draw() -> None:
+        with suppress(Exception):  # whoever makes the page says what is wrong
+            doll = track_of(motion, scene).doll
+            _drawn_look(_made_of(doll, scene), doll, scene, False, mesh_folder(None, scene))
+
+    thread = Thread(target=draw, name="figure", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join()
+
+
 class _Dolls:
     """Contents of dolls, those that look alike once."""
 
@@ -324,7 +361,7 @@ class _Dolls:
             return self._known[id(doll)]
         made_of = _made_of(doll, scene)
         if made_of not in self._made_of:
-            look = look_of(doll, scene, self._coarse, self._meshes)
+            look = _drawn_look(made_of, doll, scene, self._coarse, self._meshes)
             key = pickle.dumps((look, doll_content(doll, scene, [])))
             if key not in self._alike:
                 self._alike[key] = len(self.contents)
