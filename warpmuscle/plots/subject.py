@@ -24,6 +24,7 @@ from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import straight_legs
 from warpmuscle.scene.validation.checks import near
 
 
@@ -141,6 +142,11 @@ class Subject:
         """Whether the gait is judged as running; raises Absent where there are no gait cycles."""
         cycles = self.strides
         return runs(self.scene, support_of(self.recording, self.scene, cycles))
+
+    @cached_property
+    def norms(self) -> bool:
+        """Whether norms of people are drawn: they are wanted, and angles of the legs are measured as people's are."""
+        return self.choices.norms and straight_legs(self.scene)
 
     @property
     def walks(self) -> bool:
