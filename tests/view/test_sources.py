@@ -38,6 +38,15 @@ def test_motion_of_a_result_is_shown_with_its_best_parameters(file):
     assert [sight.label for sight in of_results([str(file), str(file)])] == ["walks", "walks"]
 
 
+def test_a_motion_without_frames_is_nothing_to_show(file):
+    result = read(file)
+    none = result.replays[0].window(100.0)
+    assert none.frames == 0
+    ended = dataclasses.replace(result, replays=(none,), evaluations=None)
+    with pytest.raises(Error, match="nothing to show: the motion has no frames"):
+        tracks_of(of_replays(ended))
+
+
 def test_best_candidates_are_run_again_best_first(file):
     sights = of_results([str(file)], candidates=3, device="cpu")
     evaluations = read(file).evaluations

@@ -118,8 +118,9 @@ def _act(
     task = lasting(commanded(task, to_policy))
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
+    moved = recording.time[-1] if recording.frames else 0.0
     out.print(
-        f"{scene.name}: {_ended(status, recording, scene)}; {recording.time[-1]:.4g} s moved by the policy of {policy}",
+        f"{scene.name}: {_ended(status, recording, scene)}; {moved:.4g} s moved by the policy of {policy}",
         markup=False,
     )
     if said := commands_in_words(task):

@@ -93,10 +93,12 @@ class Subject:
             )
         motion = demanding(replays[wanted], self.source)
         check_motion_of(motion, self.scene, f"{self.source}: motion {wanted}")
+        if motion.frames < 2:
+            held = number_of(motion.frames, "frame") if motion.frames else "no frames"
+            raise Error(f"{self.source}: motion {wanted} has {held}; a figure needs two")
         part = motion.window(self.choices.start, self.choices.end)
         if part.frames < 2:
-            span = f", {motion.time[0]:.4g} to {motion.time[-1]:.4g} s" if motion.frames else ""
-            whole = f"{number_of(motion.frames, 'frame')}{span}"
+            whole = f"{number_of(motion.frames, 'frame')}, {motion.time[0]:.4g} to {motion.time[-1]:.4g} s"
             raise Error(
                 f"{self.source}: motion {wanted} ({whole}) has {number_of(part.frames, 'frame')} within the times "
                 "wanted; "

@@ -119,6 +119,8 @@ def fall_of(recording: Recording, scene: Scene) -> Facts:
     Args:
         scene: that made it, without free parameters.
     """
+    if not recording.frames:
+        return NOTHING_KNOWN
     end, limit = float(recording.time[-1]), plain_number(scene.failure.com_height)
     normal, height = plane(scene.ground)
     above = recording.com[[0, -1]] @ normal - height
