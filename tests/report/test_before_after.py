@@ -92,6 +92,15 @@ def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
     assert content["tracks"][0]["until"] == pytest.approx(walks[0].motion.time[-1], abs=1e-3)
 
 
+def test_a_walk_that_diverged_at_once_is_left_out_of_the_picture(walks):
+    before, after = walks
+    none = replace(before, motion=before.motion.window(100.0), shown=before.shown.window(100.0))
+    assert "<iframe" in page(none, after)
+    both = page(none, replace(after, shown=none.shown))
+    assert "<iframe" not in both
+    assert "<table>" in both
+
+
 def test_who_fell_is_shown_until_it_lies(walks):
     before, after = walks
     assert after.shown is after.motion

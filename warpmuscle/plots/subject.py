@@ -95,7 +95,7 @@ class Subject:
         check_motion_of(motion, self.scene, f"{self.source}: motion {wanted}")
         if motion.frames < 2:
             held = number_of(motion.frames, "frame") if motion.frames else "no frames"
-            raise Error(f"{self.source}: motion {wanted} has {held}; a figure needs two")
+            raise Absent(f"{self.source}: motion {wanted} has {held}; a figure needs two")
         part = motion.window(self.choices.start, self.choices.end)
         if part.frames < 2:
             whole = f"{number_of(motion.frames, 'frame')}, {motion.time[0]:.4g} to {motion.time[-1]:.4g} s"
