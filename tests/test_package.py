@@ -23,6 +23,10 @@ scene = wm.load("walk56")
 reveal_type(scene)
 reveal_type(scene.duration)
 print(fibre_force)
+one, both = wm.inverse_dynamics("m.osim", "a.mot"), wm.inverse_dynamics("m.osim", ["a.mot", "b.mot"])
+print(one.of("knee"), both[1].values, wm.joint_reactions("m.osim", "a.mot").columns())
+print(wm.static_optimization("m.osim", "a.mot", power=3).activation, wm.track("m.osim", "a.mot", ground=True).rms)
+print([run.rms for run in wm.track("m.osim", ("a.mot", "b.mot"))])
 """
 
 

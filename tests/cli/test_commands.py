@@ -12,6 +12,7 @@ import pytest
 from child_signals import running
 from command_line import run
 from patience import PATIENCE, until
+from warpmuscle.cli.walkers import commanded_in_words
 from warpmuscle.formats import load, toml
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
@@ -359,3 +360,8 @@ def test_values_that_are_nested_too_deeply_are_said_in_one_line(tmp_path):
 def test_bodies_that_ran_into_each_other_are_named(tmp_path):
     done = run("simulate", "fwalk", "--set", "failure.self_collision=0.005", "--duration", 1, folder=tmp_path)
     assert "by more than their limit (lLowerleg and rLowerleg)" in done.stdout
+
+
+def test_commands_of_a_scene_are_told_with_their_units():
+    scene = load("walk56_kettlebell")
+    assert commanded_in_words(scene, ["load=4", " drop = 3"]) == ["load 4 kg", "drop 3 s"]

@@ -42,6 +42,7 @@ def test_a_policy_moves_the_scene_and_is_reported(folder):
     code, told, said = warpmuscle(folder, *asked, "--device", "cpu")
     assert code == 0, said
     assert "wrote s.h5" in told
+    assert "heavier 4 m/s^2" in told
     assert "warning" not in said
     assert toml.loads(read(folder / "s.h5").scene).commands["heavier"].value == 4.0
     code, told, said = warpmuscle(folder, "report", "p.h5")

@@ -154,6 +154,18 @@ def test_a_slow_or_backward_walk_is_not_measured_by_norms(scene: Scene):
     assert TIMING not in found
 
 
+def test_legs_that_are_bent_where_their_angles_are_zero_are_not_measured_by_norms_of_people(scene: Scene):
+    joints = dict(scene.character.joints)
+    for name in ("lAnkle", "rAnkle"):
+        x, y, z = joints[name].position_in_parent
+        joints[name] = msgspec.structs.replace(joints[name], position_in_parent=(x, y, z - 0.4))
+    crouched = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, joints=joints))
+    found = gait_measures(normal_walk(scene), crouched)
+    assert "angles outside the norms" not in found
+    assert found["deviation of the knee"] is None
+    assert found["knee, maximum in swing"] is not None
+
+
 @pytest.mark.parametrize(("flight", "running"), [(0.0, False), (0.9, False), (1.1, True), (1.2, True), (30.0, True)])
 def test_a_gait_runs_whose_feet_are_both_off_the_ground_for_more_than_a_percent(
     scene: Scene, flight: float, running: bool

@@ -119,6 +119,20 @@ def test_chosen_muscles_are_shown_as_curves_of_both_sides(result):
     assert len(figure.axes[0].lines) == 2
 
 
+def test_norms_are_not_drawn_beside_legs_that_are_bent_where_their_angles_are_zero(result):
+    def ankles_behind(scene):
+        joints = dict(scene.character.joints)
+        for name in ("lAnkle", "rAnkle"):
+            x, y, z = joints[name].position_in_parent
+            joints[name] = msgspec.structs.replace(joints[name], position_in_parent=(x, y, z - 0.4))
+        return msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, joints=joints))
+
+    crouched = dataclasses.replace(result, scene=toml.dumps(ankles_behind(walk_scene())))
+    for one, drawn in ((result, True), (crouched, False)):
+        labels = [text for axes in draw(Subject(one), "angles").axes for text in axes.get_legend_handles_labels()[1]]
+        assert any(text.startswith("norm") for text in labels) == drawn
+
+
 def test_windows_of_emg_lie_beside_activations_of_a_walk_where_norms_are_drawn(result):
     for norms in (True, False):
         figure = draw(Subject(result, Choices(muscles=("?VAS", "?SOL"), norms=norms)), "activation")

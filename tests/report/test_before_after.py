@@ -92,6 +92,15 @@ def test_page_is_whole_and_has_both_walks_and_what_made_it(walks):
     assert content["tracks"][0]["until"] == pytest.approx(walks[0].motion.time[-1], abs=1e-3)
 
 
+def test_a_walk_that_diverged_at_once_is_left_out_of_the_picture(walks):
+    before, after = walks
+    none = replace(before, motion=before.motion.window(100.0), shown=before.shown.window(100.0))
+    assert "<iframe" in page(none, after)
+    both = page(none, replace(after, shown=none.shown))
+    assert "<iframe" not in both
+    assert "<table>" in both
+
+
 def test_who_fell_is_shown_until_it_lies(walks):
     before, after = walks
     assert after.shown is after.motion
@@ -119,6 +128,15 @@ def test_only_searches_for_walks_of_people_are_walked_again():
     assert not is_to_walk(result)
 
 
+HEADROOM = """() => {
+    const scene = document.getElementById("scene"), stacked = scene.clientWidth < scene.clientHeight;
+    const tall = scene.clientHeight / (stacked ? 2 : 1), places = warpmuscle.state().places;
+    const labels = [...document.querySelectorAll("#labels span")].map((one) => one.getBoundingClientRect().bottom);
+    const top = (k) => scene.getBoundingClientRect().top + (stacked ? k * tall : 0);
+    return labels.map((bottom, k) => top(k) + tall * places[k][1] - bottom);
+}"""  # px, from the centre of mass of each to its name
+
+
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
 def test_both_walkers_stay_in_the_picture_whoever_has_fallen(browser, walks, tmp_path, size):
     (tmp_path / "page.html").write_text(page(*walks), encoding="utf-8")
@@ -139,6 +157,9 @@ def test_both_walkers_stay_in_the_picture_whoever_has_fallen(browser, walks, tmp
             ".map(({ left, right, top }) => [left >= 0, right <= innerWidth, top >= 0])"
         )
         assert labels == [[True] * 3] * 2
+        if time == 0.0:  # both stand alike: neither name was pushed down onto the head by what lies over the picture
+            above = frame.evaluate(HEADROOM)
+            assert above[0] == pytest.approx(above[1], abs=2.0)
         texts = frame.evaluate("() => [...document.querySelectorAll('#labels span')].map((one) => one.textContent)")
         assert texts == ["before" if time == 0.0 else "before: fell at 0.2 s", "after"]
     together = frame.evaluate("() => { warpmuscle.show('split', false); return warpmuscle.state().shown.split }")

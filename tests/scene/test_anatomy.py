@@ -1,11 +1,13 @@
 """Which joints of a leg are hip, knee and ankle."""
 
+import math
+
 import msgspec
 import pytest
 
 from warpmuscle.formats import load, toml
-from warpmuscle.scene import Body, Displacement, Joint, Scene
-from warpmuscle.scene.anatomy import leg_joints
+from warpmuscle.scene import Body, Displacement, Joint, JointState, Scene
+from warpmuscle.scene.anatomy import leg_joints, straight_legs
 
 HINGES = {"flexion": (-1.0, 0.0, 0.0), "adduction": (0.0, 0.0, 1.0), "rotation": (0.0, 1.0, 0.0)}
 
@@ -84,3 +86,24 @@ def test_a_foot_below_a_subtalar_joint_has_the_same_hip_knee_and_ankle(foot: str
     standing = msgspec.structs.replace(scene, character=character)
     assert leg_joints(standing, 0) == ["hip_l", "knee_angle_l", "ankle_angle_l"]
     assert leg_joints(standing, 1) == ["hip_r", "knee_angle_r", "ankle_angle_r"]
+
+
+@pytest.mark.parametrize(("degrees", "straight"), [(0.0, True), (29.0, True), (31.0, False), (88.0, False)])
+@pytest.mark.parametrize("side", "lr")
+def test_legs_are_straight_by_their_pose_of_no_angles_wherever_they_start(degrees: float, straight: bool, side: str):
+    scene = legs_of(["flexion"])
+    joints = dict(scene.character.joints)
+    turn = math.radians(degrees)
+    ankle = (0.0, -0.1 * math.cos(turn), -0.1 * math.sin(turn))  # in the shank, whose axes are the thigh's
+    joints[f"ankle_{side}"] = msgspec.structs.replace(joints[f"ankle_{side}"], position_in_parent=ankle)
+    character = msgspec.structs.replace(scene.character, joints=joints)
+    turned = JointState((math.sin(0.6), 0.0, 0.0, math.cos(0.6)))
+    bent = {f"knee_{one}": turned for one in "lr"}
+    for start in ({}, bent):
+        state = msgspec.structs.replace(scene.initial_state, joints=start)
+        posed = msgspec.structs.replace(scene, character=character, initial_state=state)
+        assert straight_legs(posed) == straight
+
+
+def test_a_scene_without_legs_has_none_that_are_bent():
+    assert straight_legs(load("throw"))

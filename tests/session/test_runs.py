@@ -102,3 +102,24 @@ def test_a_run_in_the_place_of_its_recording_is_told_where_that_is():
 def test_a_run_has_its_times():
     run = wm.simulate("fwalk", duration=0.1)
     np.testing.assert_array_equal(run.time, run.recording.time)
+
+
+def test_a_run_that_diverges_at_once_says_so_and_has_nothing_to_show(tmp_path: Path):
+    run = wm.simulate("fwalk", 3.0, device="cpu", set={"initial_state.root_velocity.2": 1e9})
+    assert run.recording.frames == 0
+    assert "diverged" in repr(run)
+    assert "diverged" in run._repr_html_()  # as a notebook shows it
+    assert "<iframe" not in run._repr_html_()
+    for shown in (run.show, lambda: run.save(tmp_path / "a.html")):
+        with pytest.raises(wm.Error, match="nothing to show: the motion has no frames"):
+            shown()
+    for name in ("hip flexion", "hip_flexion"):
+        with pytest.raises(wm.Error, match=r"motion 0 has no frames|a curve by its name"):
+            run[name]
+
+
+def test_a_curve_that_a_run_does_not_have_is_not_answered_by_its_own_name():
+    arm = wm.simulate(muscle_scene(), 0.3, device="cpu")
+    with pytest.raises(wm.Error) as told:
+        arm["hip flexion"]
+    assert "run['hip flexion']" not in str(told.value)

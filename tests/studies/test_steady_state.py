@@ -60,6 +60,12 @@ def test_what_begins_no_steps_is_said():
         steady_state(still, 1.0)
 
 
+def test_what_diverges_at_once_begins_no_step():
+    state = msgspec.structs.replace(load("fwalk").initial_state, root_velocity=(0.0, 0.0, 1e9))
+    with pytest.raises(RolloutError, match="begins no step between 1 s and its end at 0 s"):
+        steady_state(msgspec.structs.replace(load("fwalk"), initial_state=state), 1.0)
+
+
 def test_start_on_a_slope_is_as_high_above_it_as_the_motion_was():
     scene = load("fwalk")
     scene.ground.normal = (0.0, 1.0, -0.02)

@@ -1,16 +1,24 @@
 """Curves come in an order in which one looks for them."""
 
 import dataclasses
+from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
+from warpmuscle import examples
 from warpmuscle.core.pose import from_rotation_vector, multiply, rotate
+from warpmuscle.creatures.build import creature_scene, read_creature
 from warpmuscle.formats import load
-from warpmuscle.scene import Force
-from warpmuscle.scene.parameters import start_values, substitute
+from warpmuscle.scene import Force, JointState
+from warpmuscle.scene.initial_pose import initial_pose
+from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.parameters import at_start, start_values, substitute
 from warpmuscle.view.curves import leg_curves, panels_of
 from warpmuscle.view.waiting import first_pose
+
+FILES = Path(examples.__file__).with_name("files")
 
 
 def titles(name: str, group: str) -> list[str]:
@@ -85,6 +93,21 @@ def test_hips_abduct_and_rotate_inwards_with_a_positive_sign():
         (panel,) = (one for one in panels_of(moved, plain) if (one.group, one.title) == ("angles", "hip abduction"))
         turned[joint] = next(line.values[0] for line in panel.lines if line.name.startswith(joint))
     assert turned == pytest.approx({"lHip": np.degrees(0.3), "rHip": np.degrees(0.3)}, abs=1e-4)
+
+
+@pytest.mark.parametrize("about_z", [0.3, -0.3])
+def test_a_hip_of_two_axes_abducts_with_a_positive_sign(about_z: float):
+    scene = at_start(creature_scene(read_creature(FILES / "spatial_walker.toml")))
+    for side, outwards in (("l", 1.0), ("r", -1.0)):  # x is to the left
+        joint = scene.character.joints[f"{side}Hip"]
+        turned = JointState(tuple(from_rotation_vector(np.array([0.0, 0.0, about_z])).tolist()))
+        state = msgspec.structs.replace(scene.initial_state, joints={f"{side}Hip": turned})
+        poses, _ = initial_pose(msgspec.structs.replace(scene, initial_state=state))
+        away = outwards * (poses[f"{side}Foot"][0] - poses[joint.child][0])[0]
+        title, sign = leg_curves(scene)[f"{side}Hip b"]
+        abducted = sign * joint_type(joint).start(joint, turned)[0][0, 1]
+        assert title == "hip abduction"
+        assert abducted == pytest.approx(np.copysign(0.3, away), abs=1e-6)
 
 
 def test_arms_that_are_lifted_ahead_flex_and_elbows_bend_with_a_positive_sign():

@@ -18,7 +18,7 @@ from warpmuscle.optimization.optimize import optimize
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read, write
 from warpmuscle.view.page import replay_html
-from warpmuscle.view.sources import is_result, of_replays, of_results, tracks_of
+from warpmuscle.view.sources import is_result, of_replays, of_results, page_of_sights, tracks_of
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +36,19 @@ def test_motion_of_a_result_is_shown_with_its_best_parameters(file):
     number = result.parameters.name.index("controller.pd.lKnee.kp")
     assert sight.scene.controller.pd["rKnee"].kp == result.best.params[number]
     assert [sight.label for sight in of_results([str(file), str(file)])] == ["walks", "walks"]
+
+
+def test_a_motion_without_frames_is_nothing_to_show(file):
+    result = read(file)
+    none = result.replays[0].window(100.0)
+    assert none.frames == 0
+    ended = dataclasses.replace(result, replays=(none,), evaluations=None)
+    with pytest.raises(Error, match="nothing to show: the motion has no frames"):
+        tracks_of(of_replays(ended))
+    (walk,), (nothing,) = of_replays(result), of_replays(ended)
+    assert page_of_sights([walk, nothing]).text == page_of_sights([walk]).text
+    with pytest.raises(Error, match="nothing to show: the motion has no frames"):
+        page_of_sights([nothing])
 
 
 def test_best_candidates_are_run_again_best_first(file):

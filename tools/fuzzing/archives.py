@@ -7,6 +7,7 @@ import json
 import struct
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 
 from fuzzing.texts import damaged, mutated
 from fuzzing.values import NAMES, NUMBERS, WORDS
+from warpmuscle.results.result import read, write
 
 MAGIC = b"warpmuscle journal 1\n"
 HEAD = struct.Struct("<QI")
@@ -45,6 +47,12 @@ def change_values(path: Path, rng: Random) -> None:
                 _change_attribute(file[rng.choice([name, name.partition("/")[0], "/"])], rng)
             else:
                 _change_dataset(file[name], rng)
+
+
+def cut_motion(path: Path, frames: int) -> None:
+    """Keep the first frames of the first motion of a result, as of one that diverged."""
+    result = read(path)
+    write(path, replace(result, replays=(result.replays[0].at(slice(frames)),)))
 
 
 def change_task(path: Path, rng: Random) -> None:

@@ -294,6 +294,16 @@ def _three(rng: Random, at: Setting) -> list[str]:
 
 
 def _hdf5(rng: Random, at: Setting, change: Callable[[Path], None]) -> list[Command]:
+    if rng.random() < 0.05:  # a motion of few frames or none
+        at.copy("fwalk.h5")
+        archives.cut_motion(at.folder / "fwalk.h5", rng.choice([0, 0, 1, 2]))
+        more: list[Command] = [
+            ["gait", "fwalk.h5"], ["creature", "judge", "fwalk.h5"], ["view", "fwalk.h5", "--export", "out.html"],
+            ["report", "fwalk.h5", "-o", "out.html"], ["report", "fwalk.h5"], ["video", "fwalk.h5", "-o", "a.gif"],
+            ["export", "fwalk.h5", "-o", rng.choice(EXPORTS)],
+            ["plot", "fwalk.h5", "--what", rng.choice(KINDS_OF_FIGURES), "-o", "a.png"],
+        ]  # fmt: skip
+        return [rng.choice(more)]
     name = rng.choice(["search.h5", "search.h5", "fwalk.h5", "elbow_open_loop.h5", "swept.h5"])
     at.copy(name)
     change(at.folder / name)

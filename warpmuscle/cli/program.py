@@ -70,7 +70,7 @@ def _print_version(given: bool) -> None:
 TRY = {
     "view walk56_person": "a walk on 56 muscles, in the browser (extra `view`)",
     "view fwalk --live": "push a biped and steer it while it walks",
-    "optimize stumble56 --candidates 2000": "one that falls learns to walk: two minutes on two cores",
+    "optimize stumble56 --candidates 2000": "one that falls learns to walk: about a minute on two cores",
     "gait walk56_person": "a walk in numbers, beside people's",
     "convert yours.osim -o yours.toml": "your OpenSim model as a scene",
     "scenes": "all shipped scenes",

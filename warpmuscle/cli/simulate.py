@@ -28,7 +28,7 @@ from warpmuscle.cli.common import (
     writable,
 )
 from warpmuscle.cli.console import GaitPrinter, log, out, print_gait, print_warnings, suggest
-from warpmuscle.cli.walkers import shared_out
+from warpmuscle.cli.walkers import commanded_in_words, shared_out
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -118,11 +118,13 @@ def _act(
     task = lasting(commanded(task, to_policy))
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
+    moved = recording.time[-1] if recording.frames else 0.0
     out.print(
-        f"{scene.name}: {_ended(status, recording, scene)}; {recording.time[-1]:.4g} s moved by the policy of {policy}",
+        f"{scene.name}: {_ended(status, recording, scene)}; {moved:.4g} s moved by the policy of {policy}",
         markup=False,
     )
-    if said := commands_in_words(task):
+    own = commanded_in_words(scene, [text for text in commands if text not in to_policy])
+    if said := ", ".join(filter(None, [commands_in_words(task), *own])):
         out.print(f"commanded: {said}", markup=False)
     return scene, recording, free_parameters(scene)
 

@@ -89,3 +89,13 @@ def shared_out(scene: Scene, task: Task, commands: list[str]) -> tuple[Scene, li
 
     own = [text for text in commands if is_of_controller(text)]
     return with_commands(scene, own) if own else scene, [text for text in commands if not is_of_controller(text)]
+
+
+def commanded_in_words(scene: Scene, commands: list[str]) -> list[str]:
+    """Commands of a scene that were given as NAME=VALUE, with their units."""
+    words = []
+    for text in commands:
+        name, _, value = (part.strip() for part in text.partition("="))
+        unit = scene.commands[name].unit
+        words.append(f"{name} {value}" if unit in ("", "1") else f"{name} {value} {unit}")
+    return words

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import msgspec
@@ -75,8 +76,24 @@ def creature_scene(creature: Creature, name: str = "") -> Scene:
         time_step=creature.time_step,
         implicit_pd=True,
     )
-    check_scene(scene)
+    try:
+        check_scene(scene)
+    except SceneError as error:
+        raise _described(creature, error) from None
     return scene
+
+
+def _described(creature: Creature, error: SceneError) -> SceneError:
+    """An error of the scene at what describes it: the segment of a body, or a muscle."""
+    kinds: dict[str, tuple[str, Iterable[str]]] = {
+        "bodies": ("segments", creature.segments), "muscles": ("muscles", creature.muscles)
+    }  # fmt: skip
+    table, kind, own, *_ = *error.key.split("."), "", "", ""
+    called, names = kinds.get(kind if table == "character" else "", ("", ()))
+    for name in names:
+        if own in (name, sided(name, "l"), sided(name, "r")):
+            return SceneError(f"makes no sound scene: {error.key}: {error.message}", key=f"{called}.{name}")
+    return error
 
 
 def _start(creature: Creature, character: Character, standing: InitialState) -> InitialState:

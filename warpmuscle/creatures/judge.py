@@ -92,7 +92,9 @@ def plausibility(scene: Scene, recording: Recording) -> Plausibility:
     """
     if not scene.character.muscles:
         raise Error(f"{scene.name} has no muscles to judge")
-    if not recording.frames or any(not len(recording[name]) for name in ("coordinate", "muscle_force")):
+    if not recording.frames:
+        raise Error(f"the motion of {scene.name} has no frames: it ended at once")
+    if any(not len(recording[name]) for name in ("coordinate", "muscle_force")):
         raise Error("takes a motion with its coordinates, fibre lengths and muscle forces")
     frames = np.unique(np.linspace(0, recording.frames - 1, min(FRAMES, recording.frames)).astype(int))
     _, arms = muscle_geometry(scene, recording.coordinate[frames])

@@ -35,6 +35,7 @@ from warpmuscle.gait.penetration import penetration
 from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import straight_legs
 from warpmuscle.scene.masses import total_mass
 from warpmuscle.scene.norms import FORCE, LEG_ANGLES, NORMS
 
@@ -85,7 +86,7 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
     found[VARIABILITY] = None if deviation is None else 1000.0 * deviation
     shares = support_of(recording, scene, cycles)
     running = runs(scene, shares)
-    normal = gait.speed_forward >= LEAST_NORMAL_SPEED
+    normal = gait.speed_forward >= LEAST_NORMAL_SPEED and straight_legs(scene)
     angles = _leg_angles(recording, scene)
     curves = {name: _means(recording.time, of_sides, cycles) for name, of_sides in angles.items()}
     return (

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
@@ -53,6 +53,8 @@ INSTEAD = {  # of arguments that are often tried
     **dict.fromkeys(("external_loads", "grf", "forces"), "loads=read_loads('grf.xml') of warpmuscle.inverse.loads"),
 }
 CoordinatesLike = Coordinates | str | PathLike[str]  # of a trial, or the name of its file
+Several = list[Any] | tuple[Any, ...]  # of these
+LoadsLike = Loads | Sequence[Loads | None] | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -114,6 +116,18 @@ class Prepared(NamedTuple):
         return np.split(array, self.starts[1:-1])
 
 
+@overload
+def inverse_dynamics(
+    model: SceneLike | BodyModel, coordinates: CoordinatesLike, loads: LoadsLike = None, *,
+    filter: float | None = None, times: Floats | Sequence[Floats] | None = None, exact_rates: bool = False,
+    device: str | None = None,
+) -> Moments: ...  # fmt: skip
+@overload
+def inverse_dynamics(
+    model: SceneLike | BodyModel, coordinates: Several, loads: LoadsLike = None, *,
+    filter: float | None = None, times: Floats | Sequence[Floats] | None = None, exact_rates: bool = False,
+    device: str | None = None,
+) -> list[Moments]: ...  # fmt: skip
 @answering(INSTEAD)
 @said("finding moments")
 def inverse_dynamics(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 import warp as wp
@@ -22,7 +22,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.activations import RESERVE, ActivationOptions, Activations, widths_left_out
 from warpmuscle.inverse.body_model import BodyModel, MuscleFrames
-from warpmuscle.inverse.dynamics import CoordinatesLike, Moments, Prepared, are_several, prepare
+from warpmuscle.inverse.dynamics import CoordinatesLike, LoadsLike, Moments, Prepared, Several, are_several, prepare
 from warpmuscle.inverse.elastic_tendon import tendon_motion
 from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.muscle_groups import Groups, groups_of
@@ -50,6 +50,20 @@ class _Solved:
     speed: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
 
+@overload
+def static_optimization(
+    model: SceneLike | BodyModel, coordinates: CoordinatesLike, loads: LoadsLike = None, *,
+    filter: float | None = None, times: Floats | Sequence[Floats] | None = None,
+    emg: Emg | Sequence[Emg | None] | None = None, exact_rates: bool = False, device: str | None = None,
+    **options: object,
+) -> Activations: ...  # fmt: skip
+@overload
+def static_optimization(
+    model: SceneLike | BodyModel, coordinates: Several, loads: LoadsLike = None, *,
+    filter: float | None = None, times: Floats | Sequence[Floats] | None = None,
+    emg: Emg | Sequence[Emg | None] | None = None, exact_rates: bool = False, device: str | None = None,
+    **options: object,
+) -> list[Activations]: ...  # fmt: skip
 @said("finding muscle forces")
 def static_optimization(
     model: SceneLike | BodyModel,

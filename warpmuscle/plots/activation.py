@@ -102,7 +102,7 @@ def _map(subject: Subject, rows: list[Pair]) -> Any:
 
 def _windows(subject: Subject, muscle: str) -> tuple[tuple[float, float], ...]:
     """When people have a muscle active in walking, % of the cycle; none for those not tabled, and of runs."""
-    name = side_and_muscle(muscle)[1] if subject.choices.norms and not subject.runs else ""
+    name = side_and_muscle(muscle)[1] if subject.norms and not subject.runs else ""
     return tuple((float(begin), float(end)) for begin, end in WINDOWS.get(name, ()))
 
 

@@ -22,7 +22,7 @@ def draw(subject: Subject) -> Any:
         raise Absent(f"{subject.source}: {error}") from None
     figure, panels = grid(3, 3, 2.9)
     for axes, (name, sides) in zip(panels, angles.items(), strict=True):
-        if subject.choices.norms:
+        if subject.norms:
             angle_bands(axes, name, subject.runs)
         for side, angle in sides.items():
             mean_and_spread(axes, PERCENT, over_strides(time, angle, cycles[side]), side)

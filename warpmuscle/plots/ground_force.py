@@ -19,7 +19,7 @@ def draw(subject: Subject) -> Any:
     weight = body_weight(subject.scene)
     figure, panels = grid(3, 3, 2.9)
     for axes, (name, axis) in zip(panels, _PARTS, strict=True):
-        if axis == 1 and subject.choices.norms and not subject.runs:
+        if axis == 1 and subject.norms and not subject.runs:
             norm_band(axes, name)
         for side in SIDES:
             force = recording[f"foot_force_{side}"][:, axis] / weight

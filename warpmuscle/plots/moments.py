@@ -37,7 +37,7 @@ def _drawn(subject: Subject, curves: dict[str, Curves], names: Sequence[str], ti
     figure, panels = grid(len(names), 3, 2.3)
     for axes, name in zip(panels, names, strict=True):
         curve = curves[name]
-        if curve.people is not None and subject.choices.norms and not subject.runs:
+        if curve.people is not None and subject.norms and not subject.runs:
             mean, deviation = curve.people
             label = f"norm ({SOURCE}, mean and SD)"
             axes.fill_between(PERCENT, mean - deviation, mean + deviation, color=BAND_COLOR, lw=0.0, label=label)

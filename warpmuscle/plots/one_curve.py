@@ -90,7 +90,7 @@ def curve_names(subject: Subject) -> list[str]:
 
 
 def _over_cycle(subject: Subject, title: str, curve: Any, axes: Any) -> None:
-    if subject.choices.norms:
+    if subject.norms:
         if title in LEG_ANGLES:
             angle_bands(axes, title, subject.runs)
         elif curve.people is not None and not subject.runs:

@@ -42,7 +42,7 @@ def angles(subjects: Sequence[Subject]) -> Any:
         raise Absent(str(error)) from None
     figure, panels = grid(3, 3, 2.9)
     for axes, title in zip(panels, every[0], strict=True):
-        if subjects[0].choices.norms:
+        if subjects[0].norms:
             angle_bands(axes, title, subjects[0].runs)
         _cycles(axes, subjects, [found[title] for found in every])
         axes.set(title=title, ylabel="angle (deg)")
@@ -94,7 +94,7 @@ def curve(subjects: Sequence[Subject], name: str) -> Any:
     ]  # fmt: skip
     if all(key in found for found in cyclic):
         title, unit = cyclic[0][key][0], cyclic[0][key][1].unit
-        if subjects[0].choices.norms and title in LEG_ANGLES:
+        if subjects[0].norms and title in LEG_ANGLES:
             angle_bands(axes, title, subjects[0].runs)
         for found, color in zip(cyclic, _colors(subjects), strict=True):
             for side, rows in found[key][1].sides.items():

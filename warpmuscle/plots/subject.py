@@ -24,6 +24,7 @@ from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import ParameterTable, Result
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import straight_legs
 from warpmuscle.scene.validation.checks import near
 
 
@@ -92,10 +93,12 @@ class Subject:
             )
         motion = demanding(replays[wanted], self.source)
         check_motion_of(motion, self.scene, f"{self.source}: motion {wanted}")
+        if motion.frames < 2:
+            held = number_of(motion.frames, "frame") if motion.frames else "no frames"
+            raise Absent(f"{self.source}: motion {wanted} has {held}; a figure needs two")
         part = motion.window(self.choices.start, self.choices.end)
         if part.frames < 2:
-            span = f", {motion.time[0]:.4g} to {motion.time[-1]:.4g} s" if motion.frames else ""
-            whole = f"{number_of(motion.frames, 'frame')}{span}"
+            whole = f"{number_of(motion.frames, 'frame')}, {motion.time[0]:.4g} to {motion.time[-1]:.4g} s"
             raise Error(
                 f"{self.source}: motion {wanted} ({whole}) has {number_of(part.frames, 'frame')} within the times "
                 "wanted; "
@@ -141,6 +144,11 @@ class Subject:
         """Whether the gait is judged as running; raises Absent where there are no gait cycles."""
         cycles = self.strides
         return runs(self.scene, support_of(self.recording, self.scene, cycles))
+
+    @cached_property
+    def norms(self) -> bool:
+        """Whether norms of people are drawn: they are wanted, and angles of the legs are measured as people's are."""
+        return self.choices.norms and straight_legs(self.scene)
 
     @property
     def walks(self) -> bool:

@@ -127,11 +127,6 @@ def lines(before: Walked, after: Walked) -> list[str]:
 def page(before: Walked, after: Walked, command: str = "") -> str:
     """Both walks side by side and the table, as one page that needs nothing but a browser."""
     title = html.escape(f"{after.scene.name}, before and after the search")
-    walks = {"before": before, "after": after}
-    replay = replay_html(
-        [walk.shown for walk in walks.values()], [walk.scene for walk in walks.values()],
-        list(walks), title=title, plots=False, split=True, facts=[_fate(walk) for walk in walks.values()],
-    )  # fmt: skip
     head = "".join(f"<th>{name}</th>" for name in ("", "before", "after", "people"))
     body = "\n".join(f"<tr><td>{html.escape(name)}</td>{_cells(cells)}</tr>" for name, *cells in rows(before, after))
     notes = "".join(f"<p>{html.escape(line)}</p>\n" for line in [*_notes(after), *([command] if command else [])])
@@ -139,9 +134,21 @@ def page(before: Walked, after: Walked, command: str = "") -> str:
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="{POLICY}" content="{POLICY_OF_FILES}">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{title}</title>\n'
-        f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{iframe(replay, _HEIGHT)}\n"
+        f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{_replay(before, after, title)}\n"
         f"<table>\n<tr>{head}</tr>\n{body}\n</table>\n{notes}</body>\n</html>\n"
     )
+
+
+def _replay(before: Walked, after: Walked, title: str) -> str:
+    """Both walks as an element of the page, without one that diverged at once; empty if both did."""
+    walks = {name: walk for name, walk in (("before", before), ("after", after)) if walk.shown.frames}
+    if not walks:
+        return ""
+    replay = replay_html(
+        [walk.shown for walk in walks.values()], [walk.scene for walk in walks.values()],
+        list(walks), title=title, plots=False, split=len(walks) > 1, facts=[_fate(walk) for walk in walks.values()],
+    )  # fmt: skip
+    return iframe(replay, _HEIGHT)
 
 
 def _shown(value: float | None, decimals: int) -> str:

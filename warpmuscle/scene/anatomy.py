@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import msgspec
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import rotate
 from warpmuscle.scene import Box, Capsule, Character, Joint, Scene, Shape
-from warpmuscle.scene.initial_pose import plain_vector, world_poses
+from warpmuscle.scene.initial_pose import initial_pose, plain_vector, world_poses
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.masses import massless
 from warpmuscle.scene.parameters import at_start
@@ -21,6 +22,7 @@ Side = Literal["left", "right", "middle"]
 BONE_RADIUS = 0.017  # m
 HEIGHT, EDGE = 150, 6  # px, of the picture
 BONE, MUSCLE = "#8a949e", "#2f69cf"
+STRAIGHT = float(np.cos(np.radians(30.0)))  # between thigh and shank; models of people have at most 12 degrees
 _MIDDLE = 0.02  # m, bodies this close to the plane of symmetry belong to no side
 
 
@@ -139,6 +141,27 @@ def joint_place(joint: Joint) -> Floats:
         still = np.zeros((1, 1))
         place = place + kind.motion(joint, still, still).place[0]
     return place
+
+
+def straight_legs(scene: Scene) -> bool:
+    """Whether the legs of a numeric scene are straight where all angles are 0, as those are that norms are of.
+
+    Legs of crouched animals begin to bend from another pose, so that their angles say nothing beside people's. One that
+    is not straight is enough; a leg without a hip, a knee and an ankle is none.
+    """
+    start = msgspec.structs.replace(scene.initial_state, joints={})
+    poses, _ = initial_pose(msgspec.structs.replace(scene, initial_state=start))
+    for side in (0, 1):
+        joints = [scene.character.joints[name] for name in leg_joints(scene, side)]
+        if len(joints) < 3:
+            continue
+        places = [first_row(joint.position_in_child) for joint in joints]
+        bodies = [poses[joint.child] for joint in joints]
+        hip, knee, ankle = (at + rotate(turn, place) for (at, turn), place in zip(bodies, places, strict=True))
+        thigh, shank = knee - hip, ankle - knee
+        if thigh @ shank < STRAIGHT * float(np.linalg.norm(thigh) * np.linalg.norm(shank)):
+            return False
+    return True
 
 
 def foot_bodies(character: Character, foot: str) -> list[str]:

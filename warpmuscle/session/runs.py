@@ -181,7 +181,8 @@ class Run:
             title, unit, lines = curve_of(self.result, name, [str(one) for one in table])
         except Error as error:
             hint = INSTEAD.get(plain(name).replace(" ", "_"))
-            raise ArgumentError(f"no quantity is called {name!r}; {hint}" if hint else str(error)) from None
+            elsewhere = hint and f"run[{name!r}]" not in hint  # rather than what was asked just now
+            raise ArgumentError(f"no quantity is called {name!r}; {hint}" if elsewhere else str(error)) from None
         return labelled_curve(title, unit, self.recording.time, lines)
 
     def keys(self) -> list[str]:
@@ -211,7 +212,8 @@ class Run:
         return f"Run({self.scene.name}{facts})"
 
     def _repr_html_(self) -> str:
-        return html_table(("", ""), self._facts()) + self.show()._repr_html_()
+        seen = self.show()._repr_html_() if self.recording.frames else ""  # none where it diverged at once
+        return html_table(("", ""), self._facts()) + seen
 
     def _facts(self) -> list[tuple[str, str]]:
         """What is said of the run, by name."""
@@ -318,7 +320,7 @@ def _by_policy(scene: Scene, policy: Path, asked: dict[str, float], device: str 
     place = str(find_device(device))
     task = lasting(commanded(task, facts))
     recording, status = replay(learned.policy, scene, place, task, rate=rate)
-    ended = _End(status, float(recording.time[-1]), "")
+    ended = _End(status, float(recording.time[-1]) if recording.frames else 0.0, "")
     return _kept(substitute(scene, start_values(scene)), scene, recording, ended, {}, place)
 
 

@@ -16,6 +16,7 @@ from warpmuscle.gait.likeness import norms_of
 from warpmuscle.gait.quality import runs, support_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
+from warpmuscle.scene.anatomy import straight_legs
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.norms import LEG_ANGLES, Band
 from warpmuscle.view.curves import LEG_TITLES, Line, Panel, panels_of
@@ -160,8 +161,11 @@ def cycles_of(recording: Recording, scene: Scene) -> dict[str, list[tuple[float,
 
 
 def leg_norms(recording: Recording, scene: Scene, cycles: dict[str, Any]) -> list[LegNorm]:
-    """Angles of legs that have a hip, a knee and an ankle, with their measured norms of walking, or of running."""
-    if not cycles or not all(cycles.values()):
+    """Angles of legs that have a hip, a knee and an ankle, with their measured norms of walking, or of running.
+
+    There are none for legs that are bent where their angles are 0, such as a bird's.
+    """
+    if not cycles or not all(cycles.values()) or not straight_legs(scene):
         return []
     try:
         norm = norms_of(runs(scene, support_of(recording, scene, cycles)))[-1]

@@ -31,7 +31,7 @@ WORDS = {
 }  # that names of joints and coordinates shorten  # fmt: skip
 BESIDE = {"l": "left", "r": "right"}
 MIDDLE = 0.03  # m, from the plane of symmetry, of what is a neck rather than a shoulder
-ALONG_Z = 0.8  # of a unit axis, of an ankle that turns inwards and outwards
+ALONG_Z = 0.8  # of a unit axis, about which a leg or a foot turns inwards and outwards
 STANDING = 1e-3  # rad/s, below which the power of a device says nothing of its torque
 FULL_FORCE = 1.5  # f_max, that the page stores as the greatest force of a muscle
 
@@ -130,8 +130,9 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
     """What curves of hips, knees and ankles are called in anatomy, and the sign that makes them so, by joint and axis.
 
     Flexion and dorsiflexion are about the first axis. Of hips that are ball joints turns about y and z are rotation,
-    positive inwards, and abduction, positive away from the other leg. Of ankles with a second axis that points ahead a
-    turn about it is inversion, positive where the sole looks at the other foot. Toes flex towards the sole.
+    positive inwards, and abduction, positive away from the other leg; so it is about the second of two axes, if that
+    points ahead. Of ankles such a turn is inversion, positive where the sole looks at the other foot. Toes flex towards
+    the sole.
     """
     found: dict[str, tuple[str, float]] = {}
     for name, sign in flexion_signs(scene).items():
@@ -145,10 +146,10 @@ def leg_curves(scene: Scene) -> dict[str, tuple[str, float]]:
         if place == 0 and words == ["x", "y", "z"]:
             outwards = 1.0 if side == 0 else -1.0
             found |= {f"{name} y": ("hip rotation", -outwards), f"{name} z": ("hip abduction", outwards)}
-        ahead = first_number(scene.character.joints[name].axes[1][2]) if place == 2 and words == ["a", "b"] else 0.0
-        if abs(ahead) > ALONG_Z:  # which lifts the outer edge of a left foot
-            inwards = -1.0 if side == 0 else 1.0
-            found[f"{name} b"] = "ankle inversion", inwards * float(np.sign(ahead))
+        ahead = first_number(scene.character.joints[name].axes[1][2]) if words == ["a", "b"] else 0.0
+        if abs(ahead) > ALONG_Z and place != 1:  # which lifts a left leg outwards, and the outer edge of a left foot
+            outwards = float(np.sign(ahead)) * (1.0 if side == 0 else -1.0)
+            found[f"{name} b"] = ("hip abduction", outwards) if place == 0 else ("ankle inversion", -outwards)
     return found | _trunk_curves(scene) | _arm_curves(scene)
 
 

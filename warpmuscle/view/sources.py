@@ -119,6 +119,8 @@ def fall_of(recording: Recording, scene: Scene) -> Facts:
     Args:
         scene: that made it, without free parameters.
     """
+    if not recording.frames:
+        return NOTHING_KNOWN
     end, limit = float(recording.time[-1]), plain_number(scene.failure.com_height)
     normal, height = plane(scene.ground)
     above = recording.com[[0, -1]] @ normal - height
@@ -236,9 +238,12 @@ def page_of_sights(
         meshes: folder with the files of triangles that models of OpenSim are drawn with. beside: one that is looked at
             unasked.
 
+    Motions without frames, such as that of a candidate which diverged at once, are left out beside others.
+
     Raises:
-        Error: there are too many motions; the folder has no such files.
+        Error: there are too many motions, or none with frames; the folder has no such files.
     """
+    sights = [sight for sight in sights if sight.recording.frames] or sights
     scenes = [sight.scene for sight in sights]
     folder = mesh_folder(meshes, scenes[0], beside)
     names = list(dict.fromkeys(scene.name for scene in scenes))

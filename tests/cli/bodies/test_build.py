@@ -1,5 +1,7 @@
 """`creature build` and `scale`: what they write is a scene; a wrong input is one line, and writes nothing."""
 
+import re
+
 import pytest
 
 from command_line import run
@@ -17,6 +19,25 @@ def test_build_writes_a_scene_with_free_muscles(tmp_path):
     assert scene.name == "hop"
     assert "8 bodies, 16 muscles" in done.stdout
     assert f"{len(free_parameters(scene))} free numbers" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("mass", "1e-30", "segments.trunk: makes no sound scene: character.bodies.trunk.mass: must be at least"),
+        ("radius", "1e-30", "segments.trunk: makes no sound scene: character.bodies.trunk.inertia"),
+        ("end", "[0, 1e6, 0]", "segments.trunk: makes no sound scene: character.bodies.trunk.inertia"),
+    ],
+)
+def test_what_makes_no_sound_scene_is_told_at_its_place_in_the_description(tmp_path, key, value, said):
+    assert run("example", "creatures", folder=tmp_path).returncode == 0
+    text = (tmp_path / "kangaroo.toml").read_text()
+    (tmp_path / "wrong.toml").write_text(re.sub(rf"(?m)^{key} = .*", f"{key} = {value}", text, count=1))
+    line = text[: text.index("[segments.trunk]")].count("\n") + 1
+    done = run("creature", "build", "wrong.toml", "-o", "out.toml", folder=tmp_path)
+    assert done.returncode == 2
+    assert f"wrong.toml:{line}: {said}" in done.stderr
+    assert not (tmp_path / "out.toml").exists()
 
 
 @pytest.mark.parametrize(

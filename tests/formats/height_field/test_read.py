@@ -253,6 +253,12 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path):
         scene(tmp_path, "none.png")
 
 
+def test_heights_beyond_all_mountains_are_told_of_the_file(tmp_path: Path):
+    written(tmp_path, "a.csv", "0, 1e9\n0, 0")
+    with pytest.raises(SceneError, match=r"tiles\.0\.file: heights must be finite, and at most 10000 m"):
+        scene(tmp_path, "a.csv")
+
+
 def test_what_is_no_height_field_of_mujoco_is_refused(tmp_path: Path):
     written(tmp_path, "h.xml", HFIELD.format("h.bin").replace("elevation", "file"))
     for data in (b"", b"x" * 7, struct.pack("<ii3f", 2, 3, 0, 1, 2), struct.pack("<ii", -1, -1) + bytes(4)):

@@ -199,7 +199,7 @@ def test_what_cannot_be_used_is_named_where_it_stands(
     assert failed.returncode == 2
     assert f"patient.toml:{line}: " in failed.stderr.replace("\n", " "), failed.stderr
     assert words in failed.stderr
-    assert not (tmp_path / "patient.patient" / "match.h5").exists()  # before anything was searched for
+    assert not (tmp_path / "patient.patient").exists()  # before anything was searched for
 
 
 def test_the_gait_that_is_tracked_is_the_patients(done, folder: Path, patient: Patient):

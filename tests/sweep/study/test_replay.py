@@ -1,9 +1,12 @@
 """Which walk of each condition the page of a study shows."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from small_result import walk_result
+from warpmuscle.results.result import write
 from warpmuscle.sweep.study.measured import MeasuredRun, StudyResult
 from warpmuscle.sweep.study.replay import replay_of, typical
 
@@ -39,3 +42,17 @@ def test_of_many_conditions_there_are_the_ends_and_the_reference():
 
 def test_runs_whose_files_cannot_be_read_are_left_out():
     assert replay_of(study_of(run(1.0, 1.0, 1)), {1.0: "strength 1"}) == ""
+
+
+def test_a_run_that_diverged_at_once_is_left_out_beside_others(tmp_path: Path):
+    walk = walk_result()
+    none = replace(walk, replays=(walk.replays[0].window(100.0),))
+    for seed, result in ((1, walk), (2, none)):
+        write(tmp_path / f"{seed}.h5", result)
+    walked, ended = (replace(run(condition, 1.0, seed), file=tmp_path / f"{seed}.h5")
+                     for condition, seed in ((1.0, 1), (0.5, 2)))  # fmt: skip
+    names = {1.0: "strong", 0.5: "weak"}
+    shown = replay_of(study_of(walked, ended), names)
+    assert "<iframe" in shown
+    assert shown == replay_of(study_of(walked), names)
+    assert replay_of(study_of(replace(ended, condition=1.0)), names) == ""

@@ -21,7 +21,7 @@ def build(
     Attachments, wrapping radii, properties of muscles and numbers of the controller are free in it. Example:
     warpmuscle example creatures; warpmuscle creature build ostrich.toml -o ostrich_search.toml
     """
-    from warpmuscle.core.errors import Error
+    from warpmuscle.core.errors import Error, SceneError
     from warpmuscle.core.files import replace_file
     from warpmuscle.creatures.build import creature_scene, read_creature
     from warpmuscle.formats import toml
@@ -32,7 +32,11 @@ def build(
     if output.resolve() == file.resolve():
         raise Error(f"{output} is the description itself; name another file")
     writable(output)
-    scene = creature_scene(read_creature(file), output.stem)
+    creature = read_creature(file)
+    try:
+        scene = creature_scene(creature, output.stem)
+    except SceneError as error:
+        raise toml.Source.read(file).placed(error) from None
     replace_file(output, f"# By `{command_line()}`.\n\n{toml.dumps(scene)}")
     parts = scene.character
     muscles, free = number_of(len(parts.muscles), "muscle"), number_of(len(free_parameters(scene)), "free number")

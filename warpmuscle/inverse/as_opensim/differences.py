@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from warpmuscle.inverse.static_optimization import static_optimization
 from warpmuscle.inverse.tracking.timed_forces import without_timed
 from warpmuscle.inverse.trial import Coordinates, Loads
 
-Found = TypeVar("Found")
 TRIALS, FRAMES = 4, 10  # looked at, of all trials and of each: between them a change may be greater
 
 
@@ -79,8 +78,7 @@ def _of_rates(
 ) -> Choice:  # fmt: skip
     """On accelerations beyond knees that turn about three axes."""
     opensims, right = (
-        _listed(inverse_dynamics(body, motions, loads, filter=cutoff, times=times, exact_rates=one))
-        for one in (False, True)
+        inverse_dynamics(body, motions, loads, filter=cutoff, times=times, exact_rates=one) for one in (False, True)
     )
     off = np.concatenate([np.abs(a.values - b.values) for a, b in zip(opensims, right, strict=True)]).max(axis=0)
     turns = [k for k, unit in enumerate(opensims[0].units) if unit == "N m"]
@@ -98,8 +96,8 @@ def _of_pennation(
     """On the pennation of Millard's and De Groote's muscles."""
     alone = replace(options, rates=False, emg_weight=0.0)  # frames far from each other are solved by themselves
     without, counted = (
-        _listed(static_optimization(body, motions, loads, filter=cutoff, times=times, exact_rates=exact,
-                                    **vars(replace(alone, pennation=one))))
+        static_optimization(body, motions, loads, filter=cutoff, times=times, exact_rates=exact,
+                            **vars(replace(alone, pennation=one)))
         for one in (False, True)
     )  # fmt: skip
     off = np.concatenate([np.abs(a.activation - b.activation) for a, b in zip(without, counted, strict=True)])
@@ -109,8 +107,3 @@ def _of_pennation(
     if options.pennation:
         return Choice("pennation", f"{of_muscles} is taken into account; without it, as in OpenSim, {other}")
     return Choice("pennation", f"{of_muscles} is left out, as in OpenSim; with it (--pennation) {other}")
-
-
-def _listed(found: Found | list[Found]) -> list[Found]:
-    """What was found of several trials."""
-    return found if isinstance(found, list) else [found]

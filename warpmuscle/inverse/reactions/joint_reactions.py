@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,7 +26,7 @@ from warpmuscle.formats.external_loads import TO_OPENSIM
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel, Dynamics
 from warpmuscle.inverse.coordinates import States
-from warpmuscle.inverse.dynamics import INSTEAD, CoordinatesLike, Prepared, are_several, prepare
+from warpmuscle.inverse.dynamics import INSTEAD, CoordinatesLike, LoadsLike, Prepared, Several, are_several, prepare
 from warpmuscle.inverse.reactions.joint_frames import FrameOnBody, JointFrames, joint_frames
 from warpmuscle.inverse.trial import Loads, each_of
 from warpmuscle.kernels.inverse import joint_reactions as kernels
@@ -60,6 +60,20 @@ class JointReactions(Tabulated):
         return found
 
 
+@overload
+def joint_reactions(
+    model: SceneLike | BodyModel, coordinates: CoordinatesLike, loads: LoadsLike = None,
+    activations: Activations | Sequence[Activations] | None = None, *, on: str = "child", frame: str = "child",
+    filter: float | None = None, times: Floats | Sequence[Floats] | None = None, exact_rates: bool = False,
+    device: str | None = None,
+) -> JointReactions: ...  # fmt: skip
+@overload
+def joint_reactions(
+    model: SceneLike | BodyModel, coordinates: Several, loads: LoadsLike = None,
+    activations: Activations | Sequence[Activations] | None = None, *, on: str = "child", frame: str = "child",
+    filter: float | None = None, times: Floats | Sequence[Floats] | None = None, exact_rates: bool = False,
+    device: str | None = None,
+) -> list[JointReactions]: ...  # fmt: skip
 @answering(INSTEAD)
 @said("finding joint reactions")
 def joint_reactions(

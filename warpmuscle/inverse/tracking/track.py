@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from typing import overload
 
 import numpy as np
 
@@ -22,7 +23,15 @@ from warpmuscle.core.errors import ArgumentError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import SceneLike
 from warpmuscle.inverse.body_model import BodyModel
-from warpmuscle.inverse.dynamics import CoordinatesLike, are_several, prepare, trials_of, wanted_times
+from warpmuscle.inverse.dynamics import (
+    CoordinatesLike,
+    LoadsLike,
+    Several,
+    are_several,
+    prepare,
+    trials_of,
+    wanted_times,
+)
 from warpmuscle.inverse.simulated_ground.follow import ground_tracker
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import Tracker, TrackingOptions
@@ -30,6 +39,18 @@ from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning
 from warpmuscle.simulation.kernel_cache import said
 
 
+@overload
+def track(
+    model: SceneLike | BodyModel, coordinates: CoordinatesLike, loads: LoadsLike = None, *,
+    filter: float | None = None, begin: float | Sequence[float] | None = None,
+    end: float | Sequence[float] | None = None, device: str | None = None, **options: object,
+) -> Tracked: ...  # fmt: skip
+@overload
+def track(
+    model: SceneLike | BodyModel, coordinates: Several, loads: LoadsLike = None, *,
+    filter: float | None = None, begin: float | Sequence[float] | None = None,
+    end: float | Sequence[float] | None = None, device: str | None = None, **options: object,
+) -> list[Tracked]: ...  # fmt: skip
 @said("following the motion")
 def track(
     model: SceneLike | BodyModel,

@@ -125,7 +125,7 @@ def _height_field(key: str, tile: HeightField) -> None:
     except ValueError as error:
         raise SceneError(str(error), f"{key}.packed") from None
     if not abs(heights).max() <= 1e4:  # NaN is not
-        raise SceneError("heights must be finite, and at most 10000 m", f"{key}.packed")
+        raise SceneError("heights must be finite, and at most 10000 m", f"{key}.{'file' if tile.file else 'packed'}")
 
 
 def _check_patches(key: str, tile: AnyTile, checks: Checks) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -99,11 +100,16 @@ def follow(
     files = Files(page)
     say("reading recordings")
     patient = read_patient(asked, device)
+    is_new = not files.folder.exists()
     try:
         files.folder.mkdir(parents=True, exist_ok=True)
+        plan = match_plan(asked, patient, files)
     except OSError as error:
         raise Error(f"{files.folder}: {error.strerror}") from None
-    plan = match_plan(asked, patient, files)
+    except Error:
+        if is_new:  # nothing is kept of what cannot be used
+            shutil.rmtree(files.folder, ignore_errors=True)
+        raise
     stands = _as_it_stands(plan.runs[0].scene, device, threads)
     before, first = stands, None
     if not stands.walked:

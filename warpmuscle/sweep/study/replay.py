@@ -51,9 +51,12 @@ def replay_of(found: StudyResult, names: dict[Condition, str]) -> str:
             continue
         try:
             result = read(run.file, replay=0)
-            scenes.append(recorded_scene(result))
+            scene = recorded_scene(result)
         except Error:  # what has no motion is listed below
             continue
+        if not result.replays[0].frames:  # it diverged at once
+            continue
+        scenes.append(scene)
         recordings.append(result.replays[0])
         labels.append(f"{names[condition]}, seed {run.run.seed}" + ("" if run.walked else ", fell"))
     if not recordings:

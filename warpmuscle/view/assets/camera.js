@@ -83,8 +83,9 @@ class Camera {
     return { right, up: cross(back, right), back };
   }
 
-  // Go where points are all seen, in a picture of the given shape and width; `middle` is what is followed.
-  fit(points, middle, aspect, wide) {
+  // Go where points are all seen, in a picture of the given shape and width, a part of which is covered from the top;
+  // `middle` is what is followed.
+  fit(points, middle, aspect, wide, top) {
     const { right, up, back } = this.axes(), reach = (axis) => points.map((p) => dot(p, axis));
     let center = [right, up, back].reduce((sum, axis) => {
       const along = reach(axis);
@@ -92,10 +93,10 @@ class Camera {
     }, [0, 0, 0]);
     const steep = Math.tan(OPENING / 2), [across, tall, below] = wide < NARROW && aspect < 1 ? ROOM.narrow : ROOM.wide;
     this.distance = Math.max(0.3, ...points.map((p) => {
-      const away = minus(p, center), x = across * Math.abs(dot(away, right)), y = tall * Math.abs(dot(away, up));
+      const away = minus(p, center), x = across * Math.abs(dot(away, right)), y = (tall / (1 - top)) * Math.abs(dot(away, up));
       return dot(away, back) + Math.max(x / (steep * aspect), y / steep);
     }));
-    center = add(center, times(up, below * this.distance * steep));
+    center = add(center, times(up, (below + top) * this.distance * steep));
     this.pan = minus(center, middle);
     this.touched = false;
     this.target = middle;

@@ -62,6 +62,14 @@ function labelOf({ label, ended, until }, time) {
   return ended && time >= (until ?? -Infinity) ? `${label}: ${ended}` : label;
 }
 
+// How much of the top of the picture tools and legend cover between two places from its left, px.
+function covered(left, right) {
+  return Math.max(...["tools", "legend"].map((name) => {
+    const { offsetTop: top, offsetLeft: from, offsetWidth: wide, offsetHeight: tall } = document.getElementById(name);
+    return top < AT_TOP && right >= from && left <= from + wide ? top + tall : 0;
+  }));
+}
+
 class Labels {
   constructor(player) {
     this.player = player;
@@ -94,12 +102,10 @@ class Labels {
   // it is left out.
   spread(placed) {
     const taken = [], few = this.elements.length <= FEW_WHOLE_LABELS;
-    const above = ["tools", "legend"].map((name) => document.getElementById(name)).filter((one) => one.offsetTop < AT_TOP); // over the picture
-    const beside = (one, left, right) => right < one.offsetLeft || left > one.offsetLeft + one.offsetWidth;
     const within = (value, low, high) => Math.min(Math.max(value, low), Math.max(low, high));
     for (const { label, at, pixels: [x, y, width, height] } of placed) {
       const half = 0.5 * label.offsetWidth, tall = label.offsetHeight, middle = x + within(at[0], half + EDGE, width - half - EDGE);
-      const over = Math.max(0, ...above.filter((one) => !beside(one, middle - half, middle + half)).map((one) => one.offsetTop + one.offsetHeight));
+      const over = covered(middle - half, middle + half);
       const lowest = y + tall + EDGE + (y < 1 ? over : 0), covers = (one, at) => Math.abs(one.middle - middle) < one.half + half && Math.abs(one.bottom - at) < tall;
       let bottom = within(y + at[1], lowest, y + height - EDGE);
       const free = taken.map((one) => one.bottom - tall - 1).concat(bottom).sort((a, b) => b - a).filter((to) => to <= bottom && to >= lowest);

@@ -3,6 +3,7 @@
 const FITTED = 4, FITTED_TIMES = 9; // motions, and times of them, of which all is to be seen
 const LEFT_BEHIND = 0.5; // s after its end, at which the camera no longer follows a motion
 const APART_WHERE_SPLIT = 200, GAP = 3; // m between motions that are seen one by one; px between their pictures
+const NAME = 24; // px, above a head in a picture of its own
 const PLOT_PAUSE = [0, 80]; // ms between two places of the cursor with a graphics card, and without
 
 class Player {
@@ -271,8 +272,14 @@ class Player {
         biped.pose("orientation", moment, biped.first.slots);
         for (const point of biped.outline()) points.push(add(point, [x, 0, z]));
       }
-    const [, , wide, tall] = this.pixels(this.boxes()[0]);
-    this.camera.fit(points, now, wide / Math.max(tall, 1), wide);
+    const boxes = this.boxes().map((box) => this.pixels(box)), [, , wide, tall] = boxes[0];
+    this.camera.fit(points, now, wide / Math.max(tall, 1), wide, this.shown.split ? this.under(boxes) : 0);
+  }
+
+  // The part of pictures beside each other, from the top, that lies under tools and names.
+  under(boxes) {
+    const over = boxes.map(([x, y, wide]) => (y < 1 ? covered(x + 0.4 * wide, x + 0.6 * wide) : 0));
+    return Math.min((Math.max(...over) + NAME) / boxes[0][3], 0.4);
   }
 
   zoom(factor) {
