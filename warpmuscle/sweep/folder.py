@@ -29,7 +29,8 @@ from warpmuscle.results.result import glance
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.finished import FinishedRuns
 from warpmuscle.sweep.origin import origin
-from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.plan.runs import SweepRun
 from warpmuscle.sweep.rounds import Known, known_of
 
 if sys.platform != "win32":

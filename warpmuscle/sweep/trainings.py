@@ -23,7 +23,8 @@ from warpmuscle.results.result import read_learned
 from warpmuscle.results.training_file import training_path
 from warpmuscle.sweep.folder import Folder, Manifest, RunEntry, RunState
 from warpmuscle.sweep.gather import attach_runs, put_axes, put_bytes, put_column, writing
-from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.plan.runs import SweepRun
 
 if TYPE_CHECKING:
     from warpmuscle.learning.progress import TrainingProgress

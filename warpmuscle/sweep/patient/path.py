@@ -32,7 +32,8 @@ from warpmuscle.sweep.patient.file import UNCHANGED, PatientFile
 from warpmuscle.sweep.patient.gait import gait_of
 from warpmuscle.sweep.patient.plan import AXIS, Files, adapt_plan, hip_offset, match_plan, walk_plan
 from warpmuscle.sweep.patient.recorded import Patient, read_patient
-from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.plan.runs import SweepRun
 from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult, sweep
 

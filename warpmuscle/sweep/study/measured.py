@@ -34,7 +34,8 @@ from warpmuscle.studies.conditions import (
 from warpmuscle.studies.energy_balance import MEASURES as BALANCE
 from warpmuscle.studies.energy_balance import UNIT as BALANCE_UNIT
 from warpmuscle.studies.energy_balance import balance_measures
-from warpmuscle.sweep.plan import Plan, SweepRun
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.plan.runs import SweepRun
 from warpmuscle.sweep.processes import in_processes
 from warpmuscle.sweep.run import SweepResult
 from warpmuscle.sweep.study.table import COST, POWER, Study
