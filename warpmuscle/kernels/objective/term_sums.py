@@ -16,7 +16,7 @@ from warpmuscle.kernels.objective.term_functions import (
     MUSCLE_TERMS,
     MuscleWork,
 )
-from warpmuscle.kernels.structs import LARGEST, ModelRef, ScratchRef, State, StateRef, not_unrolled
+from warpmuscle.kernels.structs import LARGEST, ModelRef, ScratchRef, State, StateRef, not_unrolled, recomputed
 
 
 @func
@@ -34,7 +34,7 @@ def effort_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: S
 
     One sum a joint, in double precision, so that the result does not depend on lanes or on chunks of steps.
     """
-    for i in range(1 + lane, model.body_count, lanes):
+    for i in range(1 + lane, model.body_count, recomputed(lanes)):  # see `objective_stage_of`
         not_unrolled()
         effort = wp.length(work.torque[i])
         if effort < LARGEST:
@@ -198,7 +198,8 @@ def objective_stage_of(kind: ObjectiveKind, accelerated: bool = False) -> Any:
 
     @wp.func
     def objective_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-        for i in range(1 + lane, model.body_count, lanes):
+        # With a stride that the compiler knows, it prepares for a second body of a lane, which few lanes have.
+        for i in range(1 + lane, model.body_count, recomputed(lanes)):
             body_terms(instance, i, model, state, work)
         if lane == 0:
             instance_terms(instance, model, state, work)
