@@ -8,8 +8,11 @@ import pytest
 
 from small_creature import small_creature, small_in_space
 from warpmuscle.core.errors import Error
+from warpmuscle.creatures import judge
 from warpmuscle.creatures.build import creature_scene
 from warpmuscle.creatures.judge import one_arm, plausibility
+from warpmuscle.formats import load
+from warpmuscle.scene.initial_pose import initial_pose
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
 
@@ -106,3 +109,10 @@ def test_muscles_of_a_hip_of_two_axes_are_judged_once():
     assert sorted(one.muscle for one in hips) == ["lBack", "lFront", "lInner", "lLong", "lOuter"]
     outer = next(one for one in hips if one.muscle == "lOuter")
     assert 0.01 < outer.least <= outer.greatest < outer.longest
+
+
+def test_a_thigh_whose_knee_slides_as_it_bends_is_as_long_as_it_stands():
+    """In gait2392 the knee's place in the thigh is a function of its angle, 0.40 m below the hip (Delp 1990)."""
+    scene = load("gait2392_stand")
+    longest = judge._length(scene, scene.character.joints["hip_l"], initial_pose(scene)[0])
+    assert longest == pytest.approx(0.40, abs=0.01)

@@ -3,6 +3,7 @@
     python tools/research/program_starts.py gait2392_program_walk
     python tools/research/program_starts.py gait2392_program_walk --noise 0.05 --draws 2
     python tools/research/program_starts.py gait2392_stand --noise 0.2 --starts 20
+    python tools/research/program_starts.py gait2392_rise --seed 777 --height 0.9
 
 For docs/how-to/control-by-quadratic-programmes.md.
 
@@ -31,6 +32,7 @@ def main(
     draws: Annotated[int, typer.Option(help="So many draws, each with the next seed.")] = 1,
     seed: Annotated[int, typer.Option(help="Of the first draw.")] = 0,
     duration: Annotated[float, typer.Option(help="Simulated time, s.")] = 10.0,
+    height: Annotated[float, typer.Option(help="Of the root at the end, m, for a body that is up.")] = 0.0,
     device: Annotated[str | None, typer.Option(help="Such as cuda:0.")] = None,
     threads: Annotated[int | None, typer.Option(help="Of a CPU.")] = None,
 ) -> None:
@@ -46,6 +48,7 @@ def main(
         rollout.disturb(replace(none(starts), velocity=drawn))
         rollout.run(duration)
         up = np.array([name in ("running", "completed") for name in rollout.status_names()])
+        up &= rollout.state.coordinates.numpy()[:, 1] >= height
         ends = np.round(rollout.end_time()[~up], 2)
         fallen = f"; falls after {', '.join(f'{t:g}' for t in ends)} s" if ends.size else ""
         far = rollout.state.coordinates.numpy()[up, 2]

@@ -22,9 +22,10 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import conjugate, rotate
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Joint, Scene
-from warpmuscle.scene.initial_pose import plain_number, plain_vector
+from warpmuscle.scene.initial_pose import Poses, initial_pose, plain_number, plain_vector
 from warpmuscle.scene.masses import body_mass, total_mass
 from warpmuscle.scene.topology import topology
 from warpmuscle.studies.moment_arms import muscle_geometry
@@ -104,13 +105,13 @@ def plausibility(scene: Scene, recording: Recording) -> Plausibility:
 
 def _crossings(scene: Scene, arms: Floats) -> Iterator[Crossing]:
     """All muscles at all joints that they cross; arms (n, M, S), m."""
-    names = topology(scene.character)
+    names, (poses, _) = topology(scene.character), initial_pose(scene)
     for k, muscle in enumerate(scene.character.muscles):
         for number, joint in enumerate(names.joints, 1):
             own = arms[:, k, names.speed_start[number] : names.speed_start[number + 1]]
             if np.any(own != 0.0):
                 along, whole = one_arm(own)
-                longest = LONGEST_ARM * _length(scene, scene.character.joints[joint])
+                longest = LONGEST_ARM * _length(scene, scene.character.joints[joint], poses)
                 low, high = float(along.min()), float(along.max())
                 doubts = tuple(_arm_doubts(low, high, float(whole.max()), longest))
                 yield Crossing(muscle, joint, low, high, longest, doubts)
@@ -136,14 +137,20 @@ def _arm_doubts(low: float, high: float, greatest: float, longest: float) -> Ite
         yield f"moment arm of {1e3 * greatest:.0f} mm, more than {1e3 * longest:.0f}"
 
 
-def _length(scene: Scene, joint: Joint) -> float:
+def _length(scene: Scene, joint: Joint, poses: Poses) -> float:
     """Length of the longer one of the two bodies at a joint: between its farthest joints and ends of shapes, m."""
-    return max(_extent(scene, body) for body in (joint.parent, joint.child))
+    return max(_extent(scene, body, poses) for body in (joint.parent, joint.child))
 
 
-def _extent(scene: Scene, body: str) -> float:
-    points = [plain_vector(one.position_in_parent) for one in scene.character.joints.values() if one.parent == body]
-    points += [plain_vector(one.position_in_child) for one in scene.character.joints.values() if one.child == body]
+def _extent(scene: Scene, body: str, poses: Poses) -> float:
+    """Of a body; joints that slide as they turn are where they start."""
+    place, turn = poses[body]
+    points = [plain_vector(one.position_in_child) for one in scene.character.joints.values() if one.child == body]
+    for joint in scene.character.joints.values():
+        if joint.parent == body:
+            below, turned = poses[joint.child]
+            anchor = below + rotate(turned, plain_vector(joint.position_in_child))
+            points.append(rotate(conjugate(turn), anchor - place))
     for shape in scene.character.bodies[body].shapes:
         ends = [getattr(shape, name) for name in ("start", "end", "low", "high", "center") if hasattr(shape, name)]
         points += [plain_vector(end) for end in ends]

@@ -8,6 +8,7 @@ import warp as wp
 
 from warpmuscle.core.arrays import arrays_of
 from warpmuscle.kernels.body.restart import put_rows
+from warpmuscle.kernels.object_structs import ObjectExtension
 from warpmuscle.model.extension_arrays import extensions_struct, put_of_controller, put_parameters
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
@@ -36,6 +37,16 @@ class Extensions:
         custom = self._structure.controller.custom
         places = (custom.parameters, custom.by_joint, custom.by_body, custom.by_muscle)
         return any(struct is not None for struct in places)
+
+    @property
+    def objects(self) -> Any:
+        """Those beside the bodies; without any where there are none."""
+        part = self.struct.rest
+        for entries in self._structure.forces:
+            if entries.objects is not None:
+                return part.first
+            part = part.rest
+        return ObjectExtension()
 
     def use_controller(self, numeric: Scene) -> None:
         """Take those of the controller, which are all that differs from the present ones."""

@@ -279,7 +279,8 @@ class Rollout(RolloutSettings):
         batch = self._batch
         done, begun = batch.steps_done, batch.begun[batch.running]
         if step > done:
-            self._program.decide(self.model, batch.state, self._extensions.struct.first, batch.running, done - begun)
+            own, objects = self._extensions.struct.first, self._extensions.objects
+            self._program.decide(self.model, batch.state, own, objects, batch.running, done - begun)
         return min(step, self._program.until(done, begun))
 
     def complete(self) -> None:

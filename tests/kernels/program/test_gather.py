@@ -7,6 +7,7 @@ from probes import filled
 
 from warpmuscle.core.arrays import structs_to_device
 from warpmuscle.kernels.muscle_structs import Muscles
+from warpmuscle.kernels.object_structs import ObjectExtension
 from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED, BodyTask, JointTask, ProgramParameters
 from warpmuscle.kernels.program.gather import gather_forces, gather_tasks, tell_muscles
 from warpmuscle.kernels.program.stepping import STEP_FLOATS
@@ -79,8 +80,9 @@ def test_muscles_and_torques_cost_and_give_what_their_numbers_say():
     model.muscles, model.skeleton, model.contacts = muscles, skeleton, contacts
     state = filled(State, muscles=filled(MuscleState, activation=np.float32(NOW[:1, :2])))
     layout = filled(
-        Layout, every=EVERY, lever=np.int32([0, 1]), torque=np.int32([[0, 0], [1, 1]]), point=np.zeros((0, 2), np.int32)
-    )
+        Layout, every=EVERY, lever=np.int32([0, 1]), torque=np.int32([[0, 0], [1, 1]]),
+        point=np.zeros((0, 2), np.int32), support=np.zeros((0, 3), np.int32),
+    )  # fmt: skip
     columns = filled(Columns, first=np.int32([0, 1, 2, 3, 4]), row=np.int32([0, 0, 0, 1]))
     empty = {name: np.zeros((1, 4), np.float32) for name in ("entry", "gain", "low", "high")}
     programs = filled(Programs, bias=np.zeros((1, 2), np.float32), **empty)
@@ -90,7 +92,7 @@ def test_muscles_and_torques_cost_and_give_what_their_numbers_say():
     by_joint = structs_to_device(JointTask, {"torque": np.float32([bounds])}, "cpu")
     rows = [wp.array(np.float32([v]), dtype=float, device="cpu") for v in (arms, active, passive, [5.0, -2.0], [0.0])]
     chosen, row = wp.array([0], dtype=int, device="cpu"), wp.zeros((1, 2, 2), dtype=float, device="cpu")
-    given = [chosen, model, state, Frames(), layout, parameters, by_joint, columns, *rows, row]
+    given = [chosen, model, state, Frames(), layout, parameters, by_joint, ObjectExtension(), columns, *rows, row]
     wp.launch(gather_forces, 1, given, [programs], device="cpu")
     time, now = EVERY * STEP, NOW[0, :2]
     np.testing.assert_allclose(programs.bias.numpy()[0], [5.0 - np.dot(arms, passive), -2.0], rtol=1e-6)
@@ -107,7 +109,8 @@ def test_nothing_is_wanted_of_who_has_no_task():
     bodies, steps = 0, BODY_FLOATS
     memory = np.zeros((1, 1, steps + STEP_FLOATS), np.float32)
     memory[0, 0, bodies] = 1.0  # the start is known
-    layout = filled(Layout, bodies=bodies, steps=steps, center=steps, point=np.zeros((0, 2), np.int32))
+    nothing = {"point": np.zeros((0, 2), np.int32), "support": np.zeros((0, 3), np.int32)}
+    layout = filled(Layout, bodies=bodies, steps=steps, center=steps, **nothing)
     frames = filled(Frames, orientation=np.float32([[[0, 0, 0, 1]]]), angular_velocity=np.zeros((1, 1, 3), np.float32))
     programs = filled(Programs, weight=np.full((1, 4), 7.0, np.float32), wanted=np.full((1, 2), 7.0, np.float32))
     work = filled(ProgramWork, factor=np.zeros((1, 3)), vector=np.zeros((1, 4, 2)))
@@ -124,6 +127,7 @@ def test_nothing_is_wanted_of_who_has_no_task():
         frames,
         layout,
         *tasks,
+        ObjectExtension(),
         wp.array(memory, dtype=float, device="cpu"),
     ]
     wp.launch(gather_tasks, 1, [*given, programs, work, pull, row], [bound], device="cpu")

@@ -44,6 +44,12 @@ def moving(rollout: Rollout) -> tuple[np.ndarray, np.ndarray]:
     return q, v
 
 
+def decide(rollout: Rollout) -> None:
+    """Let the only instance decide."""
+    own, objects = rollout._extensions.struct.first, rollout._extensions.objects
+    rollout._program.decide(rollout.model, rollout.state, own, objects, *np.zeros((2, 1), np.int32))
+
+
 def sums(scene: Scene) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """W, the speeds, and the kinematics of the moving leg."""
     rollout, stages = Rollout(scene, 1, "cpu"), Stages(scene, 1, "cpu")
@@ -51,7 +57,7 @@ def sums(scene: Scene) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     stages.state.coordinates.assign(q.astype(np.float32))
     stages.state.speeds.assign(v.astype(np.float32))
     program = rollout._program
-    program.decide(rollout.model, rollout.state, rollout._extensions.struct.first, *np.zeros((2, 1), np.int32))
+    decide(rollout)
     n = v.shape[1]
     weight = program.batch.numbers.weight.numpy()[0].reshape(n, n).astype(float)
     return weight, v[0], stages.forward_kinematics()
@@ -91,7 +97,7 @@ def test_the_centre_of_mass_is_not_asked_for_what_it_does_by_itself():
     speeds[0, -1] = turning
     rollout.state.speeds.assign(speeds)
     program = rollout._program
-    program.decide(rollout.model, rollout.state, rollout._extensions.struct.first, *np.zeros((2, 1), np.int32))
+    decide(rollout)
     pull = program._pull.numpy().reshape(-1)[:3]  # of the root's place, which moves all bodies alike
     np.testing.assert_allclose(pull, [0.0, -3.0 * turning**2 * REACH / 3.0, 0.0], atol=1e-4)
 

@@ -24,6 +24,7 @@ class ProgramParameters:
     friction: float  # of the cones
     contact_weight: float  # of points on the ground, that are to rest
     contact_damping: float  # 1/s, of their velocity
+    support: float  # body weights along an edge, with which a fixed object bears a shape at most
     com_weight: float
     com_kp: float  # 1/s^2
     com_kd: float  # 1/s
@@ -105,7 +106,8 @@ quadratic_program = CustomController(
     state=REPORTED,
     defaults=(
         ("rate", 200.0), ("effort", 1.0), ("torque_effort", 1.0), ("contact_effort", 0.01), ("friction", 0.6),
-        ("contact_weight", 100.0), ("contact_damping", 20.0), ("com_weight", 0.0), ("com_kp", 100.0), ("com_kd", 20.0),
+        ("contact_weight", 100.0), ("contact_damping", 20.0), ("support", 1.0),
+        ("com_weight", 0.0), ("com_kp", 100.0), ("com_kd", 20.0),
         ("com_x", 0.0), ("com_y", 0.0), ("com_z", 0.0),
         ("step_time", 0.0), ("speed", 0.0), ("acceleration", 0.5), ("double_support", 0.2), ("step_height", 0.05),
         ("step_width", 0.16), ("step_weight", 100.0), ("step_kp", 300.0), ("step_kd", 30.0), ("sway", 1.0),

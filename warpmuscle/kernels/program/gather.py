@@ -3,11 +3,14 @@
 import warp as wp
 
 from warpmuscle.kernels.contact.contact import body_weight
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.activation import activation_rate
+from warpmuscle.kernels.object_structs import ObjectExtension
 from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED, BodyTask, JointTask, ProgramParameters
 from warpmuscle.kernels.program.reduction import factorize, solve_weights
 from warpmuscle.kernels.program.stepping import STEP_FLOATS, pendulum_wanted, plan_step, swing_task
 from warpmuscle.kernels.program.structs import Columns, Frames, Layout, Programs, ProgramWork, TaskSums
+from warpmuscle.kernels.program.supports import support_of
 from warpmuscle.kernels.program.tasks import (
     LEAST_WEIGHT,
     body_task,
@@ -47,6 +50,7 @@ def gather_tasks(
     # in
     chosen: wp.array[int], model: Model, state: State, frames: Frames, layout: Layout,
     parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], by_body: wp.array2d[BodyTask],
+    objects: ObjectExtension,
     # in and out
     memory: wp.array3d[float], programs: Programs, work: ProgramWork, pull: wp.array2d[float], row: wp.array3d[float],
     # out
@@ -55,7 +59,7 @@ def gather_tasks(
     """Weights and wanted accelerations of the instances that are chosen, and how much their points of contact may bear.
 
     Returns:
-        bound: (instances, points) N along an edge; 0 where the ground is not touched, or the foot swings.
+        bound: (instances, points and supports) N along an edge; 0 where nothing is touched, or the foot swings.
     """
     i = chosen[wp.tid()]
     own = memory[i, 0]
@@ -97,6 +101,10 @@ def gather_tasks(
             bound[i, k] = contact_task(i, body, layout.point[k, 0], p, margin, model, frames, sums)
         if body == steps.leaves:
             bound[i, k] = wp.min(bound[i, k], steps.share * LEAVES_WITH * body_weight(i, model))
+    for k in range(layout.support.shape[0]):
+        gap = support_of(i, k, layout, frames, objects).gap
+        bears = p.support * body_weight(i, model)
+        bound[i, layout.point.shape[0] + k] = wp.where(gap > layout.margin, 0.0, bears)
     factorize(n, sums.weight, work.factor[i])
     solve_weights(n, sums.pull, work.factor[i], work.vector[i, 0], programs.wanted[i])
 
@@ -120,11 +128,38 @@ def spring_force(instance: int, body: int, k: int, model: ModelRef, state: State
     return at(model.actuation.stiffness, instance, body) * q + at(model.actuation.damping, instance, body) * speed
 
 
+@func
+def put_cone(
+    instance: int, first: int, body: int, point: wp.vec3, normal: wp.vec3, friction: float, gain: float, most: float,
+    model: ModelRef, frames: Frames, columns: Columns, row: wp.array[float], programs: Programs,
+):  # fmt: skip
+    """Let a point of a body be pushed along the four edges of a cone about a normal.
+
+    Args:
+        first: number of the first edge among the controls. point: world, m. most: N, along an edge.
+    """
+    front = wp.vec3(0.0, 0.0, 1.0)
+    if wp.abs(normal[2]) > 0.9:
+        front = wp.vec3(0.0, 1.0, 0.0)
+    side = wp.normalize(wp.cross(normal, front))
+    front = wp.cross(side, normal)
+    for e in range(4):
+        across = wp.where(e < 2, side, front) * wp.where(e % 2 == 0, friction, -friction)
+        point_row(instance, body, point, normal + across, 0.0, model.skeleton.plan, frames, row)
+        j = first + e
+        for entry in range(columns.first[j], columns.first[j + 1]):
+            programs.entry[instance, entry] = row[columns.row[entry]]
+        programs.gain[instance, j] = gain
+        programs.low[instance, j] = 0.0
+        programs.high[instance, j] = most
+
+
 @wp.kernel
 def gather_forces(
     # in
     chosen: wp.array[int], model: Model, state: State, frames: Frames, layout: Layout,
-    parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], columns: Columns,
+    parameters: wp.array2d[ProgramParameters], by_joint: wp.array2d[JointTask], objects: ObjectExtension,
+    columns: Columns,
     moment_arm: wp.array2d[float], active: wp.array2d[float], passive: wp.array2d[float], needed: wp.array2d[float],
     bearing: wp.array2d[float], row: wp.array3d[float],
     # out
@@ -161,21 +196,20 @@ def gather_forces(
         programs.high[i, j] = bound
         j += 1
     weight = at(model.skeleton.total_mass, i, 0) * at(model.gravity, i, 0)
-    up = at(model.contacts.normal, i, 0)
-    side = wp.normalize(wp.cross(up, wp.vec3(0.0, 0.0, 1.0)))
-    front = wp.cross(side, up)
+    gain = weight * weight / p.contact_effort
     for k in range(layout.point.shape[0]):
         body = layout.point[k, 1]
         point = frames.position[i, body] + contact_point(i, body, layout.point[k, 0], model, frames)
-        for e in range(4):
-            across = wp.where(e < 2, side, front) * wp.where(e % 2 == 0, p.friction, -p.friction)
-            point_row(i, body, point, up + across, 0.0, model.skeleton.plan, frames, row[i, 0])
-            for entry in range(columns.first[j], columns.first[j + 1]):
-                programs.entry[i, entry] = row[i, 0, columns.row[entry]]
-            programs.gain[i, j] = weight * weight / p.contact_effort
-            programs.low[i, j] = 0.0
-            programs.high[i, j] = bearing[i, k]
-            j += 1
+        up = at(model.contacts.normal, i, 0)
+        put_cone(i, j, body, point, up, p.friction, gain, bearing[i, k], model, frames, columns, row[i, 0], programs)
+        j += 4
+    for k in range(layout.support.shape[0]):
+        leant = support_of(i, k, layout, frames, objects)
+        body = layout.support[k, 2]
+        most = bearing[i, layout.point.shape[0] + k]
+        rough = wp.min(p.friction, leant.friction)
+        put_cone(i, j, body, leant.point, leant.normal, rough, gain, most, model, frames, columns, row[i, 0], programs)
+        j += 4
 
 
 @wp.kernel

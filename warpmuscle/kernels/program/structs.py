@@ -84,3 +84,4 @@ class Layout:
     lever: wp.array[int]  # (entries of muscles,) number in moment arms
     torque: wp.array2d[int]  # (torques, 2) speed, and the body whose joint has it
     point: wp.array2d[int]  # (points, 2) number among all points of contact, and its body
+    support: wp.array2d[int]  # (supports, 3) number among the shapes that touch objects, its object, and its body

@@ -75,6 +75,8 @@ class StepProgram:
         ]
         points = foot_points(model)
         chains = [sorted(_chain(body, parents, names.speed_start)) for _, body in points]
+        supports = supports_of(structure)
+        chains += [sorted(_chain(body, parents, names.speed_start)) for _, _, body in supports]
         rows = [*lever_rows, *([speed] for speed, _ in torques), *(chain for chain in chains for _ in range(EDGES))]
         n = names.speeds
         self.batch = ProgramBatch(instances, n, rows, device, bounds=instances, apart=False)
@@ -90,13 +92,14 @@ class StepProgram:
         layout.lever = to_device(order, int, device)
         layout.torque = to_device(np.array(torques, dtype=np.int64).reshape(-1, 2), int, device)
         layout.point = to_device(np.array(points, dtype=np.int64).reshape(-1, 2), int, device)
+        layout.support = to_device(np.array(supports, dtype=np.int64).reshape(-1, 3), int, device)
         monomials = monomial_room(scene.character.muscles.values())
         floats = work_floats(capacity_of(len(names.bodies)), True, monomials)
         self._workspace = self._room(floats)
         self._frames = self._frames_of(len(names.bodies), n)
         self._no_rate, self._needed, self._followed = (self._room(n) for _ in range(3))
         self._pull, self._row = self._room(n), self._room(2, n)
-        self._bound = self._room(max(len(points), 1))
+        self._bound = self._room(max(len(chains), 1))
         self._wrench = [self._room(len(names.bodies), dtype=wp.vec3) for _ in range(3)]
         self._turned = self._room(len(names.bodies), dtype=wp.quat)
         count = max(len(structure.actuation.muscles), 1)
@@ -132,13 +135,14 @@ class StepProgram:
         return int((step + self.every - (step - begun) % self.every).min())
 
     def decide(
-        self, model: structs.Model, state: structs.State, extension: Any, running: Integers, since: Integers
-    ) -> None:
+        self, model: structs.Model, state: structs.State, extension: Any, objects: Any, running: Integers,
+        since: Integers,
+    ) -> None:  # fmt: skip
         """Let those instances decide that are due, of those that run.
 
         Args:
             extension: parameters and memory of the controller, see `kernels.force.extensions`.
-            running: their numbers. since: how many steps ago each of them started.
+            objects: those beside the bodies. running: their numbers. since: how many steps ago each of them started.
         """
         due = since % self.every == 0
         chosen = running if due.all() else running[due]
@@ -147,10 +151,10 @@ class StepProgram:
         parts = self._parts_of(chosen)
         if len(parts) == 1 or not self._compiled:  # threads must not meet in the compiler
             for part in parts:
-                self._decide(part, model, state, extension)
+                self._decide(part, model, state, extension, objects)
             self._compiled = True
             return
-        launched = [self._pool.submit(self._decide, part, model, state, extension) for part in parts]
+        launched = [self._pool.submit(self._decide, part, model, state, extension, objects) for part in parts]
         wait(launched)  # also for those behind one that fails, so that the state is at rest then
         for one in launched:
             one.result()
@@ -167,7 +171,9 @@ class StepProgram:
     def _pool(self) -> ThreadPoolExecutor:
         return ThreadPoolExecutor(self._threads)
 
-    def _decide(self, chosen: wp.array, model: structs.Model, state: structs.State, extension: Any) -> None:
+    def _decide(
+        self, chosen: wp.array, model: structs.Model, state: structs.State, extension: Any, objects: Any
+    ) -> None:
         """Let these instances decide."""
         batch, frames, layout = self.batch, self._frames, self._layout
         mass = batch.numbers.mass.reshape((self._instances, batch.coordinates, batch.coordinates))
@@ -176,10 +182,10 @@ class StepProgram:
         self._launch(look_at_bodies, len(chosen), inputs, outputs)
         self._look_at_muscles(chosen, model, state)
         given = extension.parameters, extension.by_joint, extension.by_body
-        inputs = [chosen, model, state, frames, layout, *given, extension.memory, batch.numbers, batch.work]
+        inputs = [chosen, model, state, frames, layout, *given, objects, extension.memory, batch.numbers, batch.work]
         self._launch(gather.gather_tasks, len(chosen), [*inputs, self._pull, self._row], [self._bound])
-        inputs = [chosen, model, state, frames, layout, *given[:2], batch.columns, self._moment_arm, self._active]
-        inputs += [self._passive, self._needed, self._bound, self._row]
+        inputs = [chosen, model, state, frames, layout, *given[:2], objects, batch.columns, self._moment_arm]
+        inputs += [self._active, self._passive, self._needed, self._bound, self._row]
         self._launch(gather.gather_forces, len(chosen), inputs, [batch.numbers])
         batch.solve(chosen)
         found = batch.control, batch.acceleration, batch.iterations
@@ -214,6 +220,15 @@ def foot_points(model: structs.Model) -> list[tuple[int, int]]:
         middle = np.mean([place[k][1] for k in own]) + 1e-6 if own else 0.0
         found += [(k, body) for k in own if place[k][1] <= middle]
     return found
+
+
+def supports_of(structure: Structure) -> list[tuple[int, int, int]]:
+    """Shapes of bodies that may lean on a fixed object: number among all that touch objects, object, and body."""
+    places = next((entries.objects for entries in structure.forces if entries.objects is not None), None)
+    if places is None:
+        return []
+    pairs = [(number, body) for number, bodies in enumerate(places.bodies) for body in bodies]
+    return [(pair, number, body) for pair, (number, body) in enumerate(pairs) if places.fixed[number]]
 
 
 def rows_of_levers(levers: Sequence[Lever], muscles: int) -> tuple[list[list[int]], list[int]]:
