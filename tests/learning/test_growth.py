@@ -47,6 +47,15 @@ def test_it_shrinks_as_much_with_every_episode_that_fails_and_never_below_nothin
     np.testing.assert_array_equal(after(batch, 2), 1.0)  # without growth all is there all the time
 
 
+@pytest.mark.parametrize(("lasting", "lost"), [(0.0, 0.0), (0.5, 0.1), (0.75, 0.3), (0.9, 0.9)])
+def test_where_a_share_of_episodes_lasts_hardness_stays(lasting, lost):
+    """lasting * growth = (1 - lasting) * what a failure takes off."""
+    variation = Variation(velocity_noise=0.0, growth=0.1, lasting=lasting)
+    batch = batch_of(variation, episode_time=1.0, com_height=1.5)  # fails at once
+    batch.episodes.hardness.fill_(1.0)
+    np.testing.assert_allclose(after(batch, 1), 1.0 - lost, atol=1e-6)
+
+
 def test_a_reset_is_no_failure_and_begins_from_nothing_where_a_seed_is_given():
     batch = batch_of(Variation(velocity_noise=0.0, growth=0.4))
     after(batch, batch.longest + 3)
@@ -110,6 +119,10 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(SceneError, match="within 0 and 1") as error:
         check_scene(scene)
     assert error.value.key == "learning.variation.growth"
+    scene.learning = Task(variation=Variation(growth=0.1, lasting=1.0))
+    with pytest.raises(SceneError, match="less than 1") as error:
+        check_scene(scene)
+    assert error.value.key == "learning.variation.lasting"
     batch = batch_of(Variation(growth=0.5))
     batch.episodes.hardness.fill_(np.nan)
     with pytest.raises(RolloutError, match="hardness"):

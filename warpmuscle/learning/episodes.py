@@ -412,6 +412,7 @@ class EpisodeBatch:
         rules.velocity_noise, rules.push = variation.velocity_noise, variation.push
         rules.push_decisions = max(round(variation.push_interval / self.dt), 1) if variation.push > 0.0 else 0
         rules.growth, rules.longest = variation.growth, self.longest
+        rules.shrinkage = variation.growth * variation.lasting / (1.0 - variation.lasting)
         rules.push_steps = max(round(variation.push_duration / self.scene.time_step), 1)
         rules.time_step, rules.decision_time = self.scene.time_step, self.dt
         return rules

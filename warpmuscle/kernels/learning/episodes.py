@@ -57,7 +57,8 @@ class EpisodeRules:
     push_steps: int
     time_step: float  # s, of the simulation
     decision_time: float  # s
-    growth: float  # of the hardness, with an episode that lasts; it shrinks as much with one that fails
+    growth: float  # of the hardness, with an episode that lasts
+    shrinkage: float  # of the hardness, with an episode that fails
     longest: int  # decisions of an episode
 
 
@@ -117,7 +118,7 @@ def hardness_after(hardness: float, length: int, rules: EpisodeRules) -> float:
     """Hardness of an episode after one of this hardness that ended after so many decisions, 0 if there was none."""
     if length == 0:
         return hardness
-    return wp.clamp(hardness + wp.where(length >= rules.longest, rules.growth, -rules.growth), 0.0, 1.0)
+    return wp.clamp(hardness + wp.where(length >= rules.longest, rules.growth, -rules.shrinkage), 0.0, 1.0)
 
 
 @wp.func

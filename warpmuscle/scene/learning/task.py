@@ -137,8 +137,10 @@ class Variation(Part):
     growth: Annotated[float, "1", FRACTION] = (
         0.0  # 0.1: an instance begins without velocity_noise, pushes, delay and noise;
     )
-    # with each episode that lasts its whole time it has a tenth more of them, up to all, and with each that fails a
-    # tenth less; 0: all from the start, as in trials of a policy
+    # with each episode that lasts its whole time it has a tenth more of them, up to all, and with each that fails
+    # less, by what `lasting` says; 0: all from the start, as in trials of a policy
+    lasting: Annotated[float, "1", FRACTION] = 0.5  # share of episodes that last where disturbances neither grow nor
+    # shrink any more: 0.5: an episode that fails takes off as much as one that lasts adds, 0.75: three times as much
     start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
     # the initial state; 0: all do
     start_after: Annotated[float, "s", FROM_0] = 2.0  # of that gait, when the first of these states is taken

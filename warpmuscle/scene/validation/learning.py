@@ -120,7 +120,7 @@ def _norm(key: str, imitation: Imitation) -> None:
 def _variation(check: Checks, variation: Variation) -> None:
     """Parts are less than the whole, counts are counts."""
     key = "learning.variation"
-    for name in ("mass", "strength", "side_strength"):
+    for name in ("mass", "strength", "side_strength", "lasting"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
     for name in variation.commands:
