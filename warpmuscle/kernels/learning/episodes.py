@@ -59,6 +59,8 @@ class EpisodeRules:
     decision_time: float  # s
     growth: float  # of the hardness, with an episode that lasts
     shrinkage: float  # of the hardness, with an episode that fails
+    velocity_grows: int  # 1: velocity_noise does with the hardness; 0: all of it is there always
+    push_grows: int  # 1: pushes do
     longest: int  # decisions of an episode
 
 
@@ -122,6 +124,12 @@ def hardness_after(hardness: float, length: int, rules: EpisodeRules) -> float:
 
 
 @wp.func
+def share_of(grows: int, hardness: float) -> float:
+    """How much of a disturbance there is at a hardness; all of one that does not grow."""
+    return wp.where(grows == 1, hardness, 1.0)
+
+
+@wp.func
 def push_wait(generator: wp.uint32, rules: EpisodeRules) -> int:
     """Decisions until the next push: half of those in the mean to three halves."""
     return wp.max(int((0.5 + wp.randf(generator)) * float(rules.push_decisions)), 1)
@@ -149,7 +157,7 @@ def begin_decision(
     if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
         generator = random_of(episodes.seed[0], i, decision, PUSH)
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
-        impulse = wp.randf(generator) * rules.push * episodes.hardness[i]
+        impulse = wp.randf(generator) * rules.push * share_of(rules.push_grows, episodes.hardness[i])
         force = impulse / (float(rules.push_steps) * rules.time_step)
         state.push[i] = wp.vec3(force * wp.sin(angle), 0.0, force * wp.cos(angle))
         step = state.step[i]
@@ -241,7 +249,7 @@ def begin_episodes(
     generator = random_of(seed, i, number, VELOCITY)
     if rules.root != ROOT_FIXED and rules.velocity_noise > 0.0:
         moving = wp.where(rules.root == ROOT_FREE, 3, 2)
-        deviation = rules.velocity_noise * episodes.hardness[i]
+        deviation = rules.velocity_noise * share_of(rules.velocity_grows, episodes.hardness[i])
         for k in range(moving):
             state.speeds[i, k] = state.speeds[i, k] + deviation * wp.randn(generator)
     draw_commands(i, episodes.decision[i], episodes, rules)
