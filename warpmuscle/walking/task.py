@@ -29,7 +29,7 @@ PUSH = 50.0 / 75.0  # N s/kg
 WEIGHTS = (4, 3, 3)  # of hip, knee and ankle, besides 1 of every other joint
 TRUNK_WEIGHT = 2
 STEP_WIDTH = 0.1 / PERSON  # m, over the height
-PELVIS_TILT = 4  # deg, over which the key points put the foot flat on the ground
+PELVIS_TILT = 7  # deg; over 4 the feet of the key points are flat in mid-stance, over 9 they land as early as asked
 PROGRESS = 0.3  # m/s, of a person; a body that has learnt to stand earns too much to find out how to walk
 OBJECTIVE = """
 [objective]
