@@ -8,6 +8,7 @@ from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.formats import load
 from warpmuscle.learning import EpisodeBatch, Task, Variation
 from warpmuscle.learning.player import in_full
+from warpmuscle.scene.learning.task import GROWING
 from warpmuscle.scene.validation.scene import check_scene
 
 EPISODE = 0.2  # s, in which nothing falls
@@ -45,6 +46,15 @@ def test_it_shrinks_as_much_with_every_episode_that_fails_and_never_below_nothin
         np.testing.assert_allclose(after(batch, 1), expected, atol=1e-6)
     batch = batch_of(Variation(velocity_noise=0.0), episode_time=1.0, com_height=1.5)
     np.testing.assert_array_equal(after(batch, 2), 1.0)  # without growth all is there all the time
+
+
+@pytest.mark.parametrize(("lasting", "lost"), [(0.0, 0.0), (0.5, 0.1), (0.75, 0.3), (0.9, 0.9)])
+def test_where_a_share_of_episodes_lasts_hardness_stays(lasting, lost):
+    """lasting * growth = (1 - lasting) * what a failure takes off."""
+    variation = Variation(velocity_noise=0.0, growth=0.1, lasting=lasting)
+    batch = batch_of(variation, episode_time=1.0, com_height=1.5)  # fails at once
+    batch.episodes.hardness.fill_(1.0)
+    np.testing.assert_allclose(after(batch, 1), 1.0 - lost, atol=1e-6)
 
 
 def test_a_reset_is_no_failure_and_begins_from_nothing_where_a_seed_is_given():
@@ -96,6 +106,29 @@ def test_nerves_are_late_and_noisy_by_their_share(share, latest):
     assert max(noisy) >= 0.9 * share
 
 
+@pytest.mark.parametrize("name", GROWING)
+def test_what_does_not_grow_is_there_from_the_start(name):
+    """Of each disturbance: in full if it is not among those that grow, else not at all at first."""
+    variation = Variation(velocity_noise=0.3, push=20.0, push_interval=0.05, delay=0.04, noise=0.1, growth=0.5)
+    others = [other for other in GROWING if other != name]
+    batch = batch_of(
+        msgspec.structs.replace(variation, growing=tuple(others)), observations={"trunk": {}, "trunk_speed": {}}
+    )
+    still = batch_of(Variation(velocity_noise=0.0), observations={"trunk": {}, "trunk_speed": {}})
+    names, late, noisy = list(batch.senses.critic_names), 0.0, 0.0
+    for _ in range(10):
+        batch.begin(np.ones(4, dtype=bool))
+        batch.senses.observe_critic(batch.rollout.state, batch.episodes)
+        seen = batch.senses.critic.numpy()
+        late = max(late, *(seen[:, k].max() for k, text in enumerate(names) if "delay" in text))
+        noisy = max(noisy, *(seen[:, k].max() for k, text in enumerate(names) if text.endswith("noise")))
+    fast = np.abs(batch.rollout.state.speeds.numpy()[:, 0] - still.rollout.state.speeds.numpy()[:, 0]).max()
+    after(batch, 10)
+    pushed = np.linalg.norm(batch.rollout.state.push.numpy(), axis=1).max()
+    found = {"velocity_noise": fast > 0.0, "push": pushed > 0.0, "delay": late > 0.0, "noise": noisy > 0.0}
+    assert found == {other: other == name for other in GROWING}
+
+
 def test_trials_of_a_policy_have_all_of_it():
     task = Task(variation=Variation(push=30.0, growth=0.1))
     assert in_full(task).variation == Variation(push=30.0)
@@ -110,6 +143,14 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(SceneError, match="within 0 and 1") as error:
         check_scene(scene)
     assert error.value.key == "learning.variation.growth"
+    scene.learning = Task(variation=Variation(growth=0.1, lasting=1.0))
+    with pytest.raises(SceneError, match="less than 1") as error:
+        check_scene(scene)
+    assert error.value.key == "learning.variation.lasting"
+    scene.learning = Task(variation=Variation(growth=0.1, growing=("pushes",)))
+    with pytest.raises(SceneError, match="did you mean 'push'") as error:
+        check_scene(scene)
+    assert error.value.key == "learning.variation.growing"
     batch = batch_of(Variation(growth=0.5))
     batch.episodes.hardness.fill_(np.nan)
     with pytest.raises(RolloutError, match="hardness"):

@@ -276,7 +276,7 @@ def test_a_pelvis_leans_forwards_while_legs_and_trunk_lean_as_they_did(walker: R
 def test_feet_are_flat_in_mid_stance_where_the_pelvis_leans_as_far_as_the_documentation_says():
     percent = np.arange(12.0, 33.0)
     walks = [norm for norm in IMITATED if not is_run(norm.source)]
-    for norm, wanted in zip(walks, (4.0, 11.1, 10.8), strict=True):
+    for norm, wanted in zip(walks, (4.0, 11.1, 10.8, 7.4), strict=True):
         hip, knee, ankle = (norm.angles[name].mean(percent) for name in LEG_ANGLES)
         pitch = hip - knee + ankle  # of the foot, toes up, over a pelvis that does not lean
         assert pitch.mean() == pytest.approx(wanted, abs=0.05), norm.source

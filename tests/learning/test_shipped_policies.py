@@ -14,6 +14,7 @@ NAMES = [
     "walk56_tasks",
     pytest.param("gait2392_by_policy", marks=pytest.mark.long),
     pytest.param("gait2392_arms_by_policy", marks=pytest.mark.long),
+    pytest.param("gait2392_arms_like_people", marks=pytest.mark.long),
 ]
 
 

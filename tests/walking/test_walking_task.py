@@ -135,8 +135,17 @@ def test_speeds_go_with_the_root_of_the_height(tmp_path):
     assert person is not None
     assert small is not None
     assert small.speed[1] / person.speed[1] == pytest.approx(0.5, rel=0.01)
-    assert toml.read(tmp_path / "walks.toml").failure.no_progress == pytest.approx(0.15, abs=0.02)
     assert small.imitation.cycle_time / person.imitation.cycle_time == pytest.approx(0.5, rel=0.01)
+    assert toml.read(tmp_path / "walks.toml").failure.no_progress == pytest.approx(0.15, abs=0.02)
+
+
+def test_standing_pays_less_than_progress_and_costs_grow(tmp_path):
+    task = written(two_legs(), tmp_path).learning
+    assert task is not None
+    assert task.rewards.progress > task.rewards.alive
+    assert task.tightening is not None
+    assert task.tightening.costs is not None
+    assert task.tightening.costs < 1.0  # where all count at once, who falls soon loses less than who tries
 
 
 def test_sides_learn_from_each_other_where_they_are_alike_alone(tmp_path):

@@ -151,6 +151,8 @@ EXAMPLES = {
             "gait2392_arms_by_policy.toml",
             "gait2392_arms_by_policy.h5",
             "gait2392_arms_from_noise.toml",
+            "gait2392_arms_like_people.toml",
+            "gait2392_arms_like_people.h5",
             *(f"walk56_{name}.{end}" for name in ("by_command", "like_people", "tasks") for end in ("toml", "h5")),
         ),
     ),

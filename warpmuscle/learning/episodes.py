@@ -44,6 +44,7 @@ from warpmuscle.learning.variants import Variants
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.scene.learning.task import GROWING
 from warpmuscle.scene.trusted_code import trust as allow
 from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
@@ -412,6 +413,9 @@ class EpisodeBatch:
         rules.velocity_noise, rules.push = variation.velocity_noise, variation.push
         rules.push_decisions = max(round(variation.push_interval / self.dt), 1) if variation.push > 0.0 else 0
         rules.growth, rules.longest = variation.growth, self.longest
+        grows = {name: int(name in variation.growing) for name in GROWING}
+        rules.velocity_grows, rules.push_grows = grows["velocity_noise"], grows["push"]
+        rules.shrinkage = variation.growth * variation.lasting / (1.0 - variation.lasting)
         rules.push_steps = max(round(variation.push_duration / self.scene.time_step), 1)
         rules.time_step, rules.decision_time = self.scene.time_step, self.dt
         return rules

@@ -288,7 +288,7 @@ class Senses:
         if not rows:
             raise SceneError("a policy observes nothing of this scene", key="learning.observations")
         whole, rest = np.divmod(np.array(delays), decision_steps)
-        self._features = _table(rows, whole, late, noises, noisier, self._device)
+        self._features = _table(rows, whole, late, noises, noisier, task.variation.growing, self._device)
         self._ring = wp.zeros((n, int((whole + late).max()) + 1, len(rows)), dtype=float, device=self._device)
         self.moments = _moments(rest, decision_steps, self._device)
         known = {group: GROUPS[group](about) for group in GROUPS if group != "action"}
@@ -301,7 +301,7 @@ class Senses:
         self.critic_names = tuple(f"{group}.{number.name}" for group, numbers in known.items() for number in numbers)
         none = [0] * len(critic)
         hindered = [longest] * len(critic), none, [task.variation.noise] * len(critic)
-        self._critic_features = _table(critic, none, *hindered, self._device)
+        self._critic_features = _table(critic, none, *hindered, task.variation.growing, self._device)
         self.observation = wp.zeros((n, len(rows)), dtype=float, device=self._device)
         self.critic = wp.zeros((n, len(critic)), dtype=float, device=self._device)
 
@@ -343,7 +343,7 @@ class Senses:
 
 def _table(
     numbers: Sequence[Number], delays: Any, late: Sequence[int], noises: Sequence[float], noisier: Sequence[float],
-    device: Any,
+    growing: Sequence[str], device: Any,
 ) -> wp.array:  # fmt: skip
     columns = {
         "kind": [number.kind for number in numbers],
@@ -353,6 +353,8 @@ def _table(
         "late": late,
         "noise": noises,
         "noisier": noisier,
+        "late_grows": [int("delay" in growing)] * len(numbers),
+        "noisier_grows": [int("noise" in growing)] * len(numbers),
     }
     return structs_to_device(kernels.Feature, {name: np.array(values) for name, values in columns.items()}, device)
 

@@ -85,13 +85,34 @@ class GaitNorm:
     angles: Mapping[str, Band]
 
 
+@dataclass(frozen=True)
+class MeanBand:
+    """The mean of several bands."""
+
+    bands: tuple[Band, ...]
+
+    def mean(self, percent: Floats) -> Floats:
+        """Mean of the means at these percents, of the same shape."""
+        return np.asarray(np.mean([band.mean(percent) for band in self.bands], axis=0))
+
+    def sd(self, percent: Floats) -> Floats:
+        """Mean of the standard deviations at these percents, of the same shape."""
+        return np.asarray(np.mean([band.sd(percent) for band in self.bands], axis=0))
+
+
 KEY_POINTS = "key points"
 WALKING = (
     GaitNorm(KEY_POINTS, "walking at a comfortable speed", {name: NORMS[name] for name in LEG_ANGLES}),
     GaitNorm("Fukuchi 2018", "walking at 1.26 m/s", WALK),
 )
 RUNNING = (GaitNorm("Fukuchi 2017", "running at 2.5 m/s", RUN),)
-IMITATED = (*WALKING, GaitNorm("Pinzone 2014", "walking at their own speed, centre two", SEARCHED_ANGLES), *RUNNING)
+_PINZONE = GaitNorm("Pinzone 2014", "walking at their own speed, centre two", SEARCHED_ANGLES)
+_BETWEEN = GaitNorm(
+    "key points and Pinzone 2014",
+    "walking at a comfortable speed, the mean of both",
+    {name: MeanBand((NORMS[name], SEARCHED_ANGLES[name])) for name in LEG_ANGLES},
+)
+IMITATED = (*WALKING, _PINZONE, _BETWEEN, *RUNNING)
 
 
 RUNNING_STANCE = 40.0  # % of the cycle, of people at 2.5 m/s

@@ -29,6 +29,7 @@ PUSH = 50.0 / 75.0  # N s/kg
 WEIGHTS = (4, 3, 3)  # of hip, knee and ankle, besides 1 of every other joint
 TRUNK_WEIGHT = 2
 STEP_WIDTH = 0.1 / PERSON  # m, over the height
+PELVIS_TILT = 7  # deg; over 4 the feet of the key points are flat in mid-stance, over 9 they land as early as asked
 PROGRESS = 0.3  # m/s, of a person; a body that has learnt to stand earns too much to find out how to walk
 OBJECTIVE = """
 [objective]
@@ -40,8 +41,9 @@ REWARDS = """
 [learning.rewards]
 speed = 20
 speed_width = 0.4
-alive = 20
-imitation = 30
+progress = 20
+alive = 10
+imitation = 60
 imitation_width = 0.15
 force = 20
 force_width = 0.2
@@ -49,6 +51,10 @@ overload = 60
 objective = 1
 action = 0.3
 action_rate = 0.1
+
+[learning.tightening]  # at first a body that falls soon must not lose less than one that tries to walk
+costs = 0.15
+decisions = 100_000_000
 """.rstrip().split("\n")
 
 
@@ -192,6 +198,7 @@ def _learning_lines(task: WalkingTask) -> list[str]:
         "[learning.imitation]",
         'norm = "key points"  # as people bend their hips, knees and ankles',
         "moving = true",
+        f"pelvis_tilt = {PELVIS_TILT}",
         f"cycle_time = {inline(_scaled(task, CYCLE_TIME))}",
         f"clock_speed = {inline(_scaled(task, CLOCK_SPEED))}",
         "cadence_power = 0.58",

@@ -57,7 +57,10 @@ class EpisodeRules:
     push_steps: int
     time_step: float  # s, of the simulation
     decision_time: float  # s
-    growth: float  # of the hardness, with an episode that lasts; it shrinks as much with one that fails
+    growth: float  # of the hardness, with an episode that lasts
+    shrinkage: float  # of the hardness, with an episode that fails
+    velocity_grows: int  # 1: velocity_noise does with the hardness; 0: all of it is there always
+    push_grows: int  # 1: pushes do
     longest: int  # decisions of an episode
 
 
@@ -117,7 +120,13 @@ def hardness_after(hardness: float, length: int, rules: EpisodeRules) -> float:
     """Hardness of an episode after one of this hardness that ended after so many decisions, 0 if there was none."""
     if length == 0:
         return hardness
-    return wp.clamp(hardness + wp.where(length >= rules.longest, rules.growth, -rules.growth), 0.0, 1.0)
+    return wp.clamp(hardness + wp.where(length >= rules.longest, rules.growth, -rules.shrinkage), 0.0, 1.0)
+
+
+@wp.func
+def share_of(grows: int, hardness: float) -> float:
+    """How much of a disturbance there is at a hardness; all of one that does not grow."""
+    return wp.where(grows == 1, hardness, 1.0)
 
 
 @wp.func
@@ -148,7 +157,7 @@ def begin_decision(
     if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
         generator = random_of(episodes.seed[0], i, decision, PUSH)
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
-        impulse = wp.randf(generator) * rules.push * episodes.hardness[i]
+        impulse = wp.randf(generator) * rules.push * share_of(rules.push_grows, episodes.hardness[i])
         force = impulse / (float(rules.push_steps) * rules.time_step)
         state.push[i] = wp.vec3(force * wp.sin(angle), 0.0, force * wp.cos(angle))
         step = state.step[i]
@@ -240,7 +249,7 @@ def begin_episodes(
     generator = random_of(seed, i, number, VELOCITY)
     if rules.root != ROOT_FIXED and rules.velocity_noise > 0.0:
         moving = wp.where(rules.root == ROOT_FREE, 3, 2)
-        deviation = rules.velocity_noise * episodes.hardness[i]
+        deviation = rules.velocity_noise * share_of(rules.velocity_grows, episodes.hardness[i])
         for k in range(moving):
             state.speeds[i, k] = state.speeds[i, k] + deviation * wp.randn(generator)
     draw_commands(i, episodes.decision[i], episodes, rules)

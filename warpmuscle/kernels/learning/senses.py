@@ -10,7 +10,7 @@ from warpmuscle.kernels.algebra.random_numbers import DELAY, NOISE, NOISINESS, r
 from warpmuscle.kernels.algebra.spatial import heading, heading_angle
 from warpmuscle.kernels.body.kinematics import joint_orientation, speed_vector
 from warpmuscle.kernels.contact.terrain import tile_rise
-from warpmuscle.kernels.learning.episodes import Episodes, root_orientation, root_place
+from warpmuscle.kernels.learning.episodes import Episodes, root_orientation, root_place, share_of
 from warpmuscle.kernels.structs import (
     BALL,
     FIXED,
@@ -53,6 +53,8 @@ class Feature:
     late: int  # whole decisions up to which it comes later still in an episode
     noise: float  # standard deviation
     noisier: float  # up to which standard deviation there is noise besides in an episode
+    late_grows: int  # 1: `late` does with the hardness of episodes; 0: all of it is there always
+    noisier_grows: int  # 1: `noisier` does
 
 
 @wp.struct
@@ -239,7 +241,7 @@ def later_by(feature: Feature, instance: int, episodes: Episodes) -> int:
     if feature.late == 0:
         return 0
     generator = random_of(episodes.seed[0], instance, episodes.number[instance], DELAY)
-    latest = episodes.hardness[instance] * float(feature.late)
+    latest = share_of(feature.late_grows, episodes.hardness[instance]) * float(feature.late)
     return wp.min(int(wp.randf(generator) * (latest + 1.0)), feature.late)
 
 
@@ -249,7 +251,8 @@ def noisier_by(feature: Feature, instance: int, episodes: Episodes) -> float:
     if feature.noisier == 0.0:
         return 0.0
     generator = random_of(episodes.seed[0], instance, episodes.number[instance], NOISINESS)
-    return wp.randf(generator) * feature.noisier * episodes.hardness[instance]
+    share = share_of(feature.noisier_grows, episodes.hardness[instance])
+    return wp.randf(generator) * feature.noisier * share
 
 
 @wp.func

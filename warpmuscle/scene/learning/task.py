@@ -107,6 +107,9 @@ class Imitation(Part):
     weights: Annotated[dict[str, float], "1", FROM_0] = {}  # of joints, and of how upright the `root` is; by default 1
 
 
+GROWING = ("velocity_noise", "push", "delay", "noise")  # disturbances that can grow as episodes last
+
+
 class Variation(Part):
     """How instances differ from each other; drawn anew for every episode.
 
@@ -134,11 +137,12 @@ class Variation(Part):
     push: Annotated[float, "N s", FROM_0] = 0.0  # greatest horizontal impulse on the root
     push_interval: Annotated[float, "s", ABOVE_0] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s", ABOVE_0] = 0.1
-    growth: Annotated[float, "1", FRACTION] = (
-        0.0  # 0.1: an instance begins without velocity_noise, pushes, delay and noise;
-    )
-    # with each episode that lasts its whole time it has a tenth more of them, up to all, and with each that fails a
-    # tenth less; 0: all from the start, as in trials of a policy
+    growth: Annotated[float, "1", FRACTION] = 0.0  # 0.1: an instance begins without what `growing` names; with each
+    # episode that lasts its whole time it has a tenth more of them, up to all, and with each that fails less, by what
+    # `lasting` says; 0: all from the start, as in trials of a policy
+    growing: tuple[str, ...] = GROWING  # what does: `velocity_noise`, `push`, `delay` and `noise`
+    lasting: Annotated[float, "1", FRACTION] = 0.5  # share of episodes that last where disturbances neither grow nor
+    # shrink any more: 0.5: an episode that fails takes off as much as one that lasts adds, 0.75: three times as much
     start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
     # the initial state; 0: all do
     start_after: Annotated[float, "s", FROM_0] = 2.0  # of that gait, when the first of these states is taken

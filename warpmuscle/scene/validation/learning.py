@@ -9,7 +9,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
-from warpmuscle.scene.learning.task import Interval
+from warpmuscle.scene.learning.task import GROWING, Interval
 from warpmuscle.scene.norms import IMITATED, is_run
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
@@ -120,9 +120,11 @@ def _norm(key: str, imitation: Imitation) -> None:
 def _variation(check: Checks, variation: Variation) -> None:
     """Parts are less than the whole, counts are counts."""
     key = "learning.variation"
-    for name in ("mass", "strength", "side_strength"):
+    for name in ("mass", "strength", "side_strength", "lasting"):
         if getattr(variation, name) >= 1.0:
             raise SceneError(f"must be less than 1, is {getattr(variation, name):g}", key=f"{key}.{name}")
+    for name in variation.growing:
+        known(name, GROWING, "disturbance that can grow", f"{key}.growing")
     for name in variation.commands:
         known(name, check.checked.commands, "command", f"{key}.commands")
     for name, least in (("start_states", 0), ("variants", 1), ("poses", 1)):
