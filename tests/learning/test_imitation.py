@@ -36,7 +36,6 @@ from warpmuscle.scene.norms import (
     IMITATED,
     LEG_ANGLES,
     PERCENT_OF_BIN,
-    RUNNING_STANCE,
     WALKING,
     is_run,
     running_force,
@@ -201,9 +200,13 @@ def test_what_the_force_earns_is_the_closeness_of_smoothed_forces_to_peoples(by_
 def test_the_force_of_a_run_is_half_a_sine_in_which_no_foot_carries_in_flight(gait: Gait):
     task = Task(imitation=Imitation(norm="Fukuchi 2017"), rewards=Rewards(force_smoothing=0.0))
     force = wanted_forces(gait, task, 3.0)
-    np.testing.assert_allclose(force, running_force(PERCENT_OF_BIN), rtol=1e-9)
-    assert (force[int(RUNNING_STANCE) :] == 0.0).all()
-    assert 2.0 * force.mean() == pytest.approx(1.0, abs=0.01)
+    stance = 50.0 / 1.4  # %, of a mean of 1.4 weights while a foot carries at 3 m/s (Munro et al. 1987)
+    np.testing.assert_allclose(force, running_force(PERCENT_OF_BIN, stance), rtol=1e-9)
+    assert (force[36:] == 0.0).all()
+    assert force.max() == pytest.approx(0.5 * np.pi * 1.4, rel=0.01)
+    for speed in (2.0, 3.0, 5.0):
+        assert 2.0 * wanted_forces(gait, task, speed).mean() == pytest.approx(1.0, abs=0.01)
+    assert (wanted_forces(gait, task, 5.0)[30:] == 0.0).all()  # 1.7 weights
     walking = msgspec.structs.replace(task, imitation=Imitation(norm="key points"))
     np.testing.assert_allclose(wanted_forces(gait, walking, 1.25), walking_force(PERCENT_OF_BIN, 1.25), rtol=1e-9)
 

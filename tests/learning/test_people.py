@@ -115,7 +115,7 @@ RUN = Imitation(norm="Fukuchi 2017", norm_alone=True, cycle_time=0.7, pelvis_til
 def test_a_runner_bounces_as_a_mass_that_half_a_sine_of_force_carries(rollout: Rollout):
     """In flight it falls freely; over a stance its speed turns from down to up; a cycle has two bounces."""
     gait = people_gait(rollout, RUN)
-    above, rise = bounced(gait, 9.81)
+    above, rise = bounced(gait, 9.81, RUNNING_STANCE)
     assert above.mean() == pytest.approx(0.0, abs=1e-12)
     flight = 0.01 * (50.0 - RUNNING_STANCE) * 0.7  # s
     assert -rise[0] == pytest.approx(0.5 * 9.81 * flight, rel=0.02)

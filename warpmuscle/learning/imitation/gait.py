@@ -38,6 +38,7 @@ from warpmuscle.scene.norms import (
     PERCENT_OF_BIN,
     is_run,
     running_force,
+    running_stance,
     walking_force,
 )
 from warpmuscle.scene.topology import Topology
@@ -333,12 +334,11 @@ def gait_table(gait: Gait, task: Task, rollout: Rollout) -> kernels.GaitTable:
 
 
 def wanted_forces(gait: Gait, task: Task, speed: float) -> Floats:
-    """People's vertical force on the left foot at a speed, m/s, over the cycle (BINS,), smoothed as the body's is.
-
-    The force of who imitates a run does not change with the speed.
-    """
+    """People's vertical force on the left foot at a speed, m/s, over the cycle (BINS,), smoothed as the body's is."""
     imitation = task.imitation or Imitation()
     cycle = gait.cycle_time * (max(speed, 0.1) / imitation.clock_speed) ** -imitation.cadence_power
-    runs = is_run(imitation.norm)
-    force = running_force(PERCENT_OF_BIN) if runs else walking_force(PERCENT_OF_BIN, speed)
+    if is_run(imitation.norm):
+        force = running_force(PERCENT_OF_BIN, running_stance(speed))
+    else:
+        force = walking_force(PERCENT_OF_BIN, speed)
     return smoothed_over_cycle(force, cycle, task.rewards.force_smoothing)

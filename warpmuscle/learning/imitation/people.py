@@ -23,7 +23,7 @@ from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.scene.initial_pose import Poses
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.norms import PERCENT_OF_BIN, REFERENCES, is_run, running_force
+from warpmuscle.scene.norms import PERCENT_OF_BIN, REFERENCES, is_run, running_force, running_stance
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper
 
@@ -68,8 +68,8 @@ def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> Sta
     height = first_number(rollout.numeric.ground.height) - lowest
     rise: Floats = np.zeros(BINS)
     if gait.runs:
-        above, rise = bounced(gait, first_number(rollout.numeric.gravity))
-        carried = running_force(PERCENT[:BINS]) > 0.0
+        above, rise = bounced(gait, first_number(rollout.numeric.gravity), running_stance(speed))
+        carried = running_force(PERCENT[:BINS], running_stance(speed)) > 0.0
         height = np.maximum(height, above + (height - above)[carried].mean())
     place, velocity = zero + height[:, None] * UP, zero + speed * FORWARD + rise[:, None] * UP
     at, moving = root.coordinates_of(place, orientation, velocity, zero)
@@ -79,10 +79,15 @@ def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> Sta
     return States(coordinates[chosen], speeds[chosen], None)
 
 
-def bounced(gait: Gait, gravity: float) -> tuple[Floats, Floats]:
-    """How far a runner's centre of mass is above its mean, m, and how fast it rises, m/s, over the cycle (BINS,)."""
+def bounced(gait: Gait, gravity: float, stance: float) -> tuple[Floats, Floats]:
+    """How far a runner's centre of mass is above its mean, m, and how fast it rises, m/s, over the cycle (BINS,).
+
+    Args:
+        stance: % of the cycle in which a foot carries.
+    """
     time = gait.cycle_time / BINS
-    force = running_force(PERCENT_OF_BIN) + running_force((PERCENT_OF_BIN - 100.0 * gait.right) % 100.0)
+    later = (PERCENT_OF_BIN - 100.0 * gait.right) % 100.0
+    force = running_force(PERCENT_OF_BIN, stance) + running_force(later, stance)
     speed = np.roll(np.cumsum(force / force.mean() - 1.0), 1) * gravity * time
     speed -= speed.mean()
     height = np.roll(np.cumsum(0.5 * (speed + np.roll(speed, -1))), 1) * time
