@@ -137,7 +137,7 @@ def test_states_of_a_run_bend_as_runners_do_and_none_is_below_the_ground(rollout
     np.testing.assert_allclose(root, np.roll(root, BINS // 2), atol=1e-9)
     assert root[np.arange(40, 50)].min() > root[np.arange(10, 25)].max() + 0.03
     assert (states.speeds[:, 2] == 3.0).all()
-    assert states.speeds[0, 1] < -0.3 < 0.3 < states.speeds[39, 1]
+    assert states.speeds[0, 1] < -0.3 < 0.3 < states.speeds[35, 1]
     moved, character = body_motions(imported(), states.coordinates, states.speeds), imported().character
     for side in "lr":
         corners = np.array([place for place, _ in contact_points(character.bodies[f"calcn_{side}"].shapes[0])])
