@@ -15,6 +15,7 @@ from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.learning.imitation.gait import BINS, Gait, changed
 from warpmuscle.learning.imitation.pelvis import FORWARD, UP, orientation_of
+from warpmuscle.learning.imitation.table import run_from
 from warpmuscle.learning.poses import States, started
 from warpmuscle.learning.starts import ControllerGait
 from warpmuscle.learning.symmetry import BodySymmetry
@@ -47,9 +48,19 @@ def people_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | Non
 
 
 def people_starts(gait: Gait, rollout: Rollout, stepper: Stepper, task: Task) -> ControllerGait:
-    """States of the gait to start from, at the middle of the wanted speeds; the rollout is at its own start again."""
-    wanted = people_states(gait, rollout, 0.5 * sum(task.speed), task.variation.start_states)
-    states = started(rollout, stepper, wanted)
+    """States of the gait to start from, at the middle of the wanted speeds; the rollout is at its own start again.
+
+    Of a gait that becomes a run half of them run, at the middle of the speeds at which it does.
+    """
+    (low, high), count, switch = task.speed, task.variation.start_states, run_from(task)
+    if gait.running is None or switch is None:
+        wanted = [people_states(gait, rollout, 0.5 * (low + high), count)]
+    else:
+        wanted = [
+            people_states(gait, rollout, 0.5 * (low + switch), max(count // 2, 1)),
+            people_states(gait.running, rollout, 0.5 * (switch + high), max(count // 2, 1)),
+        ]
+    states = [state for some in wanted for state in started(rollout, stepper, some)]
     return ControllerGait(states, [0.0] * len(states), None)
 
 
