@@ -34,7 +34,7 @@ from warpmuscle.results.partial_motion import reduced
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.learning import Run
+from warpmuscle.scene.learning import ImitatedRun
 from warpmuscle.scene.norms import (
     IMITATED,
     LEG_ANGLES,
@@ -216,7 +216,7 @@ def test_the_force_of_a_run_is_half_a_sine_in_which_no_foot_carries_in_flight(ga
 
 def test_a_walk_becomes_a_run_in_its_angles_and_forces_above_a_speed(gait: Gait, walker: Rollout):
     """Between two of the tables' speeds, of which the slower one walks still."""
-    run = Run(above=2.1, cycle_time=0.7, clock_speed=2.5, cadence_power=0.1)
+    run = ImitatedRun(above=2.1, cycle_time=0.7, clock_speed=2.5, cadence_power=0.1)
     imitation = Imitation(norm="key points", moving=True, run=run)
     task = Task(speed=(1.0, 3.2), imitation=imitation, rewards=Rewards(force_smoothing=0.03))
     both = changed(gait, walker, imitation, None)
@@ -342,12 +342,16 @@ def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Fl
         ),
         (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),
         (
-            Imitation(norm="key points", run=Run()),
+            Imitation(norm="key points", run=ImitatedRun()),
             "learning.imitation.run.above",
             "the wanted speeds, 1.2 and",
         ),
-        (Imitation(run=Run(norm="key points")), "learning.imitation.run.norm", "no norm of a run is called"),
-        (Imitation(norm="Fukuchi 2017", run=Run()), "learning.imitation.run", "a run at all speeds by its norm"),
+        (Imitation(run=ImitatedRun(norm="key points")), "learning.imitation.run.norm", "no norm of a run is called"),
+        (
+            Imitation(norm="Fukuchi 2017", run=ImitatedRun()),
+            "learning.imitation.run",
+            "a run at all speeds by its norm",
+        ),
         (Imitation(step_width=-0.1), "learning.imitation.step_width", "must not be negative"),
     ],
 )

@@ -14,7 +14,7 @@ from warpmuscle.learning.imitation.people import CYCLE_TIME, bounced, by_norm_al
 from warpmuscle.scene import Body, Displacement, Joint, Scene
 from warpmuscle.scene.character.shapes import Box
 from warpmuscle.scene.geometry import contact_points
-from warpmuscle.scene.learning import Run
+from warpmuscle.scene.learning import ImitatedRun
 from warpmuscle.scene.norms import NORMS, RUNNING, RUNNING_STANCE
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
@@ -191,7 +191,7 @@ def test_episodes_start_over_the_whole_cycle_with_the_clock_of_their_pose():
 
 @pytest.mark.usefixtures("unoptimized_test")
 def test_who_walks_and_runs_starts_as_either_and_the_clock_runs_as_the_wanted_speed_says():
-    run = Run(above=2.05, cycle_time=0.7, clock_speed=2.5, cadence_power=0.1)
+    run = ImitatedRun(above=2.05, cycle_time=0.7, clock_speed=2.5, cadence_power=0.1)
     imitation = msgspec.structs.replace(IMITATION, cycle_time=1.0, cadence_power=0.5, pelvis_tilt=5.0, run=run)
     task = Task(
         observations={"clock": Sense()}, imitation=imitation, speed=(1.0, 3.2),

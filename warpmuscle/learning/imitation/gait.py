@@ -27,7 +27,7 @@ from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
-from warpmuscle.scene.learning import Imitation, Run
+from warpmuscle.scene.learning import ImitatedRun, Imitation
 from warpmuscle.scene.norms import (
     FLEXION,
     IMITATED,
@@ -165,7 +165,7 @@ def changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmet
     return gait if imitation.run is None else replace(gait, running=_running(gait, imitation.run, rollout))
 
 
-def _running(gait: Gait, run: Run, rollout: Rollout) -> Gait:
+def _running(gait: Gait, run: ImitatedRun, rollout: Rollout) -> Gait:
     """The gait as a run: the same but for the legs and the clock."""
     return replace(with_norm(gait, run.norm, rollout), cycle_time=run.cycle_time, runs=True)
 

@@ -8,7 +8,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.learning import Goal, Imitation, Run, Task, Tightening, Variation
+from warpmuscle.scene.learning import Goal, ImitatedRun, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import Interval
 from warpmuscle.scene.norms import IMITATED, RUNNING, is_run
 from warpmuscle.scene.number import Free
@@ -106,7 +106,7 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
         known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
 
 
-def _run(task: Task, run: Run) -> None:
+def _run(task: Task, run: ImitatedRun) -> None:
     """The gait is a walk at the slowest wanted speed, and a run by a norm of runs at the fastest."""
     key, (low, high) = "learning.imitation.run", task.speed
     known(run.norm, [norm.source for norm in RUNNING], "norm of a run", f"{key}.norm")
