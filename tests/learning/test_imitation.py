@@ -20,23 +20,25 @@ from warpmuscle.learning.imitation import (
     Gait,
     gait_of,
     recorded_gait,
+    run_from,
     seen_time,
     smoothed_over_cycle,
     with_norm,
     with_step_width,
 )  # fmt: skip
-from warpmuscle.learning.imitation.gait import wanted_forces
+from warpmuscle.learning.imitation.gait import changed
 from warpmuscle.learning.imitation.pelvis import obliquity, tilt
+from warpmuscle.learning.imitation.table import gait_at, wanted_forces
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import reduced
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.joints import joint_type
+from warpmuscle.scene.learning import ImitatedRun
 from warpmuscle.scene.norms import (
     IMITATED,
     LEG_ANGLES,
     PERCENT_OF_BIN,
-    RUNNING_STANCE,
     WALKING,
     is_run,
     running_force,
@@ -201,11 +203,39 @@ def test_what_the_force_earns_is_the_closeness_of_smoothed_forces_to_peoples(by_
 def test_the_force_of_a_run_is_half_a_sine_in_which_no_foot_carries_in_flight(gait: Gait):
     task = Task(imitation=Imitation(norm="Fukuchi 2017"), rewards=Rewards(force_smoothing=0.0))
     force = wanted_forces(gait, task, 3.0)
-    np.testing.assert_allclose(force, running_force(PERCENT_OF_BIN), rtol=1e-9)
-    assert (force[int(RUNNING_STANCE) :] == 0.0).all()
-    assert 2.0 * force.mean() == pytest.approx(1.0, abs=0.01)
+    stance = 50.0 / 1.4  # %, of a mean of 1.4 weights while a foot carries at 3 m/s (Munro et al. 1987)
+    np.testing.assert_allclose(force, running_force(PERCENT_OF_BIN, stance), rtol=1e-9)
+    assert (force[36:] == 0.0).all()
+    assert force.max() == pytest.approx(0.5 * np.pi * 1.4, rel=0.01)
+    for speed in (2.0, 3.0, 5.0):
+        assert 2.0 * wanted_forces(gait, task, speed).mean() == pytest.approx(1.0, abs=0.01)
+    assert (wanted_forces(gait, task, 5.0)[30:] == 0.0).all()  # 1.7 weights
     walking = msgspec.structs.replace(task, imitation=Imitation(norm="key points"))
     np.testing.assert_allclose(wanted_forces(gait, walking, 1.25), walking_force(PERCENT_OF_BIN, 1.25), rtol=1e-9)
+
+
+def test_a_walk_becomes_a_run_in_its_angles_and_forces_above_a_speed(gait: Gait, walker: Rollout):
+    """Between two of the tables' speeds, of which the slower one walks still."""
+    run = ImitatedRun(above=2.1, cycle_time=0.7, clock_speed=2.5, cadence_power=0.1)
+    imitation = Imitation(norm="key points", moving=True, run=run)
+    task = Task(speed=(1.0, 3.2), imitation=imitation, rewards=Rewards(force_smoothing=0.03))
+    both = changed(gait, walker, imitation, None)
+    running = both.running
+    assert running is not None
+    assert running.runs
+    assert not both.runs
+    assert run_from(task) == pytest.approx(2.1)  # of 2.0 and 2.2
+    slow, fast = (gait_at(both, task, walker, speed) for speed in (2.0, 2.2))
+    assert fast is running
+    np.testing.assert_allclose(slow.coordinate, with_norm(both, "key points", walker, 2.0).coordinate)
+    np.testing.assert_allclose(fast.coordinate, with_norm(gait, "Fukuchi 2017", walker).coordinate)
+    cycle = 0.7 * (2.2 / 2.5) ** -0.1
+    force = smoothed_over_cycle(running_force(PERCENT_OF_BIN, 50.0 / (1.4 - 0.15 * 0.8)), cycle, 0.03)
+    np.testing.assert_allclose(wanted_forces(both, task, 2.2), force)
+    force = smoothed_over_cycle(walking_force(PERCENT_OF_BIN, 2.0), gait.cycle_time, 0.03)
+    np.testing.assert_allclose(wanted_forces(both, task, 2.0), force)
+    poses = np.stack([both.coordinate[30], running.coordinate[60]])
+    np.testing.assert_allclose(both.nearest(poses, walker), [0.3, 0.6], atol=0.02)
 
 
 def test_a_smoothed_curve_is_what_a_low_pass_makes_of_many_cycles():
@@ -311,6 +341,17 @@ def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Fl
             "how long a cycle of the run",
         ),
         (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),
+        (
+            Imitation(norm="key points", run=ImitatedRun()),
+            "learning.imitation.run.above",
+            "the wanted speeds, 1.2 and",
+        ),
+        (Imitation(run=ImitatedRun(norm="key points")), "learning.imitation.run.norm", "no norm of a run is called"),
+        (
+            Imitation(norm="Fukuchi 2017", run=ImitatedRun()),
+            "learning.imitation.run",
+            "a run at all speeds by its norm",
+        ),
         (Imitation(step_width=-0.1), "learning.imitation.step_width", "must not be negative"),
     ],
 )

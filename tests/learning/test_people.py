@@ -14,6 +14,7 @@ from warpmuscle.learning.imitation.people import CYCLE_TIME, bounced, by_norm_al
 from warpmuscle.scene import Body, Displacement, Joint, Scene
 from warpmuscle.scene.character.shapes import Box
 from warpmuscle.scene.geometry import contact_points
+from warpmuscle.scene.learning import ImitatedRun
 from warpmuscle.scene.norms import NORMS, RUNNING, RUNNING_STANCE
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
@@ -115,7 +116,7 @@ RUN = Imitation(norm="Fukuchi 2017", norm_alone=True, cycle_time=0.7, pelvis_til
 def test_a_runner_bounces_as_a_mass_that_half_a_sine_of_force_carries(rollout: Rollout):
     """In flight it falls freely; over a stance its speed turns from down to up; a cycle has two bounces."""
     gait = people_gait(rollout, RUN)
-    above, rise = bounced(gait, 9.81)
+    above, rise = bounced(gait, 9.81, RUNNING_STANCE)
     assert above.mean() == pytest.approx(0.0, abs=1e-12)
     flight = 0.01 * (50.0 - RUNNING_STANCE) * 0.7  # s
     assert -rise[0] == pytest.approx(0.5 * 9.81 * flight, rel=0.02)
@@ -137,7 +138,7 @@ def test_states_of_a_run_bend_as_runners_do_and_none_is_below_the_ground(rollout
     np.testing.assert_allclose(root, np.roll(root, BINS // 2), atol=1e-9)
     assert root[np.arange(40, 50)].min() > root[np.arange(10, 25)].max() + 0.03
     assert (states.speeds[:, 2] == 3.0).all()
-    assert states.speeds[0, 1] < -0.3 < 0.3 < states.speeds[39, 1]
+    assert states.speeds[0, 1] < -0.3 < 0.3 < states.speeds[35, 1]
     moved, character = body_motions(imported(), states.coordinates, states.speeds), imported().character
     for side in "lr":
         corners = np.array([place for place, _ in contact_points(character.bodies[f"calcn_{side}"].shapes[0])])
@@ -186,3 +187,31 @@ def test_episodes_start_over_the_whole_cycle_with_the_clock_of_their_pose():
         bent[walking], gait.coordinate[np.round(phase[walking] * BINS).astype(int), knee], atol=1e-5
     )
     assert len(set(phase[walking].round(4))) > 12
+
+
+@pytest.mark.usefixtures("unoptimized_test")
+def test_who_walks_and_runs_starts_as_either_and_the_clock_runs_as_the_wanted_speed_says():
+    run = ImitatedRun(above=2.05, cycle_time=0.7, clock_speed=2.5, cadence_power=0.1)
+    imitation = msgspec.structs.replace(IMITATION, cycle_time=1.0, cadence_power=0.5, pelvis_tilt=5.0, run=run)
+    task = Task(
+        observations={"clock": Sense()}, imitation=imitation, speed=(1.0, 3.2),
+        variation=Variation(start_states=20, velocity_noise=0.0),
+    )  # fmt: skip
+    batch = EpisodeBatch(imported(), 60, "cpu", task, threads=1)
+    forward = batch.rollout.state.speeds.numpy()[:, 2]
+    starts, counts = np.unique(forward[forward > 0.0].round(3), return_counts=True)
+    np.testing.assert_allclose(starts, [1.55, 2.65])  # the middles of 1.0 to 2.1 and of 2.1 to 3.2 m/s
+    assert counts.min() > 10
+    speed, before = batch.episodes.command.numpy()[:, 0].astype(float), batch.episodes.phase.numpy().copy()
+    gait, knee = batch.gait, batch.rollout.coordinate_names.index("knee_angle_l")
+    assert gait is not None
+    assert gait.running is not None
+    bent, at = batch.rollout.state.coordinates.numpy()[:, knee], np.round(before * BINS).astype(int) % BINS
+    for one, each in ((gait, starts[0]), (gait.running, starts[1])):
+        here = np.abs(forward - each) < 0.01
+        np.testing.assert_allclose(bent[here], one.coordinate[at[here], knee], atol=1e-5)
+    batch.step(restart=False)
+    gone = (batch.episodes.phase.numpy() - before) % 1.0
+    rate = np.where(speed >= 2.1, (speed / 2.5) ** 0.1 / 0.7, (speed / 1.25) ** 0.5)
+    assert 10 < (speed >= 2.1).sum() < 50
+    np.testing.assert_allclose(gone, batch.dt * rate, atol=1e-5)

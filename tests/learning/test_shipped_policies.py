@@ -6,6 +6,7 @@ import pytest
 from warpmuscle.core.status import Status
 from warpmuscle.examples import write
 from warpmuscle.formats import load
+from warpmuscle.gait.quality import gait_measures
 from warpmuscle.learning.player import commanded, commands_in_words, lasting, learned_in, replay, task_of
 
 NAMES = [
@@ -28,6 +29,22 @@ def test_a_shipped_policy_walks(name, tmp_path):
     assert status == Status.COMPLETED
     assert recording.com_velocity[:, 2].mean() == pytest.approx(1.2, abs=0.15)
     assert (tmp_path / f"{name}.h5").stat().st_size < 700_000
+
+
+@pytest.mark.long
+def test_the_policy_that_runs_flies_twice_a_stride_and_bends_its_knees_as_runners_do(tmp_path):
+    write("policies", tmp_path)
+    scene = msgspec.structs.replace(load(str(tmp_path / "gait2392_run_by_policy.toml")), duration=4.0)
+    learned = learned_in(tmp_path / "gait2392_run_by_policy.h5")
+    task = lasting(commanded(task_of(learned), ["speed=3", "turning_rate=0"]))
+    recording, status = replay(learned.policy, scene, "cpu", task)
+    assert status == Status.COMPLETED
+    measures = gait_measures(recording, scene)
+    assert measures["speed"] == pytest.approx(2.92, abs=0.15)
+    assert measures["flight"] > 10.0
+    assert 1.8 < measures["maximum vertical force"] < 2.9
+    assert measures["knee, maximum in swing"] > 80.0
+    assert (tmp_path / "gait2392_run_by_policy.h5").stat().st_size < 800_000
 
 
 def test_the_policy_for_stairs_walks_over_bumps_of_five_centimetres(tmp_path):

@@ -174,6 +174,18 @@ def test_a_run_at_that_speed_is_measured_or_falls():
     assert {(one.value, one.note, one.failed) for one in fell.values()} == {(None, "falls", True)}
 
 
+@pytest.mark.parametrize(("share", "missed"), [(0.92, False), (0.88, True), (1.12, True)])
+def test_who_comes_to_another_speed_has_not_run_at_that_one(share: float, missed: bool):
+    class Slow(Scripted):
+        def _walked(self, scene, disturbances, commands, recorded):
+            return super()._walked(scene, disturbances, {"speed": share * commands["speed"]}, recorded)
+
+    found = run(Slow({"speed": Command(3.0, 0.8, 5.0, unit="m/s")}), 4.0, {})
+    assert {one.failed for one in found.values()} == {missed}
+    assert all(one.value is None for one in found.values()) or not missed
+    assert {one.note for one in found.values()} == {f"at {3.5 * share:.2f} m/s"}
+
+
 def test_steps_vary_with_noise_of_nerves_where_there_can_be_any():
     walker = Scripted()
     found = variability(walker, 4.0, 1.8)

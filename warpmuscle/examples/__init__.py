@@ -144,7 +144,7 @@ EXAMPLES = {
         ),
     ),
     "policies": Example(
-        "policies that walk: by command, like people, at many tasks, and on the muscles of OpenSim's gait2392",
+        "policies that walk, by command, like people, at many tasks, and on OpenSim's gait2392, where one runs",
         shipped(
             "gait2392_by_policy.toml",
             "gait2392_by_policy.h5",
@@ -153,6 +153,8 @@ EXAMPLES = {
             "gait2392_arms_from_noise.toml",
             "gait2392_arms_like_people.toml",
             "gait2392_arms_like_people.h5",
+            "gait2392_run_by_policy.toml",
+            "gait2392_run_by_policy.h5",
             *(f"walk56_{name}.{end}" for name in ("by_command", "like_people", "tasks") for end in ("toml", "h5")),
         ),
     ),

@@ -24,7 +24,7 @@ from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.kernels.learning.senses import GREATEST
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.custom_parts import CustomParts
-from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, seen_time
+from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, run_from, seen_time
 from warpmuscle.learning.imitation.people import by_norm_alone, people_gait, people_starts
 from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
@@ -405,6 +405,10 @@ class EpisodeBatch:
         rules.cycle_rate = 0.0 if gait is None else 1.0 / gait.cycle_time
         imitation = task.imitation or Imitation()
         rules.clock_speed, rules.cadence_power = imitation.clock_speed, imitation.cadence_power
+        rules.run_from = run_from(task) or 0.0
+        if imitation.run is not None:
+            run = imitation.run
+            rules.run_rate, rules.run_speed, rules.run_power = 1.0 / run.cycle_time, run.clock_speed, run.cadence_power
         rules.start_phase = to_device(phases, float, self.device)
         rules.command_decisions = round(task.command_time / self.dt)
         rules.command_low = to_device(intervals[:, 0], float, self.device)

@@ -39,6 +39,7 @@ NERVES = Nerves(delay=0.02, noise=0.02)
 PHASES, AFTER, EARLIEST, STRIDE = 10, 4.0, 5.0, 1.1  # pushes; s after and before them; s, of who takes no strides
 REPEATS, START, SETTLED = 3, 0.05, 2.0  # runs of each command; m/s of noise at the start; s, until a speed counts
 NEAR, FACING = 0.1, 15.0  # m/s, deg, of a command that is met
+OFF = 0.1  # share of 3.5 m/s, by which a run may miss it
 COMMANDED = ("speed", "turning_rate")  # commands that are drawn
 
 
@@ -163,7 +164,10 @@ def _words(wanted: Mapping[str, float]) -> str:
 def run(
     walker: Walker, duration: float, own: Measures, tell: Callable[[str], None] = lambda _: None
 ) -> dict[str, Finding]:
-    """A run at 3.5 m/s: flight, greatest force, and the knee in swing; `own`, at its own speed, where that flies."""
+    """A run at 3.5 m/s: flight, greatest force, and the knee in swing; `own`, at its own speed, where that flies.
+
+    Who comes to another speed has missed them.
+    """
     command = walker.commands.get("speed")
     if command is None or not command.min <= RUNNING <= command.max:
         if not (own.get("flight") or 0.0) > LEAST_FLIGHT:
@@ -181,6 +185,8 @@ def run(
     except Error as error:
         return dict.fromkeys(AT_RUNNING, Finding(None, str(error), failed=True))
     note = f"at {measures['speed']:.2f} m/s"
+    if abs((measures["speed"] or 0.0) - RUNNING) > OFF * RUNNING:
+        return dict.fromkeys(AT_RUNNING, Finding(None, note, failed=True))
     return {row: Finding(measures.get(name), note) for row, name in AT_RUNNING.items()}
 
 

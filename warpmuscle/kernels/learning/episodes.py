@@ -50,6 +50,10 @@ class EpisodeRules:
     cycle_rate: float  # 1/s, of the imitated gait at the clock's speed; 0: there is none
     clock_speed: float  # m/s
     cadence_power: float
+    run_from: float  # m/s, wanted, from which the clock is that of a run; 0: it never is
+    run_rate: float  # 1/s, of the run at its clock's speed
+    run_speed: float  # m/s
+    run_power: float
     start_phase: wp.array[float]  # (starts,)
     velocity_noise: float  # m/s
     push: float  # N s
@@ -110,6 +114,8 @@ def draw_commands(instance: int, counter: int, episodes: Episodes, rules: Episod
 @wp.func
 def clock_rate(speed: float, rules: EpisodeRules) -> float:
     """Cycles a second of the imitated gait at a wanted speed, m/s; it never stands still."""
+    if rules.run_from > 0.0 and speed >= rules.run_from:
+        return rules.run_rate * wp.pow(speed / rules.run_speed, rules.run_power)
     if rules.cadence_power == 0.0:
         return rules.cycle_rate
     return rules.cycle_rate * wp.pow(wp.max(speed / rules.clock_speed, LEAST_PACE), rules.cadence_power)

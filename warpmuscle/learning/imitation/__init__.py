@@ -6,12 +6,13 @@ To add: another origin of a gait to a file of its own, and to `learning.episodes
 
 from warpmuscle.learning.imitation.gait import BINS as BINS
 from warpmuscle.learning.imitation.gait import CARRYING as CARRYING
-from warpmuscle.learning.imitation.gait import SPEEDS as SPEEDS
 from warpmuscle.learning.imitation.gait import Gait as Gait
 from warpmuscle.learning.imitation.gait import gait_of as gait_of
-from warpmuscle.learning.imitation.gait import gait_table as gait_table
 from warpmuscle.learning.imitation.gait import recorded_gait as recorded_gait
 from warpmuscle.learning.imitation.gait import seen_time as seen_time
-from warpmuscle.learning.imitation.gait import smoothed_over_cycle as smoothed_over_cycle
 from warpmuscle.learning.imitation.gait import with_norm as with_norm
 from warpmuscle.learning.imitation.gait import with_step_width as with_step_width
+from warpmuscle.learning.imitation.table import SPEEDS as SPEEDS
+from warpmuscle.learning.imitation.table import gait_table as gait_table
+from warpmuscle.learning.imitation.table import run_from as run_from
+from warpmuscle.learning.imitation.table import smoothed_over_cycle as smoothed_over_cycle

@@ -10,17 +10,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import warp as wp
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import to_device
 from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.core.number_rows import first_row
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.cycles import PERCENT, body_weight, over_strides
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
-from warpmuscle.kernels.learning import rewards as kernels
 from warpmuscle.learning.imitation.pelvis import people_obliquity, turn_sideways, with_obliquity, with_tilt
 from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import motion_of
@@ -30,15 +27,11 @@ from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
-from warpmuscle.scene.learning import Imitation, Task
+from warpmuscle.scene.learning import ImitatedRun, Imitation
 from warpmuscle.scene.norms import (
     FLEXION,
     IMITATED,
     LEG_ANGLES,
-    PERCENT_OF_BIN,
-    is_run,
-    running_force,
-    walking_force,
 )
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.checks import near
@@ -46,9 +39,7 @@ from warpmuscle.simulation.rollout import Rollout
 
 BINS = 100  # of the cycle
 SEEN = 8.0  # s of the gait, however long the scene lasts
-ROOT = "root"  # among the weights
 LEFT = np.array([1.0, 0.0, 0.0])
-SPEEDS = 12  # evenly over the wanted ones, for which there are tables
 NEWTON_STEPS, SMALL_TURN, LEAST_SLOPE, GREATEST_STEP = 20, 1e-4, 1e-3, 0.3  # where a joint follows another one; rad
 CARRYING = BINS * 6 // 10  # bins in which the left foot carries
 
@@ -61,7 +52,7 @@ class Gait:
         coordinate: (BINS, coordinates) of all joints, means over the cycles. up: (BINS, 3) the vertical in the root.
         cycle_time: s, of the clock. landings: (n,) s, when the left foot touched down in the gait.
         right: part of the cycle after which the right foot touches down.
-        runs: whether it is a run.
+        runs: whether it is a run. running: what it becomes where the body is to be fast.
     """
 
     coordinate: Floats
@@ -70,6 +61,7 @@ class Gait:
     landings: Floats
     right: float
     runs: bool = False
+    running: Gait | None = None
 
     def phases(self, times: Floats) -> Floats:
         """Parts of the cycle, 0 to 1, at times of the gait, s."""
@@ -79,12 +71,13 @@ class Gait:
         return np.asarray((inside + (before + after) / mean) % 1.0)
 
     def nearest(self, coordinates: Floats, rollout: Rollout) -> Floats:
-        """Parts of the cycle (n,) where the joints are nearest to how they are at coordinates (n, C)."""
+        """Parts of the cycle (n,) where the joints are nearest to how they are at coordinates (n, C), at any speed."""
+        cycles = self.coordinate if self.running is None else np.concatenate([self.coordinate, self.running.coordinate])
         poses, first = np.array(coordinates, dtype=float), rollout.names.coordinate_start[1]
         for span in quaternions(rollout.numeric, rollout.names):
             poses[:, span] *= np.where(poses[:, span] @ self.coordinate[0, span] < 0.0, -1.0, 1.0)[:, None]
-        apart = poses[:, None, first:] - self.coordinate[None, :, first:]
-        return np.asarray(np.argmin(np.square(apart).sum(axis=2), axis=1) / BINS)
+        apart = poses[:, None, first:] - cycles[None, :, first:]
+        return np.asarray(np.argmin(np.square(apart).sum(axis=2), axis=1) % BINS / BINS)
 
 
 def seen_time(imitation: Imitation | None) -> float:
@@ -168,7 +161,13 @@ def changed(gait: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmet
         gait = with_step_width(gait, imitation.step_width, rollout)
     if imitation.pelvis:
         gait = _leaning(gait, people_obliquity(PERCENT[:BINS]), rollout)
-    return with_norm(gait, imitation.norm, rollout) if imitation.norm else gait
+    gait = with_norm(gait, imitation.norm, rollout) if imitation.norm else gait
+    return gait if imitation.run is None else replace(gait, running=_running(gait, imitation.run, rollout))
+
+
+def _running(gait: Gait, run: ImitatedRun, rollout: Rollout) -> Gait:
+    """The gait as a run: the same but for the legs and the clock."""
+    return replace(with_norm(gait, run.norm, rollout), cycle_time=run.cycle_time, runs=True)
 
 
 def _leaning(gait: Gait, wanted: Floats, rollout: Rollout) -> Gait:
@@ -283,62 +282,3 @@ def _ankle_below_hip(joints: list[str], coordinate: Floats, rollout: Rollout) ->
         motion = joint_type(joint).motion(joint, coordinate[:, columns], np.zeros((BINS, len(speeds))))
         place = rotate(motion.orientation, place + end)
     return place
-
-
-def table_speeds(task: Task) -> Floats:
-    """Wanted speeds (n,), m/s, for which tables are made: one if nothing changes with the speed."""
-    low, high = task.speed
-    imitation = task.imitation or Imitation()
-    changing = low < high and (imitation.moving or task.rewards.force > 0.0)
-    return np.linspace(low, high, SPEEDS) if changing else np.array([0.5 * (low + high)])
-
-
-def smoothed_over_cycle(curve: Floats, cycle_time: float, time_constant: float) -> Floats:
-    """A curve (BINS,) over a cycle after a low-pass of first order, once it goes round and round."""
-    share = 1.0 - np.exp(-cycle_time / BINS / time_constant) if time_constant > 0.0 else 1.0
-    value, found = float(curve.mean()), np.empty(BINS)
-    for _ in range(3):  # rounds, of which the last is kept
-        for k, now in enumerate(curve):
-            value += share * (now - value)
-            found[k] = value
-    return found
-
-
-def gait_table(gait: Gait, task: Task, rollout: Rollout) -> kernels.GaitTable:
-    """The gait as kernels read it; raises RolloutError if nothing of it counts."""
-    names, device, imitation = rollout.names, rollout.device, task.imitation or Imitation()
-    first, end, weight = [], [], []
-    for body, name in enumerate(names.joints, start=1):
-        span = names.coordinate_start[body], names.coordinate_start[body + 1]
-        if span[1] > span[0]:
-            first.append(span[0])
-            end.append(span[1])
-            weight.append(imitation.weights.get(name, 1.0))
-    upright = imitation.weights.get(ROOT, 1.0)
-    total = sum(weight) + upright
-    if not total > 0.0:
-        raise RolloutError("no joint of the imitated gait has any weight")
-    table = kernels.GaitTable()
-    speeds = table_speeds(task)
-    gaits = [with_norm(gait, imitation.norm, rollout, v) if imitation.moving else gait for v in speeds.tolist()]
-    table.coordinate = to_device(np.concatenate([one.coordinate for one in gaits]), float, device)
-    table.up = to_device(gait.up, wp.vec3, device)
-    table.force = to_device(np.stack([wanted_forces(gait, task, v) for v in speeds.tolist()]), float, device)
-    table.right, table.speeds, table.first_speed = gait.right, len(speeds), float(speeds[0])
-    table.speed_step = float(speeds[1] - speeds[0]) if len(speeds) > 1 else 1.0
-    table.first, table.end = to_device(np.array(first), int, device), to_device(np.array(end), int, device)
-    table.weight = to_device(np.array(weight) / total, float, device)
-    table.up_weight, table.width = upright / total, task.rewards.imitation_width
-    return table
-
-
-def wanted_forces(gait: Gait, task: Task, speed: float) -> Floats:
-    """People's vertical force on the left foot at a speed, m/s, over the cycle (BINS,), smoothed as the body's is.
-
-    The force of who imitates a run does not change with the speed.
-    """
-    imitation = task.imitation or Imitation()
-    cycle = gait.cycle_time * (max(speed, 0.1) / imitation.clock_speed) ** -imitation.cadence_power
-    runs = is_run(imitation.norm)
-    force = running_force(PERCENT_OF_BIN) if runs else walking_force(PERCENT_OF_BIN, speed)
-    return smoothed_over_cycle(force, cycle, task.rewards.force_smoothing)

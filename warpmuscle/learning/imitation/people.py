@@ -15,6 +15,7 @@ from warpmuscle.core.pose import multiply, rotate
 from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.learning.imitation.gait import BINS, Gait, changed
 from warpmuscle.learning.imitation.pelvis import FORWARD, UP, orientation_of
+from warpmuscle.learning.imitation.table import run_from
 from warpmuscle.learning.poses import States, started
 from warpmuscle.learning.starts import ControllerGait
 from warpmuscle.learning.symmetry import BodySymmetry
@@ -23,7 +24,7 @@ from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.scene.initial_pose import Poses
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.norms import PERCENT_OF_BIN, REFERENCES, is_run, running_force
+from warpmuscle.scene.norms import PERCENT_OF_BIN, REFERENCES, is_run, running_force, running_stance
 from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper
 
@@ -47,9 +48,19 @@ def people_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | Non
 
 
 def people_starts(gait: Gait, rollout: Rollout, stepper: Stepper, task: Task) -> ControllerGait:
-    """States of the gait to start from, at the middle of the wanted speeds; the rollout is at its own start again."""
-    wanted = people_states(gait, rollout, 0.5 * sum(task.speed), task.variation.start_states)
-    states = started(rollout, stepper, wanted)
+    """States of the gait to start from, at the middle of the wanted speeds; the rollout is at its own start again.
+
+    Of a gait that becomes a run half of them run, at the middle of the speeds at which it does.
+    """
+    (low, high), count, switch = task.speed, task.variation.start_states, run_from(task)
+    if gait.running is None or switch is None:
+        wanted = [people_states(gait, rollout, 0.5 * (low + high), count)]
+    else:
+        wanted = [
+            people_states(gait, rollout, 0.5 * (low + switch), max(count // 2, 1)),
+            people_states(gait.running, rollout, 0.5 * (switch + high), max(count // 2, 1)),
+        ]
+    states = [state for some in wanted for state in started(rollout, stepper, some)]
     return ControllerGait(states, [0.0] * len(states), None)
 
 
@@ -68,8 +79,8 @@ def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> Sta
     height = first_number(rollout.numeric.ground.height) - lowest
     rise: Floats = np.zeros(BINS)
     if gait.runs:
-        above, rise = bounced(gait, first_number(rollout.numeric.gravity))
-        carried = running_force(PERCENT[:BINS]) > 0.0
+        above, rise = bounced(gait, first_number(rollout.numeric.gravity), running_stance(speed))
+        carried = running_force(PERCENT[:BINS], running_stance(speed)) > 0.0
         height = np.maximum(height, above + (height - above)[carried].mean())
     place, velocity = zero + height[:, None] * UP, zero + speed * FORWARD + rise[:, None] * UP
     at, moving = root.coordinates_of(place, orientation, velocity, zero)
@@ -79,10 +90,15 @@ def people_states(gait: Gait, rollout: Rollout, speed: float, count: int) -> Sta
     return States(coordinates[chosen], speeds[chosen], None)
 
 
-def bounced(gait: Gait, gravity: float) -> tuple[Floats, Floats]:
-    """How far a runner's centre of mass is above its mean, m, and how fast it rises, m/s, over the cycle (BINS,)."""
+def bounced(gait: Gait, gravity: float, stance: float) -> tuple[Floats, Floats]:
+    """How far a runner's centre of mass is above its mean, m, and how fast it rises, m/s, over the cycle (BINS,).
+
+    Args:
+        stance: % of the cycle in which a foot carries.
+    """
     time = gait.cycle_time / BINS
-    force = running_force(PERCENT_OF_BIN) + running_force((PERCENT_OF_BIN - 100.0 * gait.right) % 100.0)
+    later = (PERCENT_OF_BIN - 100.0 * gait.right) % 100.0
+    force = running_force(PERCENT_OF_BIN, stance) + running_force(later, stance)
     speed = np.roll(np.cumsum(force / force.mean() - 1.0), 1) * gravity * time
     speed -= speed.mean()
     height = np.roll(np.cumsum(0.5 * (speed + np.roll(speed, -1))), 1) * time

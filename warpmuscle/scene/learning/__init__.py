@@ -5,6 +5,7 @@ To add: what a task says to `task`, and its check to `scene.validation.learning`
 """
 
 from warpmuscle.scene.learning.task import Goal as Goal
+from warpmuscle.scene.learning.task import ImitatedRun as ImitatedRun
 from warpmuscle.scene.learning.task import Imitation as Imitation
 from warpmuscle.scene.learning.task import Rewards as Rewards
 from warpmuscle.scene.learning.task import Sense as Sense

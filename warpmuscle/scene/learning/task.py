@@ -72,6 +72,17 @@ class Goal(Part):
     draw: str = ""  # `module:name` in place of both
 
 
+class ImitatedRun(Part):
+    """The run of people that a gait becomes where the body is to be fast."""
+
+    above: Annotated[float, "m/s", ABOVE_0] = 2.0  # the wanted speed; people change to a run there (Diedrich, Warren
+    # 1995, J. Exp. Psychol. Hum. Percept. Perform. 21:183)
+    norm: str = "Fukuchi 2017"  # whose hips, knees and ankles bend
+    cycle_time: Annotated[float, "s", ABOVE_0] = 0.73
+    clock_speed: Annotated[float, "m/s", ABOVE_0] = 3.0  # at which a cycle takes that time
+    cadence_power: Annotated[float, "1", FROM_0] = 0.2
+
+
 class Imitation(Part):
     """A gait that is imitated: that of the scene's own controller, the angles of a norm, or a recorded one.
 
@@ -94,6 +105,9 @@ class Imitation(Part):
     clock_speed: Annotated[float, "m/s", ABOVE_0] = 1.25  # at which a cycle takes that time
     cadence_power: Annotated[float, "1", FROM_0] = 0.0
     moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`
+    run: ImitatedRun | None = (
+        None  # at fast wanted speeds, with a clock of its own; by default it is the same gait at all
+    )
     step_width: Annotated[float | None, "m", FROM_0] = None  # hips and ankles turn sideways so; by default the gait's
     pelvis: bool = False  # it turns sideways as people's in one centre (Pinzone 2014), below a trunk and over legs that
     # lean as in the gait

@@ -8,9 +8,9 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.objective.objective_terms import TERMS
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.learning import Goal, Imitation, Task, Tightening, Variation
+from warpmuscle.scene.learning import Goal, ImitatedRun, Imitation, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import GROWING, Interval
-from warpmuscle.scene.norms import IMITATED, is_run
+from warpmuscle.scene.norms import IMITATED, RUNNING, is_run
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.objective import check_needs
@@ -60,6 +60,8 @@ def check_task(check: Checks) -> None:
     _variation(check, task.variation)
     if task.imitation is not None:
         _imitation(check, task.imitation)
+        if task.imitation.run is not None:
+            _run(task, task.imitation.run)
     if task.tightening is not None:
         _tightening(check, task, task.tightening)
 
@@ -102,6 +104,18 @@ def _imitation(check: Checks, imitation: Imitation) -> None:
     _norm(key, imitation)
     for name in imitation.weights:
         known(name, ["root", *scene.character.joints], "joint", f"{key}.weights.{name}")
+
+
+def _run(task: Task, run: ImitatedRun) -> None:
+    """The gait is a walk at the slowest wanted speed, and a run by a norm of runs at the fastest."""
+    key, (low, high) = "learning.imitation.run", task.speed
+    known(run.norm, [norm.source for norm in RUNNING], "norm of a run", f"{key}.norm")
+    if task.imitation is not None and is_run(task.imitation.norm):
+        raise SceneError("the gait is a run at all speeds by its norm; leave this out, or name a walk's norm", key=key)
+    if not low < run.above < high:
+        raise SceneError(
+            f"must be between the wanted speeds, {low:g} and {high:g} m/s, is {run.above:g}", key=f"{key}.above"
+        )
 
 
 def _norm(key: str, imitation: Imitation) -> None:
