@@ -15,6 +15,7 @@ from warpmuscle.examples import write as examples
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs
 from warpmuscle.plots.subject import Choices, Subject
 from warpmuscle.results.result import write
+from warpmuscle.scene import anatomy
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.studies import robustness
 
@@ -120,3 +121,12 @@ def test_a_run_prints_both_energies_by_name(capsys):
     assert strict > net
     told = capsys.readouterr().out
     assert f"by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict (people who walk: 3.05 to 3.51)" in told
+
+
+def test_no_animal_with_bent_legs_is_told_what_people_spend(capsys, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(anatomy, "straight_legs", lambda scene: False)
+    result = walk_result()
+    print_gait(Subject(result, Choices()).scene, result.replays[0])
+    told = capsys.readouterr().out
+    assert "J/(kg m) net, " in told
+    assert "people who walk" not in told

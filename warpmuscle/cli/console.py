@@ -232,6 +232,7 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     """Print what the muscles of a steady gait spend, and how that is counted; nothing if that is not known."""
     from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT, bhargava_costs, cost_of_transport, spent
     from warpmuscle.scene.accounting import accounting
+    from warpmuscle.scene.anatomy import straight_legs
     from warpmuscle.scene.masses import COMMON_TENSION
     from warpmuscle.scene.norms import REFERENCES
     from warpmuscle.scene.parameters import at_start
@@ -250,5 +251,5 @@ def _print_cost(scene: Scene, steady: Recording, speed: float) -> None:
     net, strict = two.get(BHARGAVA_NET), two.get(BHARGAVA_STRICT)
     if net is not None and strict is not None:
         known = REFERENCES["cost of transport"]
-        people = f"people who walk: {known.low:.2f} to {known.high:.2f}"
-        out.print(f"cost of transport by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict ({people})")
+        people = f" (people who walk: {known.low:.2f} to {known.high:.2f})" if straight_legs(plain) else ""
+        out.print(f"cost of transport by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict{people}")
