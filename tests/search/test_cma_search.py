@@ -149,7 +149,7 @@ def test_without_restarts_there_is_one_run():
     ("settings", "text"),
     [
         ({"population": 3}, "at least 4"),
-        ({"sigma": 0.0}, "positive"),
+        ({"sigma": 0.0}, "sigma must be above 0"),
         ({"sigma": 2.0}, "at most 1"),
         ({"restarts": "often"}, "none, ipop, bipop"),
         ({"start": [0.5, 1.5]}, "coordinate 1 of its start is 1.5"),

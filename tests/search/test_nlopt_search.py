@@ -137,7 +137,7 @@ def test_algorithms_that_cannot_be_interrupted_are_refused(algorithm):
         (UNAVAILABLE, {}, "cannot search 2 parameters"),
         ("LD_LBFGS", {"gradient_step": 0.0}, "gradient"),
         ("GN_ISRES", {"population": 0}, "at least 1"),
-        ("LN_BOBYQA", {"sigma": -1.0}, "positive"),
+        ("LN_BOBYQA", {"sigma": -1.0}, "sigma must be above 0"),
     ],
 )
 def test_settings_that_cannot_be_used(algorithm, settings, text):

@@ -112,7 +112,7 @@ def test_names_are_unique_readable_and_fit_for_files(tmp_path):
             "a.toml:3: ground.normal: must point upwards, out of",
         ),
         ('scene = "fwalk"\n[search]\ncandidates = 0\n', "a.toml:3: search.candidates: candidates must be a positive"),
-        ('scene = "fwalk"\n[search]\npopulation = 8\nsigma = 9\n', "a.toml:4: search.sigma: the initial step size"),
+        ('scene = "fwalk"\n[search]\npopulation = 8\nsigma = 9\n', "a.toml:4: search.sigma: sigma must be above 0"),
         ('scene = "fwalk"\n[grid]\nseed = {}\n', "a.toml:3: grid.seed: missing key 'keys'"),
         ('scene = "fwalk"\n[grid]\n"search.sigm" = [1]\n', "a.toml:3: search.sigm: unknown key; did you mean 'sigma'?"),
         ('scene = "fwalk"\n[grid]\n"search.sigma" = ["x"]\n', "a.toml:3: search.sigma: expected a number, got text"),

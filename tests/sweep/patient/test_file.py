@@ -58,7 +58,7 @@ def test_what_is_not_told_is_as_usual(tmp_path: Path):
         ("candidates = 4", "walk = 0", 7, "is a number of candidates"),
         ("candidates = 4", "candidates = 0", 7, "match.candidates: candidates must be a positive"),
         ("candidates = 4", 'strategy = ""', 7, "match.strategy: there is no search strategy ''"),
-        ("candidates = 4", "sigma = 3", 7, "match.sigma: the initial step size"),
+        ("candidates = 4", "sigma = 3", 7, "match.sigma: sigma must be above 0"),
         ("candidates = 4", "[adapt]\npopulation = 1", 8, "adapt.population: the population must be"),
         ("candidates = 4", "[adapt]\nuntil = nan", 8, "adapt.until: until must be a finite number"),
         ('motion = "walk.h5"', 'motion = "walk.h5"\n[[recording]]\nmotion = "walk.h5"', 6, "is there twice"),

@@ -3,7 +3,6 @@
 import warp as wp
 
 from warpmuscle.kernels.contact.contact import body_weight
-from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.muscle.activation import activation_rate
 from warpmuscle.kernels.object_structs import ObjectExtension
 from warpmuscle.kernels.program.controller import BODY_FLOATS, REPORTED, BodyTask, JointTask, ProgramParameters
@@ -128,7 +127,7 @@ def spring_force(instance: int, body: int, k: int, model: ModelRef, state: State
     return at(model.actuation.stiffness, instance, body) * q + at(model.actuation.damping, instance, body) * speed
 
 
-@func
+@wp.func
 def put_cone(
     instance: int, first: int, body: int, point: wp.vec3, normal: wp.vec3, friction: float, gain: float, most: float,
     model: ModelRef, frames: Frames, columns: Columns, row: wp.array[float], programs: Programs,
