@@ -52,6 +52,12 @@ def test_a_shape_that_does_not_fit_is_named():
         Recording.of(arrays, ("a", "b", "c"), ("r", "a", "b", "c"))
 
 
+def test_a_recording_ends_at_its_last_frame_and_at_nothing_without_frames():
+    recording = random_recording(frames=11)
+    assert recording.at([0, 3]).end == recording.time[3] > 0.0
+    assert recording.at(slice(0)).end == 0.0
+
+
 def test_window_keeps_the_frames_within_it():
     recording = random_recording(frames=11)
     recording.time[:] = np.linspace(0.0, 1.0, 11)

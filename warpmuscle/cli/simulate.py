@@ -118,9 +118,8 @@ def _act(
     task = lasting(commanded(task, to_policy))
     with log.status("simulating; the first run compiles for some seconds"):
         recording, status = replay(learned.policy, scene, device, task, rate=rate)
-    moved = recording.time[-1] if recording.frames else 0.0
     out.print(
-        f"{scene.name}: {_ended(status, recording, scene)}; {moved:.4g} s moved by the policy of {policy}",
+        f"{scene.name}: {_ended(status, recording, scene)}; {recording.end:.4g} s moved by the policy of {policy}",
         markup=False,
     )
     own = commanded_in_words(scene, [text for text in commands if text not in to_policy])

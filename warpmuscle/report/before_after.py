@@ -85,7 +85,7 @@ def _to_the_ground(scene: Scene, motion: Recording, device: str | None, threads:
 
     Where it diverges instead, it is shown as far as it goes, and at least until it failed.
     """
-    end = float(motion.time[-1]) if motion.frames else 0.0
+    end = motion.end
     limits = Failure(com_height=0.0, heading=0.0)
     falling = msgspec.structs.replace(scene, duration=end + FALLING, failure=limits)
     rollout = make_rollout(falling, 1, device, record=[0], record_rate=RATE, threads=threads)
@@ -156,7 +156,7 @@ def _shown(value: float | None, decimals: int) -> str:
 
 
 def _how_long(walk: Walked) -> str:
-    end = float(walk.motion.time[-1]) if walk.motion.frames else 0.0
+    end = walk.motion.end
     return f"{end:.0f} s" if walk.status == Status.COMPLETED else f"{end:.1f} s, then {walk.status.word}"
 
 

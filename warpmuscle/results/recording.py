@@ -204,6 +204,11 @@ class Recording(RecordedQuantities):
         return len(self.time)
 
     @property
+    def end(self) -> float:
+        """Time of the last frame, s; 0 without frames."""
+        return float(self.time[-1]) if self.frames else 0.0
+
+    @property
     def missing(self) -> tuple[str, ...]:
         """Names of the quantities that were not recorded; their arrays have no frames."""
         return tuple(name for name in QUANTITIES if is_missing(self.__dict__[name], len(self.__dict__["time"])))

@@ -320,7 +320,7 @@ def _by_policy(scene: Scene, policy: Path, asked: dict[str, float], device: str 
     place = str(find_device(device))
     task = lasting(commanded(task, facts))
     recording, status = replay(learned.policy, scene, place, task, rate=rate)
-    ended = _End(status, float(recording.time[-1]) if recording.frames else 0.0, "")
+    ended = _End(status, recording.end, "")
     return _kept(substitute(scene, start_values(scene)), scene, recording, ended, {}, place)
 
 

@@ -42,8 +42,7 @@ def steady_state(scene: Scene, after: float) -> Scene:
     motion = rollout.recording()
     frame = first_step(motion, after, scene.simbicon.start_state, int(scene.simbicon.start_stance == "right"))
     if frame is None:
-        end = motion.time[-1] if motion.frames else 0.0
-        raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {end:.3g} s")
+        raise RolloutError(f"{scene.name} begins no step between {after:g} s and its end at {motion.end:.3g} s")
     ground = surface(rollout.numeric.ground)
     found = state_at(motion, frame, ground.plane.normal, rollout.numeric.character)
     if rollout.numeric.ground.terrain is not None:

@@ -190,6 +190,5 @@ def _as_it_stands(scene: Scene, device: str | None, threads: int | None) -> Walk
     rollout.run()
     status, motion = Status(rollout.status()[0]), rollout.recording()
     if status != Status.COMPLETED:
-        end = float(motion.time[-1]) if motion.frames else 0.0
-        return Walk(0, "before", False, why=f"{status.word} after {end:.1f} s")
+        return Walk(0, "before", False, why=f"{status.word} after {motion.end:.1f} s")
     return _with_gait(Walk(0, "before", True), motion, numeric)
