@@ -73,6 +73,7 @@ class Learner:
         self.env.tighten(self.iterations * self.collector.experience.samples)
         self.collector.noise.normal_(generator=self.random)
         self.ppo.shuffle(self.random)
+        self.ppo.min_log_deviation.fill_(self.options.min_log_deviation(self.iterations + 1))
         self.ppo.max_log_deviation.fill_(self.options.max_log_deviation(self.iterations + 1))
         alone = self.options.critic_iterations
         if self.iterations < alone:

@@ -255,6 +255,34 @@ def test_a_policy_plays_what_its_noise_comes_to_where_actions_are_clipped():
     assert Learner(PointMasses(8), options_of({"expected_action": False}), 1).policy().noise is None
 
 
+def test_noise_is_held_for_a_while_falls_from_then_on_and_is_free_to_fall_further():
+    sizes = {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,), "learning_rate": 5e-3}
+    held = {"deviation": 0.5, "held_deviation": 0.4, "held_decisions": 4 * 64, "entropy_weight": 0.0}
+    bound = {"end_deviation": 0.1, "end_decisions": 8 * 64}
+    whole = Learner(PointMasses(8), options_of(sizes | held | bound), 1)
+    told = [whole.iterate()["deviation"] for _ in range(9)]
+    assert all(0.4 - 1e-6 <= one <= 0.5 + 1e-6 for one in told[:3])
+    np.testing.assert_allclose(told[4:8], 0.5 * 0.2 ** (np.arange(1, 5) / 4.0), rtol=0.05)  # the bound, from there
+    assert told[8] == pytest.approx(0.1, rel=1e-3)
+    options = options_of(sizes | held | bound)
+    assert np.exp([options.min_log_deviation(k) for k in (0, 3, 4, 9)]) == pytest.approx([0.4, 0.4, 0.05, 0.05])
+    for wrong in (0.6, 0.01):
+        with pytest.raises(Error, match="held_deviation must lie between"):
+            options_of({"held_deviation": wrong})
+    with pytest.raises(Error, match="held_decisions must be less than end_decisions"):
+        options_of({"held_deviation": 0.3, "end_deviation": 0.1, "held_decisions": 9, "end_decisions": 9})
+
+
+def test_noise_that_would_fall_is_kept_by_its_floor():
+    options = {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,), "min_deviation": 0.05}
+    learner = Learner(PointMasses(8), options_of(options | {"held_deviation": 0.3, "held_decisions": 3 * 64}), 1)
+    for low, iterations in ((0.3, 2), (0.05, 1)):
+        for _ in range(iterations):
+            with torch.no_grad():
+                learner.networks.log_deviation.fill_(-5.0)
+            assert learner.iterate()["deviation"] == pytest.approx(low, rel=0.01)
+
+
 def test_noise_falls_evenly_to_its_end_and_goes_on_falling_after_a_kill():
     options = options_of(
         {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,), "end_deviation": 0.1, "end_decisions": 6 * 64}

@@ -69,7 +69,7 @@ class PPO:
     Attributes:
         order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`; those
             beyond the number of samples are of their mirror images, in the same order.
-        max_log_deviation: () to be set before `update`; of use where options bound it.
+        min_log_deviation, max_log_deviation: () to be set before `update`; the latter of use where options bound it.
         statistics: (4,) means over minibatches: policy loss, value loss, divergence from the old policy, share clipped.
     """
 
@@ -85,6 +85,7 @@ class PPO:
         device = experience.reward.device
         size = experience.samples // options.minibatches
         self.order = torch.zeros((options.epochs, options.minibatches, size), dtype=torch.int64, device=device)
+        self.min_log_deviation = torch.full((), options.min_log_deviation(0), device=device)
         self.max_log_deviation = torch.zeros((), device=device)
         self.statistics = torch.zeros(4, device=device)
 
@@ -168,7 +169,7 @@ class PPO:
             divergence = _divergence(old_mean, old, mean, networks.log_deviation, own)
             self._adapt(divergence)
             self.adam.step()
-            networks.log_deviation.clamp_(min=options.min_log_deviation)
+            networks.log_deviation.copy_(torch.maximum(networks.log_deviation, self.min_log_deviation))
             if options.end_deviation:
                 networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
