@@ -111,12 +111,13 @@ class RolloutEnv:
         return self.observation
 
     def tighten(self, decisions: int) -> None:
-        """Let limits of failure, and costs, be those after so many decisions of all together; see `Tightening`.
+        """Let limits, costs and rewards be those after so many decisions of all together; see `Tightening`.
 
         Until this is called, and where the task does not tighten them, they are the scene's own.
         """
         with self._stream():
             self.batch.limits.after(decisions)
+            self.batch.judge.after(decisions)
 
     def step(self, actions: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Make a decision in every instance; where an episode ends, the next one begins.

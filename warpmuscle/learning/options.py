@@ -33,7 +33,9 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     min_deviation: Positive = 0.05
     end_deviation: Weight = 0.0  # that none exceeds after `end_decisions`, the bound falling till then; 0: no bound
     end_decisions: Annotated[int, Meta(ge=1, le=10**12)] = 50_000_000
-    held_deviation: Weight = 0.0  # that none falls below until `held_decisions`, from which the bound falls; 0: not held
+    held_deviation: Weight = (
+        0.0  # that none falls below until `held_decisions`, from which the bound falls; 0: not held
+    )
     held_decisions: Annotated[int, Meta(ge=1, le=10**12)] = 50_000_000
     expected_action: bool = True  # play what actions with noise come to in the mean, clipped, not the mean of actions
     discount: Share = 0.99  # a decision; gamma
