@@ -44,6 +44,8 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     value_clip: Weight = 0.2  # of how far an update may move values; 0: as far as it will
     value_weight: Weight = 1.0
     entropy_weight: Weight = 0.0
+    effort_weight: Weight = 0.0  # of the squared excitations that the policy means, each by its muscle's share in the
+    # mass of all: muscles that do nothing for the reward relax, which noise of so many hides from rewards
     learning_rate: Positive = 1e-3  # at first
     min_learning_rate: Positive = 5e-5
     max_learning_rate: Positive = 5e-3

@@ -6,11 +6,11 @@ import pytest
 torch = pytest.importorskip("torch", reason="learning needs PyTorch")
 
 from point_mass import PointMasses  # noqa: E402
-from warpmuscle.core.errors import Error  # noqa: E402
+from warpmuscle.core.errors import Error, RolloutError  # noqa: E402
 from warpmuscle.learning.learner import Learner  # noqa: E402
 from warpmuscle.learning.networks.actor_critic import ActorCritic, Normalizer  # noqa: E402
 from warpmuscle.learning.networks.optimizer import FlatAdam  # noqa: E402
-from warpmuscle.learning.networks.ppo import _divergence, advantages  # noqa: E402
+from warpmuscle.learning.networks.ppo import Effort, _divergence, advantages  # noqa: E402
 from warpmuscle.learning.options import PPOOptions, options_of, parsed  # noqa: E402
 from warpmuscle.learning.policy import actions_of  # noqa: E402
 from warpmuscle.learning.symmetry import Image, Images  # noqa: E402
@@ -271,6 +271,43 @@ def test_noise_is_held_for_a_while_falls_from_then_on_and_is_free_to_fall_furthe
             options_of({"held_deviation": wrong})
     with pytest.raises(Error, match="held_decisions must be less than end_decisions"):
         options_of({"held_deviation": 0.3, "end_deviation": 0.1, "held_decisions": 9, "end_decisions": 9})
+
+
+def test_muscles_that_do_nothing_for_the_reward_relax_and_those_that_do_something_go_on():
+    class Muscles(PointMasses):
+        """Of three muscles the first pushes the point; all are weighed, the third as nothing."""
+
+        def __init__(self) -> None:
+            super().__init__(64)
+            self.num_actions, self.action_names, self.action_range = 3, ("push", "idle", "light"), (-0.5, 1.5)
+            self.muscle_shares = torch.tensor([0.3, 0.7, 0.0])
+
+        def step(self, actions):
+            pushed = actions[:, 0].clamp(-0.5, 1.5) - 0.5  # held in the middle, it does not move
+            return super().step(3.0 * pushed[:, None])
+
+    def excitations(weight: float) -> np.ndarray:
+        """Of the three muscles, in the mean over places, after some iterations."""
+        sizes = {"instances": 64, "minibatches": 2, "hidden": (16,), "effort_weight": weight, "deviation": 0.3}
+        learner = Learner(Muscles(), options_of(sizes), 1)
+        for _ in range(25):
+            learner.iterate()
+        seen = torch.randn(200, 2, generator=torch.Generator().manual_seed(1))
+        return (learner.networks.act(seen).detach().numpy() + 0.5).clip(0.0, 2.0).mean(axis=0) / 2.0
+
+    free, weighed = excitations(0.0), excitations(10.0)
+    assert weighed[1] < 0.3 * free[1]
+    assert abs(weighed[2] - free[2]) < 0.1
+    assert weighed[0] > 2.0 * weighed[1]
+
+
+def test_what_effort_is_follows_from_what_actions_excite():
+    effort = Effort(torch.tensor([0.25, 0.75]), -1.0, 3.0)
+    mean = torch.tensor([[1.0, 5.0], [-2.0, 0.0]])
+    expected = np.mean([0.25 * 0.5**2 + 0.75, 0.75 * 0.25**2])
+    assert float(effort.of(mean)) == pytest.approx(expected)
+    with pytest.raises(RolloutError, match="effort_weight is for policies whose actions are the excitations"):
+        Learner(PointMasses(8), options_of({"effort_weight": 1.0}), 1)
 
 
 def test_noise_that_would_fall_is_kept_by_its_floor():

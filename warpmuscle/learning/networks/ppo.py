@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -63,6 +64,19 @@ def advantages(reward: Tensor, value: Tensor, done: Tensor, last: Tensor, discou
     return found
 
 
+class Effort(NamedTuple):
+    """What actions excite, and what it weighs."""
+
+    shares: Tensor  # (actions,) of muscles in the mass of all
+    none: float  # action that excites nothing
+    full: float
+
+    def of(self, mean: Tensor) -> Tensor:
+        """() mean over (n, actions) of squared excitations, weighted by the masses of their muscles."""
+        excitation = ((mean - self.none) / (self.full - self.none)).clamp(0.0, 1.0)
+        return (excitation * excitation * self.shares).sum(-1).mean()
+
+
 class PPO:
     """Makes a policy and its critic better by what they have met with.
 
@@ -74,11 +88,12 @@ class PPO:
     """
 
     def __init__(
-        self, networks: ActorCritic, experience: Experience, options: PPOOptions, mirrors: Mirrors | None = None
-    ) -> None:
+        self, networks: ActorCritic, experience: Experience, options: PPOOptions, mirrors: Mirrors | None = None,
+        effort: Effort | None = None,
+    ) -> None:  # fmt: skip
         """Prepare to learn from this experience, again and again; with mirrors, every other sample as its image."""
         self.networks, self.experience, self.options = networks, experience, options
-        self._mirrors = mirrors
+        self._mirrors, self._effort = mirrors, effort
         policy = [*networks.policy.parameters(), networks.log_deviation]
         critic, rates = list(networks.value.parameters()), [0.0, options.critic_rate]
         self.adam = FlatAdam([policy, critic], options.learning_rate, options.max_gradient, rates)
@@ -157,6 +172,8 @@ class PPO:
         policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
         if options.mirror_weight and self._mirrors is not None:
             policy_loss = policy_loss + options.mirror_weight * self._asymmetry(observation, mean)
+        if options.effort_weight and self._effort is not None:
+            policy_loss = policy_loss + options.effort_weight * self._effort.of(mean)
         missed = (value - returns) ** 2
         if options.value_clip:
             near = old_value + (value - old_value).clamp(-options.value_clip, options.value_clip)
