@@ -57,6 +57,7 @@ class Judge:
         rules = kernels.RewardRules()
         moves = root_type(rollout.scene.character).forward is not None
         self.task, self._moves, self._decision_time = task, moves, decision_time
+        self._present = task.rewards
         first = weights(with_rewards(task, 0), moves, decision_time)
         last = weights(task, moves, decision_time)
         rules.weight = kernels.term_values(*(max(pair, key=abs) for pair in zip(first, last, strict=True)))
@@ -102,6 +103,9 @@ class Judge:
         if tightening is None or not (tightening.rewards or tightening.custom):
             return
         now = with_rewards(self.task, decisions)
+        if now.rewards == self._present:
+            return
+        self._present = now.rewards
         wp.copy(self._rules.now, to_device(self._numbers(now), float, self._device))
         if tightening.custom:
             wp.copy(self.gains.custom_weight, to_device(self._custom(now), float, self._device))
