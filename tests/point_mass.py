@@ -10,7 +10,7 @@ class PointMasses:
         self.num_envs, self.num_observations, self.num_actions, self.dt = count, 2, 1, 0.1
         self.observation_names, self.action_names = ("place", "speed"), ("force",)
         self.critic_names = self.observation_names
-        self.action_range, self.images = (-3.0, 3.0), None
+        self.action_range, self.images, self.muscle_shares = (-3.0, 3.0), None, None
         self._random = torch.Generator().manual_seed(seed)
         self.place, self.speed, self.age = torch.zeros(count), torch.zeros(count), torch.zeros(count)
 

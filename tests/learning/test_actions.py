@@ -43,6 +43,17 @@ def test_beyond_the_range_of_actions_muscles_are_excited_no_more_and_no_less():
         np.testing.assert_allclose(batch.actions.excitation.numpy(), excitation, atol=1e-6)
 
 
+def test_shares_of_muscles_are_those_of_their_volumes_where_actions_excite_them():
+    batch = EpisodeBatch("reflex_planar", 1, "cpu", Task(variation=STILL), threads=1)
+    muscles = batch.scene.character.muscles
+    shares = batch.actions.muscle_shares
+    assert shares is not None
+    volume = np.array([float(muscles[name].f_max) * float(muscles[name].l_opt) for name in batch.actions.names])
+    np.testing.assert_allclose(shares, volume / volume.sum(), rtol=1e-9)
+    others = Task(actions="torques", variation=STILL), Task(action_scale=-0.4, variation=STILL)
+    assert all(EpisodeBatch("reflex_planar", 1, "cpu", one, threads=1).actions.muscle_shares is None for one in others)
+
+
 def test_weights_of_synergies_add_up():
     weights = {"push": {"lSOL": 0.5, "lGAS": 1.0}, "pull": {"lGAS": 0.2, "lTA": 2.0}}
     batch = batch_of("reflex_planar", actions="synergies", synergies=weights, action_offset=0.0, action_scale=1.0)

@@ -103,6 +103,72 @@ def test_costs_grow_evenly_to_all_that_rewards_take_off_also_by_terms_of_the_obj
         np.testing.assert_allclose(costs(), share * whole, rtol=1e-5)
 
 
+def test_rewards_move_from_the_first_numbers_to_the_last_as_if_the_task_had_these():
+    first = {"speed": 5.0, "speed_width": 2.0, "overload": 3.0, "progress": 4.0, "force_limit": 0.5}
+    last = Rewards(
+        speed=15.0, speed_width=0.4, overload=7.0, progress=0.0, custom={"applied_torque": 0.01, "head": 2.0}
+    )
+    tightening = Tightening(held=100, decisions=300, rewards=first, custom={"applied_torque": 0.05})
+
+    def sums(rewards: Rewards, told: Tightening | None, decisions: int) -> tuple[np.ndarray, np.ndarray]:
+        """What each reward of the first two decisions was worth."""
+        task = Task(variation=STILL, rewards=rewards, tightening=told)
+        batch = EpisodeBatch("reflex_planar", 2, "cpu", task, threads=1)
+        batch.judge.after(decisions)
+        batch.reset(0)
+        for _ in range(2):
+            batch.step()
+        return batch.judge.gains.sums.numpy()[:, :COUNT], batch.judge.gains.custom_sums.numpy()
+
+    for decisions, part in ((0, 0.0), (100, 0.0), (150, 0.25), (300, 1.0), (10**12, 1.0)):
+        numbers = {name: one + part * (getattr(last, name) - one) for name, one in first.items()}
+        custom = {"applied_torque": 0.05 + part * (0.01 - 0.05), "head": 2.0}
+        got = sums(last, tightening, decisions)
+        expected = sums(msgspec.structs.replace(last, custom=custom, **numbers), None, 0)
+        for one, other in zip(got, expected, strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-7)
+        assert (got[0][:, 0] > 0.0).all()
+        assert (got[1] < 0.0).all()
+
+
+def test_what_counts_at_a_speed_counts_less_where_another_is_wanted():
+    def torques(at_speed: dict[str, tuple[float, float]], wanted: float) -> float:
+        """What the torques of the first decision cost."""
+        rewards = Rewards(custom={"applied_torque": 0.01}, at_speed=at_speed)
+        batch = EpisodeBatch("reflex_planar", 1, "cpu", Task(variation=STILL, rewards=rewards, speed=(wanted, wanted)))
+        batch.step()
+        return float(batch.judge.gains.custom_sums.numpy()[0, 0])
+
+    whole = torques({}, 1.2)
+    assert whole < 0.0
+    for wanted in (1.2, 1.5, 0.5):
+        share = np.exp(-(((wanted - 1.2) / 0.4) ** 2))
+        assert torques({"applied_torque": (1.2, 0.4)}, wanted) == pytest.approx(share * whole, rel=1e-5)
+    assert torques({}, 0.5) == whole
+
+
+@pytest.mark.parametrize(
+    ("rewards", "tightening", "key", "said"),
+    [
+        ({}, Tightening(rewards={"sped": 1.0}), "tightening.rewards.sped", "did you mean"),
+        ({}, Tightening(rewards={"force_smoothing": 1.0}), "tightening.rewards.force_smoothing", "can change"),
+        ({}, Tightening(rewards={"speed_width": 0.0}), "tightening.rewards.speed_width", "above 0, is 0"),
+        ({}, Tightening(rewards={"speed": -1.0}), "tightening.rewards.speed", "must not be negative"),
+        ({}, Tightening(custom={"head": 1.0}), "tightening.custom.head", "learning.rewards.custom"),
+        ({}, Tightening(decisions=10, held=10, costs=0.1), "tightening.held", "less than decisions, 10"),
+        ({}, Tightening(held=-1, costs=0.1), "tightening.held", "must be 0 to"),
+        ({"at_speed": {"head": (1.0, 0.2)}}, None, "rewards.at_speed.head", "learning.rewards.custom"),
+        ({"custom": {"head": 1.0}, "at_speed": {"head": (1.0, 0.0)}}, None, "rewards.at_speed.head", "width above 0"),
+    ],
+)
+def test_rewards_that_cannot_be_so_are_refused_with_their_key(rewards: dict, tightening, key: str, said: str):
+    scene = load("walk56")
+    scene.learning = Task(rewards=Rewards(**rewards), tightening=tightening)
+    with pytest.raises(SceneError, match=said) as caught:
+        check_scene(scene)
+    assert caught.value.key == f"learning.{key}"
+
+
 def test_a_scene_says_it_in_its_table():
     scene = load("walk56")
     scene.failure.self_collision = 0.01

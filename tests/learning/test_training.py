@@ -84,6 +84,20 @@ def test_a_training_that_ended_goes_on_as_if_it_had_not(whole, tmp_path):
     np.testing.assert_array_equal(weights(read(path)), weights(whole))
 
 
+def test_rewards_that_change_go_on_where_they_were(tmp_path):
+    tightening = Tightening(held=24, decisions=96, rewards={"speed_width": 2.0, "alive": 0.0})
+    short = SHORT | {"task": msgspec.structs.replace(TASK, tightening=tightening)}
+    straight = learn(scene(), iterations=6, **short).result.learned.curve["reward"]
+    path = tmp_path / "p.h5"
+    learn(scene(), path, iterations=2, **short)
+    resume(path, iterations=6, threads=1)
+    np.testing.assert_array_equal(read(path).learned.curve["reward"], straight)
+    plain = learn(scene(), iterations=1, **SHORT).result.learned.curve["reward"]
+    alive = TASK.rewards.alive * TASK.decision_time  # of a decision; the width makes the speed worth more
+    assert plain[0] - straight[0] < alive
+    assert straight[0] != plain[0]
+
+
 def test_limits_that_tighten_go_on_where_they_were_and_a_trial_has_those_of_the_scene(whole, tmp_path):
     tightening = Tightening(decisions=96, com_height=0.3)  # of 4 iterations
     given, task = scene(), msgspec.structs.replace(TASK, tightening=tightening)

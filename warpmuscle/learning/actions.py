@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import structs_to_device, to_device
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.number_rows import first_number, first_row
@@ -19,6 +20,7 @@ from warpmuscle.learning.symmetry import BodySymmetry, Image, action_image
 from warpmuscle.model.build import Fields, start_of
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Task
+from warpmuscle.scene.masses import muscle_mass, specific_tension
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.fused_kernel import KernelConfig
 from warpmuscle.simulation.rollout import Rollout
@@ -42,6 +44,7 @@ class Actions:
     def __init__(self, task: Task, rollout: Rollout) -> None:
         """Make room; raises SceneError for actions that the scene has nothing for."""
         self.kind, self._device, n = task.actions, rollout.device, rollout.instances
+        self._scene = rollout.numeric
         self._offset = OFFSET.get(task.actions, 0.0) if task.action_offset is None else task.action_offset
         self._scale = SCALE[task.actions] if task.action_scale is None else task.action_scale
         self._middle = wp.zeros(0, dtype=float, device=self._device)
@@ -90,6 +93,16 @@ class Actions:
             full = math.copysign(HUGE_ACTION, self._scale)
         low, high = np.clip([min(none, full), max(none, full)], -HUGE_ACTION, HUGE_ACTION).tolist()
         return (low, high) if low < high else None
+
+    @property
+    def muscle_shares(self) -> Floats | None:
+        """(actions,) share of each muscle's mass in that of all; None unless actions excite muscles by themselves."""
+        if self.kind != "excitation" or not self._scale > 0.0:
+            return None
+        scene = self._scene
+        muscles = [scene.character.muscles[name] for name in self.names]
+        mass = [first_number(muscle_mass(one, specific_tension(one, scene.muscle_model))) for one in muscles]
+        return np.array(mass) / max(sum(mass), 1e-9)
 
     @property
     def changing(self) -> list[wp.array]:

@@ -27,6 +27,7 @@ class Environment(Protocol):
     action_names: tuple[str, ...]
     critic_names: tuple[str, ...]
     action_range: tuple[float, float] | None  # beyond which actions do what its ends do; None: nowhere
+    muscle_shares: Tensor | None  # (actions,) of muscles in the mass of all, where actions excite them
     images: Images | None  # of observations and actions in a mirror
 
     @property

@@ -47,6 +47,7 @@ class RolloutEnv:
         episode_length: (num_envs,) int32, decisions of the present episode; may be written to.
         commands: (num_envs, commands) m/s, rad/s, then wanted coordinates; may be written to.
         action_range: beyond which actions do what its ends do; None if they do more all the way.
+        muscle_shares: (actions,) of the muscles that they excite in the mass of all; None if they do something else.
         images: of observations and actions in a mirror, see `symmetry`; None where the task is not symmetric.
         capture: whether decisions on a GPU are captured as a graph.
         batch: the episodes; `batch.rollout.state` is the state of the instances.
@@ -83,6 +84,8 @@ class RolloutEnv:
         self.action_names, self.command_names = batch.actions.names, batch.command_names
         self.num_observations, self.num_actions = len(self.observation_names), len(self.action_names)
         self.action_range, self.images = batch.actions.range, batch.images
+        shares = batch.actions.muscle_shares
+        self.muscle_shares = None if shares is None else torch.as_tensor(shares, dtype=torch.float32).to(self.device)
         gains, episodes = batch.judge.gains, batch.episodes
         self.observation, self.critic_observation, self.final_observation = map(
             wp.to_torch, (batch.senses.observation, batch.senses.critic, batch.final_observation)
@@ -111,12 +114,13 @@ class RolloutEnv:
         return self.observation
 
     def tighten(self, decisions: int) -> None:
-        """Let limits of failure, and costs, be those after so many decisions of all together; see `Tightening`.
+        """Let limits, costs and rewards be those after so many decisions of all together; see `Tightening`.
 
         Until this is called, and where the task does not tighten them, they are the scene's own.
         """
         with self._stream():
             self.batch.limits.after(decisions)
+            self.batch.judge.after(decisions)
 
     def step(self, actions: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Make a decision in every instance; where an episode ends, the next one begins.

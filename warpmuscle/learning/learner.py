@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import torch
 
+from warpmuscle.core.errors import RolloutError
 from warpmuscle.learning.collector import COUNTED, LOGGED, Collector, Environment
 from warpmuscle.learning.networks.actor_critic import CONSTANT, SMALL_VARIANCE, UNHEARD, WIDEST, ActorCritic, Normalizer
 from warpmuscle.learning.networks.mirrors import mirrors_of
-from warpmuscle.learning.networks.ppo import PPO
+from warpmuscle.learning.networks.ppo import PPO, Effort
 from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.warm_start import begin_with, hear
 from warpmuscle.results.learned import ClippedNoise, Layer, Learned, PolicyTable, Singles
@@ -49,7 +50,11 @@ class Learner:
         judges = source is None or begin_with(source, self.networks, env.observation_names, env.critic_names, options)
         self.collector = Collector(env, self.networks, options)
         self.mirrors = None if env.images is None else mirrors_of(env.images, device)
-        self.ppo = PPO(self.networks, self.collector.experience, options, self.mirrors)
+        shares, ends = env.muscle_shares, env.action_range
+        effort = None if shares is None or ends is None else Effort(shares, *ends)
+        if options.effort_weight and effort is None:
+            raise RolloutError("effort_weight is for policies whose actions are the excitations of muscles")
+        self.ppo = PPO(self.networks, self.collector.experience, options, self.mirrors, effort)
         if not judges:  # a critic that begins from noise learns as fast as any that does, until the policy goes on
             self.ppo.adam.restart(max(options.learning_rate, PPOOptions().learning_rate))
         self.random = torch.Generator(device).manual_seed(seed)
@@ -73,6 +78,7 @@ class Learner:
         self.env.tighten(self.iterations * self.collector.experience.samples)
         self.collector.noise.normal_(generator=self.random)
         self.ppo.shuffle(self.random)
+        self.ppo.min_log_deviation.fill_(self.options.min_log_deviation(self.iterations + 1))
         self.ppo.max_log_deviation.fill_(self.options.max_log_deviation(self.iterations + 1))
         alone = self.options.critic_iterations
         if self.iterations < alone:

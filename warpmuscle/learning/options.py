@@ -33,6 +33,10 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     min_deviation: Positive = 0.05
     end_deviation: Weight = 0.0  # that none exceeds after `end_decisions`, the bound falling till then; 0: no bound
     end_decisions: Annotated[int, Meta(ge=1, le=10**12)] = 50_000_000
+    held_deviation: Weight = (
+        0.0  # that none falls below until `held_decisions`, from which the bound falls; 0: not held
+    )
+    held_decisions: Annotated[int, Meta(ge=1, le=10**12)] = 50_000_000
     expected_action: bool = True  # play what actions with noise come to in the mean, clipped, not the mean of actions
     discount: Share = 0.99  # a decision; gamma
     trace: Share = 0.95  # lambda of generalised advantage estimation
@@ -40,6 +44,8 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     value_clip: Weight = 0.2  # of how far an update may move values; 0: as far as it will
     value_weight: Weight = 1.0
     entropy_weight: Weight = 0.0
+    effort_weight: Weight = 0.0  # of the squared excitations that the policy means, each by its muscle's share in the
+    # mass of all: muscles that do nothing for the reward relax, which noise of so many hides from rewards
     learning_rate: Positive = 1e-3  # at first
     min_learning_rate: Positive = 5e-5
     max_learning_rate: Positive = 5e-3
@@ -53,17 +59,21 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     mirror_weight: Weight = 0.0  # of how far the policy is from its own mirror image, nat
     reward_time: Positive = 0.1  # s; rewards a second times this are of the size of values that networks learn well
 
-    @property
-    def min_log_deviation(self) -> float:
-        """Logarithm of the least deviation."""
-        return math.log(self.min_deviation)
+    def min_log_deviation(self, iterations: int) -> float:
+        """Logarithm of the least deviation after so many iterations."""
+        held = self.held_deviation and self._decisions(iterations) < self.held_decisions
+        return math.log(max(self.min_deviation, self.held_deviation if held else 0.0))
 
     def max_log_deviation(self, iterations: int) -> float:
         """Logarithm of the greatest deviation after so many iterations, falling evenly; infinite without a bound."""
         if not self.end_deviation:
             return math.inf
-        part = min(iterations * self.instances * self.steps / self.end_decisions, 1.0)
+        begin = self.held_decisions if self.held_deviation else 0
+        part = min(max((self._decisions(iterations) - begin) / (self.end_decisions - begin), 0.0), 1.0)
         return (1.0 - part) * math.log(self.deviation) + part * math.log(self.end_deviation)
+
+    def _decisions(self, iterations: int) -> int:
+        return iterations * self.instances * self.steps
 
 
 def options_of(values: Mapping[str, Any]) -> PPOOptions:
@@ -85,6 +95,10 @@ def options_of(values: Mapping[str, Any]) -> PPOOptions:
         raise Error("deviation must not be less than min_deviation")
     if options.end_deviation and not options.min_deviation <= options.end_deviation <= options.deviation:
         raise Error("end_deviation must lie between min_deviation and deviation")
+    if options.held_deviation and not options.min_deviation <= options.held_deviation <= options.deviation:
+        raise Error("held_deviation must lie between min_deviation and deviation")
+    if options.held_deviation and options.end_deviation and options.held_decisions >= options.end_decisions:
+        raise Error("held_decisions must be less than end_decisions, by which the deviation has fallen")
     return options
 
 
@@ -99,7 +113,7 @@ def bounded(known: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, An
     usual = msgspec.structs.asdict(PPOOptions()) | dict(values)
     bounds = {
         "learning_rate": (usual["min_learning_rate"], usual["max_learning_rate"]),
-        "deviation": (max(usual["min_deviation"], usual["end_deviation"]), math.inf),
+        "deviation": (max(usual["min_deviation"], usual["end_deviation"], usual["held_deviation"]), math.inf),
     }
     found = dict(known)
     for name, (low, high) in bounds.items():

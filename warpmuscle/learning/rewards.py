@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -15,10 +16,11 @@ from warpmuscle.kernels import structs
 from warpmuscle.kernels.learning import rewards as kernels
 from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
 from warpmuscle.kernels.learning.senses import Surroundings
-from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS
+from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS, SIZES
 from warpmuscle.learning.actions import BY_MUSCLES, Actions
 from warpmuscle.learning.custom_parts import CustomParts, signed_weights
 from warpmuscle.learning.imitation import Gait, gait_table
+from warpmuscle.learning.tightening import with_rewards
 from warpmuscle.model.objective import counted_terms, weight_of
 from warpmuscle.scene.accounting import basal_rate
 from warpmuscle.scene.joints import root_type
@@ -54,15 +56,18 @@ class Judge:
         n, self._device = rollout.instances, rollout.device
         rules = kernels.RewardRules()
         moves = root_type(rollout.scene.character).forward is not None
-        rules.weight = kernels.term_values(*weights(task, moves, decision_time))
+        self.task, self._moves, self._decision_time = task, moves, decision_time
+        self._present = task.rewards
+        first = weights(with_rewards(task, 0), moves, decision_time)
+        last = weights(task, moves, decision_time)
+        rules.weight = kernels.term_values(*(max(pair, key=abs) for pair in zip(first, last, strict=True)))
+        rules.now = to_device(self._numbers(task), float, self._device)
         rules.costs = costs
-        rules.speed_width, rules.pose_width = task.rewards.speed_width, task.rewards.pose_width
         rules.pose = to_device(pose_numbers(task, rollout.coordinate_names), int, self._device)
         rules.longest = longest
         rules.uneven = 0.0 if gait is None or task.imitation is None else task.imitation.uneven
         if gait is not None:
             rules.gait = gait_table(gait, task, rollout)
-        rules.force_width, rules.force_limit = task.rewards.force_width, task.rewards.force_limit
         smoothing = task.rewards.force_smoothing
         rules.force_share = 1.0 - math.exp(-decision_time / smoothing) if smoothing > 0.0 else 1.0
         rules.total_mass, rules.gravity = model.skeleton.total_mass, model.gravity
@@ -82,12 +87,33 @@ class Judge:
         gains.custom = own.rewards
         if own.ends_fail:
             gains.custom_end = own.ends
-        gains.custom_weight = to_device(signed_weights(task, own, rollout, decision_time), float, self._device)
+        self._custom = functools.partial(signed_weights, own=own, rollout=rollout, decision_time=decision_time)
+        gains.custom_weight = to_device(self._custom(task), float, self._device)
+        near = np.array([task.rewards.at_speed.get(name, (0.0, 0.0)) for name in own.reward_names]).reshape(-1, 2)
+        gains.custom_speed, gains.custom_width = (to_device(column, float, self._device) for column in near.T)
         shape = own.rewards.shape
         gains.custom_sums, gains.custom_finished = (wp.zeros(shape, dtype=float, device=self._device) for _ in range(2))
         gains.end_fails = to_device(own.ends_fail, int, self._device)
         gains.reached = wp.zeros(n, dtype=bool, device=self._device)
         self.gains, self.names = gains, (*kernels.TERMS, *own.reward_names)
+
+    def after(self, decisions: int) -> None:
+        """Let rewards be those after so many decisions of all instances together, where the task tightens any."""
+        tightening = self.task.tightening
+        if tightening is None or not (tightening.rewards or tightening.custom):
+            return
+        now = with_rewards(self.task, decisions)
+        if now.rewards == self._present:
+            return
+        self._present = now.rewards
+        wp.copy(self._rules.now, to_device(self._numbers(now), float, self._device))
+        if tightening.custom:
+            wp.copy(self.gains.custom_weight, to_device(self._custom(now), float, self._device))
+
+    def _numbers(self, task: Task) -> Any:
+        """Weights, widths and limits as kernels read them."""
+        sizes = [getattr(task.rewards, name) for name in SIZES]
+        return np.array([*weights(task, self._moves, self._decision_time), *sizes])
 
     @property
     def changing(self) -> list[wp.array]:

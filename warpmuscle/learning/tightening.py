@@ -1,4 +1,4 @@
-"""Limits of failure that are wide, and costs that are small, while a policy begins to learn."""
+"""Numbers of a task that are others while a policy begins to learn: limits of failure, costs, rewards."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.model.build import failure_limits
 from warpmuscle.model.collisions import nearest_squared
 from warpmuscle.scene import Failure
-from warpmuscle.scene.learning import Tightening
+from warpmuscle.scene.learning import Task, Tightening
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -65,7 +65,7 @@ class TighteningLimits:
 
 def limits_after(tightening: Tightening, last: Failure, decisions: int) -> Failure:
     """Limits of failure after so many decisions of all instances together; `last` are those of the scene."""
-    part = decisions / tightening.decisions
+    part = part_of(tightening, decisions)
     if part >= 1.0:
         return last
     limits = {name: first + part * (getattr(last, name) - first) for name, first in tightening.first.items()}
@@ -75,4 +75,24 @@ def limits_after(tightening: Tightening, last: Failure, decisions: int) -> Failu
 def costs_after(tightening: Tightening, decisions: int) -> float:
     """Share of the costs after so many decisions of all instances together."""
     first = 1.0 if tightening.costs is None else tightening.costs
-    return first + min(decisions / tightening.decisions, 1.0) * (1.0 - first)
+    return first + part_of(tightening, decisions) * (1.0 - first)
+
+
+def with_rewards(task: Task, decisions: int) -> Task:
+    """The task with its rewards as they are after so many decisions of all instances together."""
+    tightening = task.tightening
+    if tightening is None or not (tightening.rewards or tightening.custom):
+        return task
+    part, last = part_of(tightening, decisions), task.rewards
+    custom = {name: _between(tightening.custom.get(name, end), end, part) for name, end in last.custom.items()}
+    moved = {name: _between(first, getattr(last, name), part) for name, first in tightening.rewards.items()}
+    return msgspec.structs.replace(task, rewards=msgspec.structs.replace(last, custom=custom, **moved))
+
+
+def part_of(tightening: Tightening, decisions: int) -> float:
+    """How much of the way from the first numbers to the last has been made, 0 to 1."""
+    return min(max((decisions - tightening.held) / (tightening.decisions - tightening.held), 0.0), 1.0)
+
+
+def _between(first: float, last: float, part: float) -> float:
+    return last if part >= 1.0 else first + part * (last - first)

@@ -126,11 +126,11 @@ def judged(d: dict[str, Any], effort: int, uneven: float = 0.0, costs: float = 1
     first, end = np.transpose(JOINTS)
     gait = filled(
         GaitTable, coordinate=d["gait"], up=d["up"], first=first, end=end, weight=(0.35, 0.25, 0.15), up_weight=0.25,
-        width=0.7, force=d["force"], right=RIGHT, speeds=SPEEDS, first_speed=FIRST_SPEED, speed_step=SPEED_STEP,
+        force=d["force"], right=RIGHT, speeds=SPEEDS, first_speed=FIRST_SPEED, speed_step=SPEED_STEP,
     )  # fmt: skip
     rules = filled(
-        RewardRules, weight=rewards.term_values(*d["weight"]), speed_width=0.5, pose_width=0.6, pose=[11, 13],
-        gait=gait, force_width=0.4, force_limit=LIMIT, force_share=SHARE, total_mass=[[WEIGHT / 9.5]], gravity=[[9.5]],
+        RewardRules, weight=rewards.term_values(*d["weight"]), now=[*d["weight"], 0.5, 0.6, 0.7, 0.4, LIMIT],
+        pose=[11, 13], gait=gait, force_share=SHARE, total_mass=[[WEIGHT / 9.5]], gravity=[[9.5]],
         longest=9, effort=effort, uneven=uneven, costs=[costs],
         around=filled(Surroundings, root=ROOT_FREE, normal=TILTED, ground=[[0.3]]),
     )  # fmt: skip

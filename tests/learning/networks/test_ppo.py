@@ -6,11 +6,11 @@ import pytest
 torch = pytest.importorskip("torch", reason="learning needs PyTorch")
 
 from point_mass import PointMasses  # noqa: E402
-from warpmuscle.core.errors import Error  # noqa: E402
+from warpmuscle.core.errors import Error, RolloutError  # noqa: E402
 from warpmuscle.learning.learner import Learner  # noqa: E402
 from warpmuscle.learning.networks.actor_critic import ActorCritic, Normalizer  # noqa: E402
 from warpmuscle.learning.networks.optimizer import FlatAdam  # noqa: E402
-from warpmuscle.learning.networks.ppo import _divergence, advantages  # noqa: E402
+from warpmuscle.learning.networks.ppo import Effort, _divergence, advantages  # noqa: E402
 from warpmuscle.learning.options import PPOOptions, options_of, parsed  # noqa: E402
 from warpmuscle.learning.policy import actions_of  # noqa: E402
 from warpmuscle.learning.symmetry import Image, Images  # noqa: E402
@@ -253,6 +253,71 @@ def test_a_policy_plays_what_its_noise_comes_to_where_actions_are_clipped():
     drawn = means + noise.deviation * np.random.default_rng(2).normal(size=(100_000, 1, 1))
     np.testing.assert_allclose(actions_of(learner.policy(), seen), drawn.clip(-3.0, 3.0).mean(0), atol=0.01)
     assert Learner(PointMasses(8), options_of({"expected_action": False}), 1).policy().noise is None
+
+
+def test_noise_is_held_for_a_while_falls_from_then_on_and_is_free_to_fall_further():
+    sizes = {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,), "learning_rate": 5e-3}
+    held = {"deviation": 0.5, "held_deviation": 0.4, "held_decisions": 4 * 64, "entropy_weight": 0.0}
+    bound = {"end_deviation": 0.1, "end_decisions": 8 * 64}
+    whole = Learner(PointMasses(8), options_of(sizes | held | bound), 1)
+    told = [whole.iterate()["deviation"] for _ in range(9)]
+    assert all(0.4 - 1e-6 <= one <= 0.5 + 1e-6 for one in told[:3])
+    np.testing.assert_allclose(told[4:8], 0.5 * 0.2 ** (np.arange(1, 5) / 4.0), rtol=0.05)  # the bound, from there
+    assert told[8] == pytest.approx(0.1, rel=1e-3)
+    options = options_of(sizes | held | bound)
+    assert np.exp([options.min_log_deviation(k) for k in (0, 3, 4, 9)]) == pytest.approx([0.4, 0.4, 0.05, 0.05])
+    for wrong in (0.6, 0.01):
+        with pytest.raises(Error, match="held_deviation must lie between"):
+            options_of({"held_deviation": wrong})
+    with pytest.raises(Error, match="held_decisions must be less than end_decisions"):
+        options_of({"held_deviation": 0.3, "end_deviation": 0.1, "held_decisions": 9, "end_decisions": 9})
+
+
+def test_muscles_that_do_nothing_for_the_reward_relax_and_those_that_do_something_go_on():
+    class Muscles(PointMasses):
+        """Of three muscles the first pushes the point; all are weighed, the third as nothing."""
+
+        def __init__(self) -> None:
+            super().__init__(64)
+            self.num_actions, self.action_names, self.action_range = 3, ("push", "idle", "light"), (-0.5, 1.5)
+            self.muscle_shares = torch.tensor([0.3, 0.7, 0.0])
+
+        def step(self, actions):
+            pushed = actions[:, 0].clamp(-0.5, 1.5) - 0.5  # held in the middle, it does not move
+            return super().step(3.0 * pushed[:, None])
+
+    def excitations(weight: float) -> np.ndarray:
+        """Of the three muscles, in the mean over places, after some iterations."""
+        sizes = {"instances": 64, "minibatches": 2, "hidden": (16,), "effort_weight": weight, "deviation": 0.3}
+        learner = Learner(Muscles(), options_of(sizes), 1)
+        for _ in range(25):
+            learner.iterate()
+        seen = torch.randn(200, 2, generator=torch.Generator().manual_seed(1))
+        return (learner.networks.act(seen).detach().numpy() + 0.5).clip(0.0, 2.0).mean(axis=0) / 2.0
+
+    free, weighed = excitations(0.0), excitations(10.0)
+    assert weighed[1] < 0.3 * free[1]
+    assert abs(weighed[2] - free[2]) < 0.1
+    assert weighed[0] > 2.0 * weighed[1]
+
+
+def test_what_effort_is_follows_from_what_actions_excite():
+    effort = Effort(torch.tensor([0.25, 0.75]), -1.0, 3.0)
+    mean = torch.tensor([[1.0, 5.0], [-2.0, 0.0]])
+    expected = np.mean([0.25 * 0.5**2 + 0.75, 0.75 * 0.25**2])
+    assert float(effort.of(mean)) == pytest.approx(expected)
+    with pytest.raises(RolloutError, match="effort_weight is for policies whose actions are the excitations"):
+        Learner(PointMasses(8), options_of({"effort_weight": 1.0}), 1)
+
+
+def test_noise_that_would_fall_is_kept_by_its_floor():
+    options = {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,), "min_deviation": 0.05}
+    learner = Learner(PointMasses(8), options_of(options | {"held_deviation": 0.3, "held_decisions": 3 * 64}), 1)
+    for low, iterations in ((0.3, 2), (0.05, 1)):
+        for _ in range(iterations):
+            with torch.no_grad():
+                learner.networks.log_deviation.fill_(-5.0)
+            assert learner.iterate()["deviation"] == pytest.approx(low, rel=0.01)
 
 
 def test_noise_falls_evenly_to_its_end_and_goes_on_falling_after_a_kill():

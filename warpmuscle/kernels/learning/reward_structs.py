@@ -3,10 +3,11 @@
 import warp as wp
 
 from warpmuscle.kernels.learning.senses import Surroundings
-from warpmuscle.kernels.objective.objective_terms import REWARDS
+from warpmuscle.kernels.objective.objective_terms import REWARDS, SIZES
 
 TERMS = tuple(REWARDS)  # in the order in which they are logged
 COUNT = len(TERMS)
+NUMBERS = COUNT + len(SIZES)  # that a training may change
 
 term_values = wp.types.vector(length=COUNT, dtype=float)
 
@@ -21,7 +22,6 @@ class GaitTable:
     end: wp.array[int]
     weight: wp.array[float]  # (joints,), which adds up to 1 with `up_weight`
     up_weight: float
-    width: float  # rad
     force: wp.array2d[float]  # (speeds, bins) people's vertical force on the left foot, body weights
     right: float  # part of the cycle after which the right foot touches down
     speeds: int
@@ -33,14 +33,11 @@ class GaitTable:
 class RewardRules:
     """What is rewarded."""
 
-    weight: term_values  # signed; of what counts for time times that
+    weight: term_values  # signed, the greatest that a training comes to; 0: the term never counts
+    now: wp.array[float]  # (NUMBERS,) signed weights as they are, of what counts for time times that; then the SIZES
     costs: wp.array[float]  # (1,) share of what is taken off
-    speed_width: float  # m/s
-    pose_width: float
     pose: wp.array[int]  # numbers of the wanted coordinates
     gait: GaitTable
-    force_width: float  # body weights
-    force_limit: float  # body weights
     force_share: float  # of the present force in the smoothed one
     total_mass: wp.array2d[float]  # (rows, 1) kg
     gravity: wp.array2d[float]  # (rows, 1) m/s^2
@@ -79,6 +76,8 @@ class Gains:
     finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended
     custom: wp.array2d[float]  # (instances, rewards) values of rewards of the scene's own in this decision
     custom_weight: wp.array[float]  # (rewards,) signed; of what counts for time times that
+    custom_speed: wp.array[float]  # (rewards,) m/s, wanted, at which it counts in full
+    custom_width: wp.array[float]  # (rewards,) m/s; 0: it counts at every speed
     custom_sums: wp.array2d[float]  # (instances, rewards) what they were worth in the episode
     custom_finished: wp.array2d[float]  # (instances, rewards) in the last one that ended
     custom_end: wp.array2d[float]  # (instances, ends) 1: it is met; no instances without ends of the scene's own

@@ -9,6 +9,7 @@ from warpmuscle.kernels.algebra.spatial import heading_angle
 from warpmuscle.kernels.learning.episodes import FIRST_POSE, SPEED, EpisodeRules, Episodes, root_orientation, root_place
 from warpmuscle.kernels.learning.reward_structs import (
     COUNT,
+    NUMBERS,
     TERMS,
     Gains,
     GaitTable,
@@ -27,6 +28,7 @@ IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
     TERMS.index, ("imitation", "force", "effort", "action", "action_rate", "overload")
 )
 HEADING, SIDE, OBJECTIVE, FAILURE = map(TERMS.index, ("heading", "side", "objective", "failure"))
+SPEED_WIDTH, POSE_WIDTH, IMITATION_WIDTH, FORCE_WIDTH, FORCE_LIMIT = range(COUNT, NUMBERS)
 # What is logged of an episode behind its terms.
 FORWARD, DECISIONS, COMPLETED, ENDED = range(COUNT, COUNT + 4)
 LOGGED = COUNT + 4
@@ -140,7 +142,7 @@ def overload(instance: int, reward: RewardRules, state: State) -> float:
     """Weights of the body above the limit, summed over the feet."""
     total = wp.float32(0.0)
     for foot in range(state.foot_force.shape[1]):
-        total += wp.max(foot_load(instance, foot, reward, state) - reward.force_limit, 0.0)
+        total += wp.max(foot_load(instance, foot, reward, state) - reward.now[FORCE_LIMIT], 0.0)
     return total
 
 
@@ -157,12 +159,14 @@ def force_closeness(
         gains.foot_force[instance, foot] = now
         lag = wp.where(foot == 0, 0.0, reward.gait.right)
         away = now - wanted_force(phase - lag - wp.floor(phase - lag), row, reward.gait)
-        total += closeness(away * away, reward.force_width)
+        total += closeness(away * away, reward.now[FORCE_WIDTH])
     return total / float(wp.max(feet, 1))
 
 
 @wp.func
-def imitation(instance: int, phase: float, speed: int, up: wp.vec3, gait: GaitTable, state: State) -> float:
+def imitation(
+    instance: int, phase: float, speed: int, up: wp.vec3, width: float, gait: GaitTable, state: State
+) -> float:
     """Weighted mean of how near joints, and the vertical in the trunk, are to those of the gait, at most 1.
 
     Of a ball joint 4 (1 - (p q)^2) stands for the squared angle between quaternions p and q, near which it is.
@@ -171,7 +175,7 @@ def imitation(instance: int, phase: float, speed: int, up: wp.vec3, gait: GaitTa
     bin = bin_of(phase, bins)
     row = speed * bins + bin
     away = up - gait.up[bin]
-    total = gait.up_weight * closeness(wp.dot(away, away), gait.width)
+    total = gait.up_weight * closeness(wp.dot(away, away), width)
     for joint in range(gait.first.shape[0]):
         squared = wp.float32(0.0)
         product = wp.float32(0.0)
@@ -181,7 +185,7 @@ def imitation(instance: int, phase: float, speed: int, up: wp.vec3, gait: GaitTa
             product += state.coordinates[instance, k] * gait.coordinate[row, k]
         if gait.end[joint] - gait.first[joint] == QUATERNION:
             squared = 4.0 * wp.max(1.0 - product * product, 0.0)
-        total += gait.weight[joint] * closeness(squared, gait.width)
+        total += gait.weight[joint] * closeness(squared, width)
     return total
 
 
@@ -207,17 +211,18 @@ def task_terms(
     """Values of the terms that count for time."""
     q = root_orientation(rules.root, instance, state)
     values = term_values()
-    miss = (forward - episodes.command[instance, SPEED]) / reward.speed_width
+    miss = (forward - episodes.command[instance, SPEED]) / reward.now[SPEED_WIDTH]
     values[SPEED_TERM] = wp.exp(-miss * miss)
     values[PROGRESS] = progress(forward, episodes.command[instance, SPEED])
     values[ALIVE] = 1.0
     values[UPRIGHT] = up_in_trunk(q)[1]
     if reward.weight[POSE] != 0.0:
         error = pose_error(instance, reward, episodes, state)
-        values[POSE] = wp.exp(-error / (reward.pose_width * reward.pose_width))
+        values[POSE] = wp.exp(-error / (reward.now[POSE_WIDTH] * reward.now[POSE_WIDTH]))
     if reward.weight[IMITATION] != 0.0:
         row = speed_row(episodes.command[instance, SPEED], reward.gait)
-        values[IMITATION] = imitation(instance, episodes.phase[instance], row, up_in_trunk(q), reward.gait, state)
+        phase, width = episodes.phase[instance], reward.now[IMITATION_WIDTH]
+        values[IMITATION] = imitation(instance, phase, row, up_in_trunk(q), width, reward.gait, state)
     if reward.weight[FORCE] != 0.0:
         row = speed_row(episodes.command[instance, SPEED], reward.gait)
         values[FORCE] = force_closeness(instance, episodes.phase[instance], row, reward, gains, state)
@@ -273,6 +278,15 @@ def counted(weight: float, reward: RewardRules) -> float:
     return wp.where(weight < 0.0, weight * reward.costs[0], weight)
 
 
+@wp.func
+def at_speed(wanted: float, speed: float, width: float) -> float:
+    """How much counts at a wanted speed of what counts in full at another, m/s; all of it without a width."""
+    if width <= 0.0:
+        return 1.0
+    away = (wanted - speed) / width
+    return wp.exp(-away * away)
+
+
 @wp.kernel
 def judge(
     # in
@@ -309,13 +323,14 @@ def judge(
             gains.objective[i] = so_far
     total = wp.float32(0.0)
     for k in range(COUNT):
-        worth = counted(reward.weight[k], reward) * terms[k]
+        worth = counted(reward.now[k], reward) * terms[k]
         if not (wp.abs(worth) < 1.0e6):
             worth = 0.0
         total += worth
         gains.sums[i, k] = gains.sums[i, k] + worth
     for k in range(gains.custom_weight.shape[0]):
         worth = counted(gains.custom_weight[k], reward) * gains.custom[i, k]
+        worth = worth * at_speed(episodes.command[i, SPEED], gains.custom_speed[k], gains.custom_width[k])
         if failed or not (wp.abs(worth) < 1.0e6):
             worth = 0.0
         total += worth

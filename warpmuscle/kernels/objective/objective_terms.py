@@ -93,5 +93,6 @@ def signed(reward: Term) -> Term:
 
 
 PER_DECISION = ("objective", "failure")
+SIZES = ("speed_width", "pose_width", "imitation_width", "force_width", "force_limit")  # beside the weights of rewards
 TERMS = {term.name: term for term in _TERMS}
 REWARDS = {term.name: signed(term) for term in _REWARDS}

@@ -61,7 +61,7 @@ def gait_table(gait: Gait, task: Task, rollout: Rollout) -> kernels.GaitTable:
     table.speed_step = float(speeds[1] - speeds[0]) if len(speeds) > 1 else 1.0
     table.first, table.end = to_device(np.array(first), int, device), to_device(np.array(end), int, device)
     table.weight = to_device(np.array(weight) / total, float, device)
-    table.up_weight, table.width = upright / total, task.rewards.imitation_width
+    table.up_weight = upright / total
     return table
 
 

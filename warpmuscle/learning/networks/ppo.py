@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -63,28 +64,43 @@ def advantages(reward: Tensor, value: Tensor, done: Tensor, last: Tensor, discou
     return found
 
 
+class Effort(NamedTuple):
+    """What actions excite, and what it weighs."""
+
+    shares: Tensor  # (actions,) of muscles in the mass of all
+    none: float  # action that excites nothing
+    full: float
+
+    def of(self, mean: Tensor) -> Tensor:
+        """() mean over (n, actions) of squared excitations, weighted by the masses of their muscles."""
+        excitation = ((mean - self.none) / (self.full - self.none)).clamp(0.0, 1.0)
+        return (excitation * excitation * self.shares).sum(-1).mean()
+
+
 class PPO:
     """Makes a policy and its critic better by what they have met with.
 
     Attributes:
         order: (epochs, minibatches, size) numbers of the samples in each minibatch, to be drawn before `update`; those
             beyond the number of samples are of their mirror images, in the same order.
-        max_log_deviation: () to be set before `update`; of use where options bound it.
+        min_log_deviation, max_log_deviation: () to be set before `update`; the latter of use where options bound it.
         statistics: (4,) means over minibatches: policy loss, value loss, divergence from the old policy, share clipped.
     """
 
     def __init__(
-        self, networks: ActorCritic, experience: Experience, options: PPOOptions, mirrors: Mirrors | None = None
-    ) -> None:
+        self, networks: ActorCritic, experience: Experience, options: PPOOptions, mirrors: Mirrors | None = None,
+        effort: Effort | None = None,
+    ) -> None:  # fmt: skip
         """Prepare to learn from this experience, again and again; with mirrors, every other sample as its image."""
         self.networks, self.experience, self.options = networks, experience, options
-        self._mirrors = mirrors
+        self._mirrors, self._effort = mirrors, effort
         policy = [*networks.policy.parameters(), networks.log_deviation]
         critic, rates = list(networks.value.parameters()), [0.0, options.critic_rate]
         self.adam = FlatAdam([policy, critic], options.learning_rate, options.max_gradient, rates)
         device = experience.reward.device
         size = experience.samples // options.minibatches
         self.order = torch.zeros((options.epochs, options.minibatches, size), dtype=torch.int64, device=device)
+        self.min_log_deviation = torch.full((), options.min_log_deviation(0), device=device)
         self.max_log_deviation = torch.zeros((), device=device)
         self.statistics = torch.zeros(4, device=device)
 
@@ -156,6 +172,8 @@ class PPO:
         policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
         if options.mirror_weight and self._mirrors is not None:
             policy_loss = policy_loss + options.mirror_weight * self._asymmetry(observation, mean)
+        if options.effort_weight and self._effort is not None:
+            policy_loss = policy_loss + options.effort_weight * self._effort.of(mean)
         missed = (value - returns) ** 2
         if options.value_clip:
             near = old_value + (value - old_value).clamp(-options.value_clip, options.value_clip)
@@ -168,7 +186,7 @@ class PPO:
             divergence = _divergence(old_mean, old, mean, networks.log_deviation, own)
             self._adapt(divergence)
             self.adam.step()
-            networks.log_deviation.clamp_(min=options.min_log_deviation)
+            networks.log_deviation.copy_(torch.maximum(networks.log_deviation, self.min_log_deviation))
             if options.end_deviation:
                 networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()

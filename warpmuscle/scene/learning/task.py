@@ -49,6 +49,8 @@ class Rewards(_Weights):
     ends by failing: these two do not count for time.
     `custom` weighs terms of the objective, by name, and parts of one's own, `module:name`; what is summed up over time
     counts as the decision adds to it. Its sign is that which it declares, see `kernels/objective/declaration.py`.
+    What `at_speed` names counts in full where that speed is wanted, and elsewhere exp(-(difference/width)^2) of it, as
+    moments of people that are known at one speed.
     """
 
     speed_width: Annotated[float, "m/s", ABOVE_0] = 0.5
@@ -58,6 +60,7 @@ class Rewards(_Weights):
     force_smoothing: Annotated[float, "s", FROM_0] = 0.02  # time constant of a low-pass of first order
     force_limit: Annotated[float, "1", FROM_0] = 1.15  # body weights
     custom: Annotated[dict[str, float], "1"] = {}  # weights of terms, and of parts of one's own
+    at_speed: Annotated[dict[str, Interval], "m/s"] = {}  # of some of these, a wanted speed and a width
 
 
 class Goal(Part):
@@ -171,13 +174,15 @@ class Variation(Part):
 
 
 class Tightening(Part):
-    """Limits of `failure` that are wider, and costs that are less, while a policy begins to learn.
+    """Limits of `failure` that are wider, costs that are less, and rewards that are others, while learning begins.
 
     What is given here holds at first. It moves evenly to what the scene says over so many decisions of all instances
-    together. Trials of a policy have the scene's own limits and costs from the first decision of a training.
+    together, from `held` to `decisions`. Trials of a policy have the scene's own limits and costs from the first
+    decision of a training. So one training has several stages: a gait that is imitated roughly at first, then closely.
     """
 
     decisions: int = 50_000_000
+    held: int = 0  # decisions in which it stays as it is at first
     com_height: Annotated[float | None, "1", FROM_0] = None
     heading: Annotated[float | None, "rad", FROM_0] = None
     leg_crossing: Annotated[float | None, "m", FROM_0] = None
@@ -185,11 +190,14 @@ class Tightening(Part):
     no_progress: Annotated[float | None, "m/s", FROM_0] = None
     costs: Annotated[float | None, "1", FRACTION] = None  # share of all that rewards take off; at first a body that
     # falls soon would lose less than one that tries to stay up
+    rewards: Annotated[dict[str, float], "1", FROM_0] = {}  # numbers of `rewards` by name: weights, widths, a limit
+    custom: Annotated[dict[str, float], "1", FROM_0] = {}  # weights of `rewards.custom`, by name
 
     @property
     def first(self) -> dict[str, float]:
         """The limits that are given, by name."""
-        given = {name: getattr(self, name) for name in self.__struct_fields__ if name not in ("decisions", "costs")}
+        others = ("decisions", "held", "costs", "rewards", "custom")
+        given = {name: getattr(self, name) for name in self.__struct_fields__ if name not in others}
         return {name: limit for name, limit in given.items() if limit is not None}
 
 

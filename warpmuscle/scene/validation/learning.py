@@ -6,9 +6,9 @@ import math
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
-from warpmuscle.kernels.objective.objective_terms import TERMS
+from warpmuscle.kernels.objective.objective_terms import REWARDS, SIZES, TERMS
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.learning import Goal, ImitatedRun, Imitation, Task, Tightening, Variation
+from warpmuscle.scene.learning import Goal, ImitatedRun, Imitation, Rewards, Task, Tightening, Variation
 from warpmuscle.scene.learning.task import GROWING, Interval
 from warpmuscle.scene.norms import IMITATED, RUNNING, is_run
 from warpmuscle.scene.number import Free
@@ -55,6 +55,7 @@ def check_task(check: Checks) -> None:
             check_needs(check.checked, name, key)
         if not 0.0 <= weight < math.inf:
             raise SceneError(f"must not be negative, is {weight:g}: a part declares its sign", key=key)
+    _at_speed(task.rewards)
     for name, goal in task.goals.items():
         _goal(f"learning.goals.{name}", goal)
     _variation(check, task.variation)
@@ -179,8 +180,12 @@ def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
     key, limits = "learning.tightening", check.checked.failure
     if tightening.decisions < 1:
         raise SceneError(f"must be 1 at least, is {tightening.decisions}", key=f"{key}.decisions")
-    if not tightening.first and tightening.costs is None:
-        raise SceneError("name at least one limit of [failure] that is wider at first, or costs", key=key)
+    if not 0 <= tightening.held < tightening.decisions:
+        less = f"must be 0 to less than decisions, {tightening.decisions}, is {tightening.held}"
+        raise SceneError(less, key=f"{key}.held")
+    if not (tightening.first or tightening.rewards or tightening.custom or tightening.costs is not None):
+        raise SceneError("name at least one limit of [failure] that is wider at first, or costs, or rewards", key=key)
+    _tightened_rewards(task.rewards, tightening)
     if tightening.costs == 1.0:
         raise SceneError("must be less than 1, the share of all costs in the end", key=f"{key}.costs")
     for name, first in tightening.first.items():
@@ -194,6 +199,27 @@ def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
         if not (last < first if name in HIGHER_IS_WIDER else first < last):
             wider = "greater" if name in HIGHER_IS_WIDER else "less"
             raise SceneError(f"must be {wider} than failure.{name}, {last:g}, is {first:g}", key=place)
+
+
+def _tightened_rewards(rewards: Rewards, tightening: Tightening) -> None:
+    """Rewards that are others at first are numbers that may change, and widths stay above 0."""
+    key = "learning.tightening"
+    names = [*REWARDS, *SIZES]
+    for name, first in tightening.rewards.items():
+        known(name, names, "number of learning.rewards that can change", f"{key}.rewards.{name}")
+        if name.endswith("_width") and first <= 0.0:
+            raise SceneError(f"must be above 0, is {first:g}", key=f"{key}.rewards.{name}")
+    for name in tightening.custom:
+        known(name, rewards.custom, "part of learning.rewards.custom", f"{key}.custom.{name}")
+
+
+def _at_speed(rewards: Rewards) -> None:
+    """What counts at a speed is rewarded at all, and has a width."""
+    for name, (speed, width) in rewards.at_speed.items():
+        key = f"learning.rewards.at_speed.{name}"
+        known(name, rewards.custom, "part of learning.rewards.custom", key)
+        if not (math.isfinite(speed) and 0.0 < width < math.inf):
+            raise SceneError(f"write a wanted speed and a width above 0, m/s, not [{speed:g}, {width:g}]", key=key)
 
 
 def _interval(key: str, interval: Interval) -> None:
