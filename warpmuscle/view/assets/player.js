@@ -191,6 +191,7 @@ class Player {
     const bipeds = this.together ? [chosen, ...others] : [chosen];
     this.plots.show(bipeds, panels);
     this.drawn = null;
+    this.plotted = -Infinity; // they are empty now
     const entries = this.together
       ? bipeds.slice(0, TRACK_COLOR.length).map((biped, k) => [biped.label, TRACK_COLOR[k]])
       : ["left", "right"].filter((side) => panels.some((panel) => panel.lines.some((line) => line.side === side))).map((side) => [side, LINE_COLOR[side]]);
@@ -402,7 +403,8 @@ class Player {
 
   drawPlots(still) {
     const now = performance.now(), pause = PLOT_PAUSE[Number(this.renderer.slow)];
-    if (!this.shown.plots || (!still && now - (this.plotted ?? 0) < pause)) return;
+    if (!this.shown.plots) return;
+    if (!still && now - this.plotted < pause) return void (this.drawn = null); // another picture has them
     this.plotted = now;
     this.plots.draw(this.time);
   }
