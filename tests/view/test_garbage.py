@@ -110,7 +110,7 @@ def test_a_page_that_does_not_listen_costs_no_memory(live):
         until(lambda: connection.transport.get_write_buffer_size() > BEHIND)
         shown, waiting = live.pictures, connection.transport.get_write_buffer_size()
         until(lambda: live.pictures > shown + 20)
-        # Words, which it does not miss, are short; `still_serves` shows that each of these pictures is longer than that.
+        # Words, which it does not miss, are short; each of these pictures is longer than that, see `still_serves`.
         assert connection.transport.get_write_buffer_size() < waiting + 20 * 1000
     still_serves(live)
 

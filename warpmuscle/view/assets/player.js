@@ -100,9 +100,8 @@ class Player {
 
   frame(count) {
     this.play(false);
-    const to = Math.round((this.time - this.begin) / this.step) + count;
-    if (this.live && this.begin + to * this.step > this.end + 0.5 * this.step) this.live.stepOn();
-    else this.seek(this.begin + to * this.step);
+    if (this.live) this.live.frame(count);
+    else this.seek(this.begin + (Math.round((this.time - this.begin) / this.step) + count) * this.step);
   }
 
   setSpeed(speed) {
