@@ -112,7 +112,7 @@ def test_arrays_that_do_not_fit_are_named(tmp_path, arrays: dict, message: str):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")  # and not what other tests have left open
 def test_huge_quaternions_are_refused_without_a_warning(tmp_path):
     with pytest.raises(ResultError, match="'lHip' holds quaternions that are not of unit length"):
         read(tmp_path, **STEPS, lHip=1e300 * QUATERNIONS)

@@ -173,7 +173,8 @@ def test_a_file_with_less_of_the_motion_is_written_once_and_what_is_returned_has
 
 
 def test_kill_of_the_process_loses_nothing(tmp_path):
-    arguments = ["optimize", "fwalk", "--duration", "0.2", "--search", "cma", "--candidates", "3000", "--seed", "4"]
+    many = "1000000"  # more than any machine evaluates before it is killed
+    arguments = ["optimize", "fwalk", "--duration", "0.2", "--search", "cma", "--candidates", many, "--seed", "4"]
     code = "from warpmuscle.cli.program import main; main()"
     path, evaluated = tmp_path / "a.h5", []
     rng = np.random.default_rng()

@@ -243,7 +243,7 @@ def test_a_mutation_is_caught_by_a_test_that_passes_without_it(tmp_path: Path):
     (root / "tests/gait/test_lacking.py").write_text("import nowhere\nimport warpmuscle.gait.lever\n")
     trial = Trial(root, tmp_path / "copy", tmp_path / "kernels")
     outcomes = {
-        (m.before, m.after): trial.try_one(m, 100.0)
+        (m.before, m.after): trial.try_one(m, PATIENCE)
         for m in all_mutations(root)
         if (m.before, m.after) in {("force * arm", "force / arm"), ("0.0", "1.0"), ("0.0 * arm", "0.0")}
     }

@@ -96,8 +96,8 @@ class PageServer:
                 await connection.send(message)
             while later:
                 await connection.send(later.pop(0))
+            self._clients.add(connection)  # before it is no longer among those: `tell` looks from other threads
             del self._begun[connection]
-            self._clients.add(connection)
             while True:
                 message = await connection.recv()
                 await asyncio.to_thread(self.on_message, message)

@@ -148,7 +148,10 @@ class Live {
     this.send(this.spec.bar.speed, String(speed));
   }
 
-  stepOn() {
+  // From frame to frame: a page that was behind has missed some. Behind the last one it is simulated.
+  frame(count) {
+    const { arrays, frames } = this.biped, { frame, part } = this.biped.moment(this.player.time), to = frame + Math.round(part) + count;
+    if (to < frames) return this.player.seek(arrays.time[Math.max(to, 0)]);
     this.asked = false;
     this.send(this.spec.bar.step, true);
   }

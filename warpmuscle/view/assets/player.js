@@ -100,9 +100,8 @@ class Player {
 
   frame(count) {
     this.play(false);
-    const to = Math.round((this.time - this.begin) / this.step) + count;
-    if (this.live && this.begin + to * this.step > this.end + 0.5 * this.step) this.live.stepOn();
-    else this.seek(this.begin + to * this.step);
+    if (this.live) this.live.frame(count);
+    else this.seek(this.begin + (Math.round((this.time - this.begin) / this.step) + count) * this.step);
   }
 
   setSpeed(speed) {
@@ -191,6 +190,7 @@ class Player {
     const bipeds = this.together ? [chosen, ...others] : [chosen];
     this.plots.show(bipeds, panels);
     this.drawn = null;
+    this.plotted = -Infinity; // they are empty now
     const entries = this.together
       ? bipeds.slice(0, TRACK_COLOR.length).map((biped, k) => [biped.label, TRACK_COLOR[k]])
       : ["left", "right"].filter((side) => panels.some((panel) => panel.lines.some((line) => line.side === side))).map((side) => [side, LINE_COLOR[side]]);
@@ -402,7 +402,8 @@ class Player {
 
   drawPlots(still) {
     const now = performance.now(), pause = PLOT_PAUSE[Number(this.renderer.slow)];
-    if (!this.shown.plots || (!still && now - (this.plotted ?? 0) < pause)) return;
+    if (!this.shown.plots) return;
+    if (!still && now - this.plotted < pause) return void (this.drawn = null); // another picture has them
     this.plotted = now;
     this.plots.draw(this.time);
   }
