@@ -36,6 +36,10 @@ Sources = Annotated[
         autocompletion=scene_names_like,
     ),
 ]
+SceneFile = Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")]
+ResultFile = Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")]
+Figure = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")]
+JsonFile = Annotated[Path | None, typer.Option("--json", help="File for all numbers.")]
 Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
 ]

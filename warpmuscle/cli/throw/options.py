@@ -64,8 +64,6 @@ FitAll = Annotated[
     bool, typer.Option("--fit-all", help="Fit parameters to all motions, rather than to every other one.")
 ]
 Fidelity = Annotated[float, typer.Option(min=0.0, help="Price of leaving the extracted signals, against accuracy.")]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")]
-Plot = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")]
 PlotEach = Annotated[
     Path | None, typer.Option(help="Folder for a figure of each motion, with muscles and the flight of a ball.")
 ]
