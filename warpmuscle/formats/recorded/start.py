@@ -56,8 +56,6 @@ def _motion(path: Path, replay: int) -> Recording:
 
 def _frame(motion: Recording, time: float, path: Path) -> int:
     """The frame that is nearest to a time, s."""
-    if not motion.frames:
-        raise SceneError(f"{path}: its motion has no frames", KEY)
     first, last = float(motion.time[0]), float(motion.time[-1])
     if not first - TOLERANCE <= time <= last + TOLERANCE:
         raise SceneError(f"{path}: the motion lasts from {first:g} to {last:g} s", "initial_state.time")
