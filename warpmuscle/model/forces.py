@@ -146,7 +146,7 @@ def _check(kind: ForceKind, functions: dict[str, tuple[tuple[Any, ...], Any]], e
     """
     if sum(getattr(kind, name) is not None for name in functions) > 1:
         raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
-    check_declaration(kind, functions, entry, key)
+    check_declaration(kind, functions, entry, key, {"effort": "muscles", "wrench": "inertia", "pair": "inertia"})
     names = [] if kind.parameters is None else list(kind.parameters.vars)
     if not isinstance(kind.positive, tuple):
         raise SceneError(f"what is positive of {entry!r} must be a tuple of names of parameters", key=key)

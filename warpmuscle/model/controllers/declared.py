@@ -95,7 +95,7 @@ def _check(controller: CustomController, entry: str, key: str) -> None:
     check_fields(controller, ("shipped", "explicit"), entry, key)
     check_texts({"description": controller.description}, entry, key)
     check_count(controller.state_a_body, f"the state of a body of {entry!r}", key)
-    check_declaration(controller, FUNCTIONS, entry, key, own)
+    check_declaration(controller, FUNCTIONS, entry, key, dict.fromkeys(FUNCTIONS, "control"), own)
     _check_defaults(controller, [struct for struct in structs if struct is not None], entry, key)
     _check_recorded(controller, entry, key)
 
