@@ -90,8 +90,8 @@ TERMS = {
     "function=plain, description='a\\nb'": "the description of .* is not a line of text",
     "function=plain, weight=2.0": "sets 'weight', which is for parts of warpmuscle: leave it out",
     "plain": "declares no function: write function=plain",
-    "function=falling": "uses work.acceleration, which is not known yet at the stage 'forces'; declare stage='accel",
-    "function=moving, stage='accelerations'": "uses work.velocity, which is not known any more at the stage",
+    "function=falling": "work.acceleration is not known yet at the stage 'forces'; declare stage='accel",
+    "function=moving, stage='accelerations'": "work.velocity is not known any more at the stage",
 }
 CONTROLLERS = {
     "effort=of_each, by_joint=Own, defaults=(('gain', float('inf')),)": "'gain' in defaults of .* is inf, which is not",
@@ -101,7 +101,7 @@ CONTROLLERS = {
     "effort=effort, by_joint=Own": "no function of .* takes Own, its numbers by_joint",
     "effort=remembering": "takes a state: declare how many floats, state=1",
     "effort=effort, damping=number": "must say that it returns wp.vec3, and says float",
-    "effort=thrown": "uses work.angular_acceleration, which is not known yet when an effort is asked for",
+    "effort=thrown": "work.angular_acceleration is not known yet when an effort is asked for",
     "damping=effort": "has a damping, and no effort that it belongs to",
     "effort=effort, shipped=True": "sets 'shipped', which is for parts of warpmuscle",
 }
@@ -109,7 +109,7 @@ FORCES = {
     "wrench=push, parameters=Own, positive=('gian',)": "no parameter is called 'gian' in what is positive",
     "wrench=push, parameters=Own, positive='gain'": "must be a tuple of names of parameters",
     "wrench=push, parameters=Own, positive=('gain',)": "forces.own.parameters.gain: must be greater than 0, is 0",
-    "wrench=dragged": "uses work.acceleration, which is not known yet when a wrench is asked for",
+    "wrench=dragged": "work.acceleration is not known yet when a wrench is asked for",
     "wrench=push, parameters=Own, water=True": "sets 'water', which is for parts of warpmuscle",
     "wrench=push, parameters=Own, objects=3": "sets 'objects', which is for parts of warpmuscle",
 }

@@ -227,7 +227,7 @@ def check_known(function: Any, phase: str, key: str, entry: str, at: str, later:
         early = first > now
         if early or (now >= solved > last and name not in APART):
             when = f"yet {at}{later}" if early else f"any more {at}"
-            raise SceneError(f"{placed(function, entry)} uses work.{name}, which is not known {when}", key=key)
+            raise SceneError(f"in {placed(function, entry)} work.{name} is not known {when}", key=key)
 
 
 def _used(function: Any, seen: set[Any]) -> Iterator[str]:
