@@ -144,7 +144,7 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     assert spread_config(usual, 1, 132) is None
     assert usual.resident(132) % (132 * 32) == 0
     crossings = len(structure.actuation.table.crossings)
-    assert usual.kind.muscles.pulls_at_hand  # which small size classes have no room for
+    assert usual.kind.muscles.pulls_in_scratch  # which small size classes have no room for
     assert 3 * crossings <= (SECOND - CONTROL) * usual.capacity + SLOT_FLOATS * usual.slots
     assert not usual.kind.muscles.delayed
     wide = kernel_config(scene, structure, 5120, gpu, 32, NOTHING)
@@ -209,7 +209,7 @@ def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: 
     assert 96 <= registers <= 255
     assert blocks * threads * registers <= 64 * 1024
     plain = muscle_kind(MuscleModel())
-    wraps = plain._replace(paths=PathKind(RouteKind(wraps=2)), pulls_at_hand=True)
+    wraps = plain._replace(paths=PathKind(RouteKind(wraps=2)), pulls_in_scratch=True)
     assert block_registers(threads, floats, wraps) >= max(168, registers)  # with fewer, wraps would spill
     assert blocks_of(threads, floats, wraps) <= blocks
     assert blocks_of(threads, floats, plain) * (4 * floats + 1024 + 4 * threads) <= 196 * 1024  # arms want the cache
