@@ -60,7 +60,7 @@ def arm_angles(
     if twice is not None:
         raise Error(f"two files are called {twice}; their angles would be written to the same place")
     if output.exists() and not output.is_dir():
-        raise Error(f"--output names {output}, which is no folder")
+        raise Error(f"--output names {output}, which is not a folder")
     failed = 0
     for path in files:
         try:

@@ -289,9 +289,9 @@ def writable_folder(path: Path | None, option: str) -> None:
     if path is None or path.is_dir():
         return
     if path.exists():
-        raise Error(f"{option}: {path} is no folder")
+        raise Error(f"{option}: {path} is not a folder")
     if not path.absolute().parent.is_dir():
-        raise Error(f"{option}: {path} cannot be made: {path.parent} is no folder; make that first")
+        raise Error(f"{option}: {path} cannot be made: {path.parent} is not a folder; make that first")
     writable(path)
 
 

@@ -281,14 +281,14 @@ class EpisodeBatch:
         }
         hardness = self.episodes.hardness.numpy()
         if not ((hardness >= 0.0) & (hardness <= 1.0)).all():
-            raise RolloutError("this state has a hardness that there is not")
+            raise RolloutError("this state has a hardness that is not from 0 to 1")
         if simbicon is not None:
             counted["machine state"] = state.simbicon.machine_state, len(simbicon.states)
             counted["stance"] = state.simbicon.stance, 2
         for name, (array, count) in counted.items():
             numbers = array.numpy()
             if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < count:
-                raise RolloutError(f"this state has a {name} that there is not")
+                raise RolloutError(f"this state has a {name} that does not exist")
 
     def observe_again(self) -> None:
         """Show what is observed, after arrays of the state were changed from outside."""

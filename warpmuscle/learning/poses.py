@@ -102,7 +102,7 @@ def states_in(path: str, rollout: Rollout) -> States:
         size = np.linalg.norm(coordinates[:, place], axis=1)
         if (np.abs(size - 1.0) > QUATERNION_ERROR).any():
             name = rollout.coordinate_names[place.start]
-            raise RolloutError(f"{path}: {name} and what follows it is no quaternion of length 1")
+            raise RolloutError(f"{path}: {name} and what follows it is not a quaternion of length 1")
         coordinates[:, place] /= size[:, None]
     speeds = arrays.get("speeds", np.zeros((count, sizes["speeds"])))
     activation = arrays.get("activation")

@@ -67,7 +67,7 @@ def check_parameters(struct: Any, what: str, key: str) -> None:
     """SceneError unless parameters are a structure of floats."""
     fields = getattr(struct, "vars", None)
     if fields is None or not fields or any(field.type is not wp.float32 for field in fields.values()):
-        raise SceneError(f"{what} are no @wp.struct of floats", key=key)
+        raise SceneError(f"{what} are not a @wp.struct of floats", key=key)
 
 
 def check_texts(texts: Mapping[str, Any], entry: str, key: str) -> None:

@@ -114,7 +114,7 @@ def _check_numbers(part: Declaration, entry: str, key: str) -> None:
     for what, sizes in (("defaults", 1), ("limits", 2)):
         given = getattr(part, what)
         if not isinstance(given, Mapping):
-            raise SceneError(f"{what} of {entry!r} are no table by parameter", key=key)
+            raise SceneError(f"{what} of {entry!r} are not a table by parameter", key=key)
         for name, value in given.items():
             known(name, names, "parameter", key, f"in {what} of {entry!r}")
             numbers = value if isinstance(value, tuple | list) and sizes == 2 else (value,)

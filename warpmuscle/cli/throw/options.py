@@ -80,7 +80,7 @@ def check_files(output: Path | None, plot: Path | None, plot_each: Path | None =
     if plot_each is not None:
         need("matplotlib", "figures need")
         if plot_each.exists() and not plot_each.is_dir():
-            raise Error(f"--plot-each names {plot_each}, which is no folder")
+            raise Error(f"--plot-each names {plot_each}, which is not a folder")
     if plot is not None:
         from warpmuscle.plots.style import check_picture
 

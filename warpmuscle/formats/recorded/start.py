@@ -95,7 +95,7 @@ def _state(motion: Recording, frame: int, scene: Scene, path: Path) -> InitialSt
 def _column(values: Floats, names: Sequence[str], joint: str, frame: int, path: Path) -> float:
     """The number of a joint's coordinate in a frame."""
     if joint not in names:
-        raise SceneError(f"{path}: its motion tells no coordinate of the joint {joint!r}", KEY)
+        raise SceneError(f"{path}: its motion has no coordinate of the joint {joint!r}", KEY)
     return float(values[frame, list(names).index(joint)])
 
 

@@ -181,7 +181,7 @@ def checked(name: str, kind: ForceKind) -> ForceKind:
         raise TypeError(f"{what} needs one Warp function: `effort` of a joint, `wrench` of a body, or `pair` of two")
     fields = getattr(kind.parameters, "vars", {})
     if kind.parameters is not None and not fields:
-        raise TypeError(f"{what}: its `parameters` are no @wp.struct of floats")
+        raise TypeError(f"{what}: its `parameters` are not a @wp.struct of floats")
     for field in ("positive", "programs"):
         named = getattr(kind, field)
         wrong = [one for one in named if one not in fields] if isinstance(named, tuple) else [named]
