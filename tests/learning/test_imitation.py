@@ -35,15 +35,7 @@ from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import ImitatedRun
-from warpmuscle.scene.norms import (
-    IMITATED,
-    LEG_ANGLES,
-    PERCENT_OF_BIN,
-    WALKING,
-    is_run,
-    running_force,
-    walking_force,
-)
+from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, PERCENT_OF_BIN, WALKING, is_run, running_force, walking_force
 from warpmuscle.simulation.rollout import Rollout
 
 SCENE = "walk56_person"

@@ -16,8 +16,7 @@ def arm_angles(
     files: Annotated[list[Path], typer.Argument(metavar="MARKERS...", help=".trc, .c3d, .json or .csv files.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder in which to write a .csv for each file.")],
     marker: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ROLE=NAME", help="The marker of a role, or NAME+NAME, their middle."),
+        list[str] | None, typer.Option(metavar="ROLE=NAME", help="The marker of a role, or NAME+NAME, their middle.")
     ] = None,
     side: Annotated[str, typer.Option(help="The arm that throws: right or left.")] = "right",
     up: Annotated[str, typer.Option(help="Axis of the files that points up: x, y, z, -x, -y or -z.")] = "z",

@@ -76,10 +76,7 @@ FreeNumbers = Annotated[
 Commands = Annotated[
     list[str] | None,
     typer.Option(
-        "--command",
-        "-c",
-        metavar="NAME=VALUE",
-        help="Command to the scene or to the policy: speed=1.5, slope=3.",
+        "--command", "-c", metavar="NAME=VALUE", help="Command to the scene or to the policy: speed=1.5, slope=3."
     ),
 ]
 Quantities = Annotated[

@@ -109,8 +109,7 @@ def sweep(
 def join(
     file: Annotated[Path, typer.Argument(metavar="SWEEP", help="TOML file of the sweep.")],
     parts: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[PART]...", help="Folders of parts, by default beside the output."),
+        list[Path] | None, typer.Argument(metavar="[PART]...", help="Folders of parts, by default beside the output.")
     ] = None,
     output: SweepFile = None,
     incomplete: Annotated[

@@ -20,16 +20,7 @@ from warpmuscle.kernels.memory.scratch import (
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.recording.record import frame_of
 from warpmuscle.kernels.step_parts import BEGIN as BEGIN
-from warpmuscle.kernels.step_parts import (
-    FAILURE,
-    StepKind,
-    account_of,
-    drive_of,
-    end_of,
-    move_of,
-    no_mark,
-    place_of,
-)
+from warpmuscle.kernels.step_parts import FAILURE, StepKind, account_of, drive_of, end_of, move_of, no_mark, place_of
 from warpmuscle.kernels.step_parts import STAGES as STAGES
 from warpmuscle.kernels.step_parts import extensions_of as extensions_of
 from warpmuscle.kernels.structs import (

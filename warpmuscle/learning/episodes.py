@@ -29,13 +29,7 @@ from warpmuscle.learning.imitation.people import by_norm_alone, people_starts
 from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
-from warpmuscle.learning.starts import (
-    ControllerGait,
-    RowTable,
-    first_states,
-    make_room_to_feel,
-    start_table,
-)
+from warpmuscle.learning.starts import ControllerGait, RowTable, first_states, make_room_to_feel, start_table
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.tasks import checked_task, prepared
 from warpmuscle.learning.tightening import TighteningLimits

@@ -46,8 +46,7 @@ Channels = Annotated[
     list[str] | None, typer.Option(metavar="MUSCLE=CHANNEL", help="Which channel of --emg stands for a muscle.")
 ]
 Calibrate = Annotated[
-    bool,
-    typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, and of the muscles."),
+    bool, typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, and of the muscles.")
 ]
 LowPass = Annotated[
     float | None,

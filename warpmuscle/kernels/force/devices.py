@@ -213,10 +213,7 @@ FORCES = {
         variables=("q", "qdot", "t"),
     ),
     "point_expression": ForceKind(
-        pair=point_expression,
-        parameters=PointExpression,
-        programs=("tension",),
-        variables=("d", "ddot", "t"),
+        pair=point_expression, parameters=PointExpression, programs=("tension",), variables=("d", "ddot", "t")
     ),
     "body_expression": ForceKind(
         wrench=body_expression,
@@ -225,10 +222,7 @@ FORCES = {
         programs=tuple(f"{part}_{axis}" for part in ("force", "moment", "point") for axis in "xyz"),
     ),
     "torque_expression": ForceKind(
-        pair=torque_expression,
-        parameters=TorqueExpression,
-        programs=("torque",),
-        variables=("t",),
+        pair=torque_expression, parameters=TorqueExpression, programs=("torque",), variables=("t",)
     ),
     "bushing_expression": ForceKind(
         pair=bushing_expression,
