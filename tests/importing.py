@@ -4,6 +4,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 
 @contextmanager
@@ -14,3 +17,16 @@ def importable_from(folder: Path) -> Iterator[None]:
         yield
     finally:
         sys.path.remove(str(folder))
+
+
+def module_of(name: str, text: str) -> Any:
+    """A fixture of a file of tests: all of them can import this module."""
+
+    @pytest.fixture(scope="module", autouse=True)
+    def module(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+        folder = tmp_path_factory.mktemp("theirs")
+        (folder / f"{name}.py").write_text(text)
+        with importable_from(folder):
+            yield
+
+    return module

@@ -4,7 +4,7 @@ from typing import Any
 
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Body, Character, Failure, Ground, InitialState, Scene, Sphere
-from warpmuscle.scene.objects.motion import ObjectMotion, object_motion
+from warpmuscle.scene.objects.motion import ObjectMotion, is_recorded, object_motion
 from warpmuscle.simulation.rollout import Rollout
 
 STEP = 0.0005  # s
@@ -26,5 +26,4 @@ def played(scene: Scene, rate: float = 500.0) -> tuple[Recording, dict[str, Obje
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=rate)
     rollout.run()
     recording = rollout.recording(0)
-    found = {name: object_motion(recording, name) for name in scene.objects}
-    return recording, {name: motion for name, motion in found.items() if motion is not None}
+    return recording, {name: object_motion(recording, name) for name in scene.objects if is_recorded(recording, name)}

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def assert_same(a: object, b: object) -> None:
-    """Compare dataclasses, tables and tuples of arrays member by member."""
+    """Compare dataclasses, tables, lists and tuples of arrays member by member."""
     if dataclasses.is_dataclass(a):
         for field in dataclasses.fields(a):
             assert_same(getattr(a, field.name), getattr(b, field.name))
@@ -14,8 +14,8 @@ def assert_same(a: object, b: object) -> None:
         assert a.keys() == b.keys()
         for name in a:
             assert_same(a[name], b[name])
-    elif isinstance(a, tuple) and a and not isinstance(a[0], str):
-        assert len(a) == len(b)
+    elif isinstance(a, tuple | list) and a and not isinstance(a[0], str):
+        assert isinstance(b, tuple | list)
         for one, other in zip(a, b, strict=True):
             assert_same(one, other)
     else:

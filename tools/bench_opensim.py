@@ -22,7 +22,8 @@ import msgspec
 import numpy as np
 import typer
 import warp as wp
-from opensim_oracle import excite, with_process
+from opensim_oracle import with_process
+from opensim_posed import excite
 
 import warpmuscle as wm
 from warpmuscle.scene import Excitation, Failure, Scene

@@ -19,8 +19,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 import warp as wp
-from opensim_oracle import LINE, Floats, Numbers, numbers
+from opensim_oracle import Numbers, numbers
 from opensim_ours import Ours
+from opensim_posed import LINE, Floats
 
 import warpmuscle as wm
 from warpmuscle.scene import EllipsoidSurface, Scene

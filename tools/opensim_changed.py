@@ -26,8 +26,8 @@ from xml.etree import ElementTree
 import numpy as np
 import typer
 from model_variants import COLONS, numbers_of
-from opensim_oracle import Posed
 from opensim_ours import Ours
+from opensim_posed import Posed
 
 import warpmuscle as wm
 from warpmuscle.core.errors import SceneError

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from opensim_oracle import Posed
+    from opensim_posed import Posed
 
 Floats = NDArray[np.float64]
 MOMENT = 1e-4  # s, of central differences of fourth order

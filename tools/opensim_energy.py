@@ -23,7 +23,8 @@ import numpy as np
 import typer
 import warp as wp
 from numpy.typing import NDArray
-from opensim_oracle import Posed, with_process
+from opensim_oracle import with_process
+from opensim_posed import Posed
 
 import warpmuscle as wm
 from warpmuscle.gait.muscle_effort import muscle_power

@@ -20,8 +20,9 @@ import numpy as np
 import typer
 import warp as wp
 from numpy.typing import NDArray
-from opensim_oracle import coordinate_names, excite, members, with_process
+from opensim_oracle import with_process
 from opensim_ours import bare
+from opensim_posed import coordinate_names, excite, members
 
 import warpmuscle as wm
 from warpmuscle.core.errors import SceneError

@@ -23,7 +23,7 @@ from reference_text import of_object, one_paragraph, prose, table
 from typer.main import get_command
 
 import warpmuscle as wm
-from warpmuscle.cli.program import app
+from warpmuscle.cli.program import COMMANDS, GROUPS, app
 from warpmuscle.core.limits import GREATEST_NUMBER, LEAST_NUMBER, LIMITS
 from warpmuscle.formats.schema import scene_schema
 from warpmuscle.kernels.learning.decision import Decision
@@ -36,7 +36,7 @@ from warpmuscle.model.user_functions import name_of, signature
 from warpmuscle.results.recorded_quantities import QUANTITIES
 from warpmuscle.session.public import PUBLIC
 
-# What the reference is about, by what one wants to do: names of Python, and commands.
+# Names of Python by what one wants to do; commands have their topics in `cli.program`.
 NAMES = {
     "Load and describe scenes": ("load", "save", "scenes", "Scene", "trust", "convert"),
     "Run simulations": (
@@ -52,17 +52,6 @@ NAMES = {
     ),
     "Errors": ("Error", "SceneError", "RolloutError", "ResultError"),
 }  # fmt: skip
-COMMANDS = {
-    "Load and describe scenes": ("scenes", "info", "convert", "example", "schema", "fit-muscles", "fit-paths", "scale"),
-    "Creatures": ("creature build", "creature judge"),
-    "Run simulations": ("simulate", "compile"),
-    "Search for parameters": ("optimize", "sweep", "join", "study", "patient", "adaptation", "apply"),
-    "Learn policies": ("learn", "walking-task"),
-    "Look at motions": ("view", "plot", "video", "report", "gait", "judge", "robustness"),
-    "Read, write and export": ("export",),
-    "From recordings to muscles": ("inverse", "reactions", "arm-angles", "synergies extract", "synergies cluster"),
-    "Throws": ("throw fit", "throw goal", "throw predict", "throw compare"),
-}
 
 
 def by_topic(topics: Mapping[str, tuple[str, ...]], names: Iterable[str]) -> dict[str, list[str]]:
@@ -78,10 +67,12 @@ def command_line() -> str:
     """Every command with its arguments and options, by topic."""
     pages = ["# Command line", "", "`warpmuscle COMMAND --help` prints the same.", ""]
     known = dict(commands(get_command(app).commands))
-    for topic, names in by_topic(COMMANDS, known).items():
+    groups = {group: name for name, group in GROUPS.items()}
+    for topic, members in COMMANDS.items():
         pages += [f"## {topic}", ""]
-        for name in names:
-            pages += of_command(name, known[name])
+        for first in (groups.get(one) or one.__name__.replace("_", "-") for one in members):
+            for name in (name for name in known if name.split()[0] == first):
+                pages += of_command(name, known[name])
     return "\n".join(pages)
 
 

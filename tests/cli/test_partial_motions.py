@@ -13,6 +13,7 @@ import warpmuscle as wm
 from small_result import walk_result
 from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
+from warpmuscle.results.recorded_quantities import QUANTITIES
 
 RUNNER = CliRunner()
 
@@ -64,6 +65,16 @@ def test_muscles_alone_are_exported(tmp_path: Path):
     result = RUNNER.invoke(app, ["export", str(tmp_path / "a.h5"), "-o", str(tmp_path / "a.sto")])
     assert result.exit_code == 0, result.output
     assert "lSOL.force" in (tmp_path / "a.sto").read_text()
+
+
+@pytest.mark.parametrize("ending", ["mot", "sto", "csv", "nc"])
+def test_a_motion_without_frames_is_not_exported(ending: str, tmp_path: Path):
+    found = walk_result()
+    ended = tuple(one.changed(**{name: one[name][:0] for name in QUANTITIES}) for one in found.replays)
+    wm.write(tmp_path / "a.h5", replace(found, replays=ended))
+    result = RUNNER.invoke(app, ["export", str(tmp_path / "a.h5"), "-o", str(tmp_path / f"a.{ending}")])
+    assert "a.h5: its motion 0 has no frames" in str(result.exception)
+    assert [file.name for file in tmp_path.iterdir()] == ["a.h5"]
 
 
 def test_simulate_keeps_what_it_is_told(tmp_path: Path):

@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from biped import X, Y, Z, biped, breadth_first, forward_kinematics, load_recording, multiply, rotate, xyzw
-from mujoco_oracle import (
-    accelerations,
-    body_states,
-    compile_model,
-    mass_matrix,
-    state_to_qpos,
-)
+from mujoco_oracle import accelerations, body_states, compile_model, mass_matrix, state_to_qpos
 from random_states import States, body_order, random_states
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, mjcf

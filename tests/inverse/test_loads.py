@@ -115,9 +115,9 @@ def test_forces_and_points_in_axes_of_a_body_are_turned_to_the_grounds(tmp_path)
     found, wanted = (inverse_dynamics(body, at, Loads(at.times, (one,))).values for one in (told, turned))
     assert found == pytest.approx(wanted, abs=2e-5 * np.abs(wanted).max())
     away = Plate("push", "calcn_r", force, point, moment, point_on="torso")
-    with pytest.raises(ArgumentError, match="told in axes of 'torso', which the model does not have"):
+    with pytest.raises(ArgumentError, match="given in the axes of 'torso', which the model does not have"):
         inverse_dynamics(body, at, Loads(at.times, (away,)))
-    with pytest.raises(ArgumentError, match=r"in axes of 'pelvis', which only the `\.osim` of the model has"):
+    with pytest.raises(ArgumentError, match=r"in the axes of 'pelvis', which only the `\.osim` of the model has"):
         inverse_dynamics(body.scene, at, Loads(at.times, (told,)))
 
 

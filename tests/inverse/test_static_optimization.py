@@ -260,7 +260,7 @@ def test_emg_of_another_time_muscle_or_range_is_refused(body):
     times = np.linspace(5.0, 6.0, 50)
     with pytest.raises(ArgumentError, match="the EMG reaches from 5 to 6 s"):
         static_optimization(body, motion(10), emg=Emg(("rectus",), times, np.zeros((50, 1))), emg_weight=1.0)
-    with pytest.raises(ArgumentError, match="no muscle of the model"):
+    with pytest.raises(ArgumentError, match="not a muscle of the model"):
         static_optimization(body, motion(10), emg=Emg(("biceps",), times - 5.0, np.zeros((50, 1))), emg_weight=1.0)
     with pytest.raises(ArgumentError, match="from 0 to 1"):
         Emg(("rectus",), times, np.full((50, 1), 80.0))

@@ -13,17 +13,7 @@ import metabolic_powers
 from warpmuscle.kernels.curve.curve_sets import LEE
 from warpmuscle.kernels.objective import term_functions as terms
 from warpmuscle.kernels.objective.term_functions import MuscleWork
-from warpmuscle.kernels.structs import (
-    LEFT,
-    RIGHT,
-    ROOT_FREE,
-    Model,
-    Muscles,
-    Scratch,
-    SimbiconState,
-    Skeleton,
-    State,
-)
+from warpmuscle.kernels.structs import LEFT, RIGHT, ROOT_FREE, Model, Muscles, Scratch, SimbiconState, Skeleton, State
 
 N, MUSCLES = 60, 3
 POWERS = {

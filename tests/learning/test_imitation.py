@@ -6,9 +6,9 @@ import pytest
 
 from small_result import no_parameters
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import conjugate, rotate
-from warpmuscle.formats import load, toml
+from warpmuscle.formats import toml
 from warpmuscle.gait.foot_contact import touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels.learning.rewards import FORCE, IMITATION, TERMS
@@ -35,15 +35,7 @@ from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import ImitatedRun
-from warpmuscle.scene.norms import (
-    IMITATED,
-    LEG_ANGLES,
-    PERCENT_OF_BIN,
-    WALKING,
-    is_run,
-    running_force,
-    walking_force,
-)
+from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, PERCENT_OF_BIN, WALKING, is_run, running_force, walking_force
 from warpmuscle.simulation.rollout import Rollout
 
 SCENE = "walk56_person"
@@ -324,56 +316,6 @@ def directions(rollout: Rollout, coordinate: Floats, up: Floats) -> dict[str, Fl
     return found
 
 
-@pytest.mark.parametrize(
-    ("imitation", "key", "message"),
-    [
-        (Imitation(norm="Winter"), "learning.imitation.norm", "no norm is called"),
-        (Imitation(weights={"lElbo": 1.0}), "learning.imitation.weights.lElbo", "did you mean 'lElbow'"),
-        (Imitation(weights={"lElbow": -1.0}), "learning.imitation.weights.lElbow", "must not be negative"),
-        (Imitation(pelvis_tilt=60.0), "learning.imitation.pelvis_tilt", "must be within 45 degrees, is 60"),
-        (Imitation(cycle_time=0.0), "learning.imitation.cycle_time", "greater than 0"),
-        (Imitation(moving=True), "learning.imitation.moving", "name one in `norm`"),
-        (Imitation(norm="Fukuchi 2017", moving=True), "learning.imitation.moving", "a run change with the speed"),
-        (Imitation(norm_alone=True), "learning.imitation.norm_alone", "a norm alone is a gait: name one"),
-        (
-            Imitation(norm="Fukuchi 2017", norm_alone=True),
-            "learning.imitation.cycle_time",
-            "how long a cycle of the run",
-        ),
-        (Imitation(clock_speed=0.0), "learning.imitation.clock_speed", "greater than 0"),
-        (
-            Imitation(norm="key points", run=ImitatedRun()),
-            "learning.imitation.run.above",
-            "the wanted speeds, 1.2 and",
-        ),
-        (Imitation(run=ImitatedRun(norm="key points")), "learning.imitation.run.norm", "no norm of a run is called"),
-        (
-            Imitation(norm="Fukuchi 2017", run=ImitatedRun()),
-            "learning.imitation.run",
-            "a run at all speeds by its norm",
-        ),
-        (Imitation(step_width=-0.1), "learning.imitation.step_width", "must not be negative"),
-    ],
-)
-def test_impossible_gaits_are_refused(imitation: Imitation, key: str, message: str):
-    with pytest.raises(SceneError, match=message) as caught:
-        EpisodeBatch(SCENE, 1, "cpu", Task(imitation=imitation))
-    assert caught.value.key == key
-
-
-def test_a_body_without_a_controller_has_no_gait():
-    with pytest.raises(SceneError, match="no gait to imitate") as caught:
-        EpisodeBatch("throw18", 1, "cpu", Task(imitation=Imitation()))
-    assert caught.value.key == "learning.imitation"
-
-
-def test_a_gait_that_falls_at_once_cannot_be_imitated():
-    walker = load(SCENE)
-    falls = msgspec.structs.replace(walker, failure=msgspec.structs.replace(walker.failure, com_height=1.2))
-    with pytest.raises(SceneError, match="no two whole cycles"):
-        EpisodeBatch(falls, 1, "cpu", Task(imitation=Imitation()))
-
-
 def test_a_recorded_gait_is_that_of_the_motion_in_the_file(walker: Rollout, tmp_path):
     recording = walker.recording().window(0.0, 6.0)
     path = tmp_path / "walk.h5"
@@ -407,15 +349,3 @@ def test_files_that_are_no_gait_of_the_body_are_refused_in_a_line(walker: Rollou
     other = Rollout("fwalk", 1, "cpu", threads=1)
     with pytest.raises(Error, match=r"no whole gait cycle|has no coordinate"):
         recorded_gait(other, Imitation(file=str(path), replay=0))
-
-
-def test_an_imitated_file_needs_feet_and_no_controller():
-    scene = load("gait2392")
-    assert scene.simbicon is None
-    character = msgspec.structs.replace(scene.character, feet=("talus_l", "talus_r"))
-    alone = msgspec.structs.replace(scene, character=character, learning=Task(imitation=Imitation(file="walk.h5")))
-    assert toml.loads(toml.dumps(alone)).learning == alone.learning
-    with pytest.raises(SceneError, match=r"learning\.imitation: there is no gait to imitate: give a `file`"):
-        toml.loads(toml.dumps(msgspec.structs.replace(alone, learning=Task(imitation=Imitation()))))
-    with pytest.raises(SceneError, match=r"learning\.imitation\.replay: is used only with learning.imitation.file"):
-        toml.loads(toml.dumps(msgspec.structs.replace(load(SCENE), learning=Task(imitation=Imitation(replay=1)))))

@@ -106,7 +106,7 @@ def test_frames_of_a_motion_in_a_result_file_are_starts(tmp_path: Path):
     [
         ({"speeds": np.zeros((2, 4))}, "holds no array `coordinates`"),
         ({"coordinates": np.zeros((2, 5))}, r"coordinates have shape \(2, 5\); leg takes \(2, 12\)"),
-        ({"coordinates": np.zeros((2, 12))}, r"is no quaternion of length 1"),
+        ({"coordinates": np.zeros((2, 12))}, r"is not a quaternion of length 1"),
         ({"coordinates": np.full((2, 12), np.nan)}, "a number of the coordinates is not finite"),
         ({"coordinates": np.zeros((0, 12))}, "holds 0 states, and should hold 1 to 65536"),
         (None, "states.npz: there is no such file|states.npz: .*[Nn]o such"),

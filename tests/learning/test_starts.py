@@ -12,7 +12,8 @@ from patience import PATIENCE
 from warpmuscle import Rollout
 from warpmuscle.core.arrays import instance_zeros
 from warpmuscle.formats import load
-from warpmuscle.learning import EpisodeBatch, Task, Variation, episodes
+from warpmuscle.learning import EpisodeBatch, Task, Variation
+from warpmuscle.learning.imitation import choice
 from warpmuscle.learning.starts import RowTable
 from warpmuscle.simulation.stepper import Stepper
 
@@ -58,14 +59,14 @@ def test_a_start_of_the_gait_has_come_from_where_it_would_have_walked_to_get_the
 
 def test_the_kernels_of_policy_and_controller_are_made_ready_side_by_side(monkeypatch):
     makes_gait, load_kernel, waited = Event(), Stepper.load, []
-    controller_gait = episodes.controller_gait
+    controller_gait = choice.controller_gait
 
     def while_the_other_begins(stepper: Stepper) -> None:
         waited.append(makes_gait.wait(PATIENCE))
         load_kernel(stepper)
 
     monkeypatch.setattr(Stepper, "load", while_the_other_begins)
-    monkeypatch.setattr(episodes, "controller_gait", lambda *given: (makes_gait.set(), controller_gait(*given))[1])
+    monkeypatch.setattr(choice, "controller_gait", lambda *given: (makes_gait.set(), controller_gait(*given))[1])
     scene = msgspec.structs.replace(load("reflex_planar"), duration=0.8)
     variation = Variation(start_states=1, start_after=0.1)
     EpisodeBatch(scene, 1, "cpu", Task(variation=variation, episode_time=0.02), threads=1)

@@ -208,5 +208,5 @@ def test_limits_that_cannot_tighten_are_refused_with_their_key(failure: dict, ti
 def test_a_heading_does_not_tighten_where_turns_are_asked_for():
     scene = load("walk56")
     scene.learning = Task(turning_rate=(-0.3, 0.3), tightening=Tightening(heading=1.5))
-    with pytest.raises(SceneError, match=r"turning is no failure where learning\.turning_rate asks"):
+    with pytest.raises(SceneError, match=r"turning is not a failure where learning\.turning_rate asks"):
         check_scene(scene)

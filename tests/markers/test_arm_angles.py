@@ -213,8 +213,8 @@ def test_gaps_are_bridged_and_long_ones_refused():
     ("name", "text", "message"),
     [
         ("a.trc", "hello", "has no head"),
-        ("a.json", "[1", "is no JSON"),
-        ("a.json", "[" * 100_000, "is no JSON"),
+        ("a.json", "[1", "is not JSON"),
+        ("a.json", "[" * 100_000, "is not JSON"),
         ("a.json", '{"tracking": [3]}', r"frame 0 has no `data\.player`"),
         ("a.json", '{"tracking": [{"time": 0, "data": {"player": {"A": [1, 2]}}}]}', "frame 0: A is not three numbers"),
         ("a.csv", "time,a\n0,1\n1,2\n", "no markers"),

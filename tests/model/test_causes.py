@@ -164,11 +164,11 @@ def test_torques_and_excitations_from_outside_are_named(monkeypatch: pytest.Monk
     excitations[1, 1], excitations[2, 0] = np.nan, np.inf  # beyond 0..1 it is 1
     rollout.step(20, excitations=excitations)
     assert rollout.status().tolist() == [Status.RUNNING, Status.DIVERGED, Status.RUNNING]
-    assert rollout.causes() == ("", "the muscle 'extensor' was given an excitation that is no number", "")
+    assert rollout.causes() == ("", "the muscle 'extensor' was given an excitation that is not a number", "")
     rollout.reset()
     rollout.step(20, torques=[[0.0], [1.0], [np.nan]])
     assert [bool(cause) for cause in rollout.causes()] == [False, False, True]
-    assert rollout.causes()[2].startswith("the joint 'elbow' was given a torque that is no number")
+    assert rollout.causes()[2].startswith("the joint 'elbow' was given a torque that is not a number")
 
 
 def test_the_command_line_names_it(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: Any) -> None:
@@ -182,4 +182,4 @@ def test_the_command_line_names_it(folder: Path, capsys: pytest.CaptureFixture[s
     with suppress(SystemExit):
         main()
     said = " ".join(capsys.readouterr().out.split())
-    assert "was none: the term 'single:of_all' gave a value that is no number" in said
+    assert "was none: the term 'single:of_all' gave a value that is not a number" in said

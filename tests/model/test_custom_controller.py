@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from importing import importable_from
+from importing import module_of
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
@@ -85,15 +85,7 @@ undecorated = CustomController(effort=plain)
 '''
 STEPS, STEP, GRAVITY = 1000, 0.0005, 9.8
 GAINS = {"target": 0.5, "kp": 60.0, "kd": 5.0, "ki": 200.0}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def module(tmp_path_factory):
-    """A module that can be imported."""
-    folder = tmp_path_factory.mktemp("theirs")
-    (folder / f"{NAME}.py").write_text(MODULE)
-    with importable_from(folder):
-        yield
+module = module_of(NAME, MODULE)
 
 
 def with_pid(**gains: object) -> Scene:
@@ -216,7 +208,7 @@ def test_a_scene_with_it_is_written_and_read_again(tmp_path: Path):
         ),
         ({"custom_controller": f"{NAME}:nothing"}, "has no function: give it one of effort, excitation, update"),
         ({"custom_controller": f"{NAME}:greedy"}, "is not a number of floats, but -1"),
-        ({"custom_controller": f"{NAME}:packed"}, "are no @wp.struct of floats"),
+        ({"custom_controller": f"{NAME}:packed"}, "are not a @wp.struct of floats"),
         (
             {"custom_controller": f"{NAME}:swapped"},
             r"takes \(int, Model, State, Scratch \[, Gains\] \[, wp.array\[float\]\]\)",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from importing import importable_from
+from importing import module_of
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm, constant
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
@@ -67,15 +67,7 @@ IDLE = {
     "hold": ratchet(0.0),
     "air": Force("air_drag", body="tip", parameters={"drag_area": 0.0, "density": 1.2}),
 }
-
-
-@pytest.fixture(scope="module", autouse=True)
-def module(tmp_path_factory):
-    """A module that can be imported."""
-    folder = tmp_path_factory.mktemp("theirs")
-    (folder / f"{NAME}.py").write_text(MODULE)
-    with importable_from(folder):
-        yield
+module = module_of(NAME, MODULE)
 
 
 def pendulum(forces: dict[str, Force], **changes: object) -> Scene:

@@ -48,7 +48,7 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", PROGRAM], env=given, cwd=folder, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("left_out", ["nothing", "nothing, with a memory", "function", "term"])
+@pytest.mark.parametrize("left_out", ["nothing", "nothing, with a memory", "function", "term", "its scope"])
 def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, tmp_path: Path):
     package = Path(warpmuscle.__file__).parent
     copy = tmp_path / "warpmuscle"
@@ -59,6 +59,7 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
         functions.write_text(functions.read_text().replace("\ndef _functions(", added, 1))
     if left_out != "term":
         added = TERM.replace(', "instance"),', DECLARED) if "memory" in left_out else TERM
+        added = added.replace('"instance"', '"body"') if left_out == "its scope" else added
         terms.write_text(terms.read_text().replace("_TERMS = (", added, 1))
     done = run(tmp_path)
     if left_out.startswith("nothing"):
@@ -69,5 +70,6 @@ def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, 
         missing = {
             "function": "term altitude of objective/objective_terms.py in kernels has no function",
             "term": "no attribute 'altitude'",
+            "its scope": "term altitude is declared to be of each body, but takes (instance, model, state, work)",
         }
         assert missing[left_out] in done.stderr

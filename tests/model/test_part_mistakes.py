@@ -14,6 +14,7 @@ HEAD = """
 import warp as wp
 from warpmuscle.kernels.control.control import CustomController
 from warpmuscle.kernels.force.forces import ForceKind, Wrench
+from warpmuscle.kernels.objective.accelerations import centre_acceleration
 from warpmuscle.kernels.objective.declaration import Declaration
 from warpmuscle.kernels.structs import Model, Scratch, State
 
@@ -36,6 +37,24 @@ def tuned(instance: int, model: Model, state: State, work: Scratch, own: Own) ->
 @wp.func
 def counting(instance: int, model: Model, state: State, work: Scratch, memory: wp.array[int]) -> float:
     return 1.0
+
+@wp.func
+def falling(instance: int, model: Model, state: State, work: Scratch) -> float:
+    return centre_acceleration(instance, 1, model, work)[1]
+
+@wp.func
+def moving(instance: int, model: Model, state: State, work: Scratch) -> float:
+    return work.orientation[0][3] + work.center[1][1] + work.velocity[1][1]
+
+@wp.func
+def thrown(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
+    return work.angular_acceleration[body]
+
+@wp.func
+def dragged(instance: int, body: int, model: Model, state: State, work: Scratch) -> Wrench:
+    w = Wrench()
+    w.force = work.acceleration[body]
+    return w
 
 @wp.func
 def effort(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
@@ -71,6 +90,8 @@ TERMS = {
     "function=plain, description='a\\nb'": "the description of .* is not a line of text",
     "function=plain, weight=2.0": "sets 'weight', which is for parts of warpmuscle: leave it out",
     "plain": "declares no function: write function=plain",
+    "function=falling": "work.acceleration is not known yet at the stage 'forces'; declare stage='accel",
+    "function=moving, stage='accelerations'": "work.velocity is not known any more at the stage",
 }
 CONTROLLERS = {
     "effort=of_each, by_joint=Own, defaults=(('gain', float('inf')),)": "'gain' in defaults of .* is inf, which is not",
@@ -80,6 +101,7 @@ CONTROLLERS = {
     "effort=effort, by_joint=Own": "no function of .* takes Own, its numbers by_joint",
     "effort=remembering": "takes a state: declare how many floats, state=1",
     "effort=effort, damping=number": "must say that it returns wp.vec3, and says float",
+    "effort=thrown": "work.angular_acceleration is not known yet when an effort is asked for",
     "damping=effort": "has a damping, and no effort that it belongs to",
     "effort=effort, shipped=True": "sets 'shipped', which is for parts of warpmuscle",
 }
@@ -87,6 +109,7 @@ FORCES = {
     "wrench=push, parameters=Own, positive=('gian',)": "no parameter is called 'gian' in what is positive",
     "wrench=push, parameters=Own, positive='gain'": "must be a tuple of names of parameters",
     "wrench=push, parameters=Own, positive=('gain',)": "forces.own.parameters.gain: must be greater than 0, is 0",
+    "wrench=dragged": "work.acceleration is not known yet when a wrench is asked for",
     "wrench=push, parameters=Own, water=True": "sets 'water', which is for parts of warpmuscle",
     "wrench=push, parameters=Own, objects=3": "sets 'objects', which is for parts of warpmuscle",
 }

@@ -238,7 +238,7 @@ def test_feet_are_followed_where_a_part_asks_for_it():
             "stage of .* is 'forces' or 'accelerations' here, not 'acceleration'; did you mean 'accelerations'",
         ),
         ("signed", None, "is 'cost' or 'earned', not 'reward'"),
-        ("no_struct", None, "are no @wp.struct of floats"),
+        ("no_struct", None, "are not a @wp.struct of floats"),
         ("negative", None, "the memory of .* is not a number of floats, but -1"),
         ("unbounded", None, "limits of .* have no lowest and highest value of 'gain'"),
         ("misnamed", None, "no parameter is called 'gian' in defaults of .*; did you mean 'gain'"),

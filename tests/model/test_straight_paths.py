@@ -85,7 +85,7 @@ def test_lean_code_lets_muscles_do_the_same(monkeypatch: pytest.MonkeyPatch):
         stages.state.muscles.activation.fill_(0.4)
         kind = muscle_kind(scene.muscle_model, [])._replace(conditions=False)
         if lean:
-            kind = kind._replace(straight=True, timed=False, pulls_at_hand=True, mixed=False)
+            kind = kind._replace(straight=True, timed=False, pulls_in_scratch=True, mixed=False)
         monkeypatch.setattr(warpmuscle.simulation.stages, "muscle_kind", lambda *_: kind)
         return stages.muscle_torques(np.random.default_rng(3).normal(0.0, 80.0, (n, len(stages.names.joints), 3)))
 

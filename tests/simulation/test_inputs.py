@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from same_values import assert_same
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.model.structure import structure_of
 from warpmuscle.scene import (
@@ -72,11 +73,6 @@ def batch(count: int, scene: Scene | None = None, record: list[int] | None = Non
 def recorded(rollout: Rollout) -> list[np.ndarray]:
     rollout.run()
     return [rollout.recorded(name).copy() for name in QUANTITIES]
-
-
-def assert_same(first: list[np.ndarray], second: list[np.ndarray]) -> None:
-    for a, b in zip(first, second, strict=True):
-        np.testing.assert_array_equal(a, b)
 
 
 def moved(seed: int) -> np.ndarray:

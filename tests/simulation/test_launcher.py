@@ -9,7 +9,7 @@ import warp as wp
 from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
-from warpmuscle.kernels.memory.scratch import CONTROL, SECOND, SLOT_FLOATS
+from warpmuscle.kernels.memory.scratch import CONTROL, SECOND, SLOT_FLOATS, work_floats
 from warpmuscle.kernels.path.route_bends import RouteKind
 from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
@@ -29,6 +29,7 @@ from warpmuscle.simulation.launcher import (
     large_blocks,
     soon_loaded,
     spread_config,
+    usual_lanes,
 )
 from warpmuscle.simulation.rollout import Rollout
 
@@ -143,7 +144,7 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     assert spread_config(usual, 1, 132) is None
     assert usual.resident(132) % (132 * 32) == 0
     crossings = len(structure.actuation.table.crossings)
-    assert usual.kind.muscles.pulls_at_hand  # which small size classes have no room for
+    assert usual.kind.muscles.pulls_in_scratch  # which small size classes have no room for
     assert 3 * crossings <= (SECOND - CONTROL) * usual.capacity + SLOT_FLOATS * usual.slots
     assert not usual.kind.muscles.delayed
     wide = kernel_config(scene, structure, 5120, gpu, 32, NOTHING)
@@ -208,9 +209,29 @@ def test_registers_leave_room_for_as_many_blocks_as_shared_memory_does(threads: 
     assert 96 <= registers <= 255
     assert blocks * threads * registers <= 64 * 1024
     plain = muscle_kind(MuscleModel())
-    wraps = plain._replace(paths=PathKind(RouteKind(wraps=2)), pulls_at_hand=True)
+    wraps = plain._replace(paths=PathKind(RouteKind(wraps=2)), pulls_in_scratch=True)
     assert block_registers(threads, floats, wraps) >= max(168, registers)  # with fewer, wraps would spill
     assert blocks_of(threads, floats, wraps) <= blocks
     assert blocks_of(threads, floats, plain) * (4 * floats + 1024 + 4 * threads) <= 196 * 1024  # arms want the cache
     more = blocks + 1
     assert more * (4 * floats + 1024 + 4 * threads) > 228 * 1024 or more * threads * 96 > 64 * 1024
+
+
+def test_lanes_are_as_many_as_the_memory_of_a_block_asks_for():
+    biped, centipede = work_floats(15), work_floats(60)
+    assert [usual_lanes(None, floats, 5120, 132) for floats in (biped, centipede)] == [8, 16]
+    assert usual_lanes(4, biped, 5120, 132) == 4
+    for wanted, floats in ((3, biped), (8, centipede), (None, work_floats(400))):
+        with pytest.raises(RolloutError):
+            usual_lanes(wanted, floats, 5120, 132)
+
+
+def test_few_instances_have_more_lanes_so_that_no_multiprocessor_is_idle():
+    biped = work_floats(15)
+    assert [usual_lanes(None, biped, n, 132) for n in (1, 1024, 2560, 4096, 65536)] == [16, 16, 16, 8, 8]
+
+
+def test_large_working_sets_have_more_lanes_so_that_a_multiprocessor_stays_full():
+    """With 8 lanes, eight warps with four working sets of 1660 numbers fit its memory, with 16 there are sixteen."""
+    with_coordinate_joints = [work_floats(bodies, True) for bodies in (15, 20, 25, 35)]
+    assert [usual_lanes(None, floats, 65536, 132) for floats in with_coordinate_joints] == [8, 16, 16, 16]

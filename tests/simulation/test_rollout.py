@@ -11,12 +11,10 @@ from warpmuscle.core.arrays import named_arrays
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
-from warpmuscle.kernels.memory.scratch import work_floats
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_numbers, start_values, substitute
-from warpmuscle.simulation.launcher import usual_lanes
 from warpmuscle.simulation.rollout import Rollout
 
 
@@ -335,18 +333,6 @@ def test_parameters_may_be_given_once_for_all():
 # Errors.
 
 
-@pytest.mark.parametrize("shape", [(3,), (2, 3), (4, 2), (1, 3, 2), ()])
-def test_parameters_of_another_shape_are_refused(shape: tuple):
-    with pytest.raises(RolloutError, match=r"this rollout takes \(3, 2\) or \(2,\)"):
-        Rollout(short_walk(), 3, "cpu").set_parameters(np.ones(shape))
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_parameters_that_are_not_finite_are_refused(value: float):
-    with pytest.raises(RolloutError, match="not a finite number"):
-        Rollout(short_walk(), 1, "cpu").set_parameters([300.0, value])
-
-
 @pytest.mark.parametrize("instance", [0, 7, None])
 def test_what_was_not_recorded_cannot_be_read(instance: int | None):
     record = [] if instance is None else [1]
@@ -362,6 +348,7 @@ def test_what_was_not_recorded_cannot_be_read(instance: int | None):
         ({"instances": 2.5}, "instances must be a positive"),
         ({"record": [3]}, "cannot record instance 3 of 2"),
         ({"record": [-1]}, "cannot record instance -1"),
+        ({"threads": 0}, "threads must be a positive"),
         ({"threads": -1}, "threads must be a positive"),
     ],
 )
@@ -377,33 +364,7 @@ def test_scene_is_left_as_it_was():
     assert scene == before
 
 
-@pytest.mark.parametrize("arguments", [{"threads": 0}, {"instances": 0}, {"instances": 2.5}, {"record": [3]}])
-def test_impossible_batch_is_an_error(arguments: dict):
-    with pytest.raises(RolloutError):
-        Rollout(short_walk(), **{"device": "cpu", **arguments})
-
-
 @pytest.mark.parametrize("duration", [-1.0, float("nan"), float("inf")])
 def test_impossible_duration_is_an_error(duration: float):
     with pytest.raises(RolloutError, match="duration"):
         Rollout(short_walk(), 1, "cpu").run(duration)
-
-
-def test_lanes_are_as_many_as_the_memory_of_a_block_asks_for():
-    biped, centipede = work_floats(15), work_floats(60)
-    assert [usual_lanes(None, floats, 5120, 132) for floats in (biped, centipede)] == [8, 16]
-    assert usual_lanes(4, biped, 5120, 132) == 4
-    for wanted, floats in ((3, biped), (8, centipede), (None, work_floats(400))):
-        with pytest.raises(RolloutError):
-            usual_lanes(wanted, floats, 5120, 132)
-
-
-def test_few_instances_have_more_lanes_so_that_no_multiprocessor_is_idle():
-    biped = work_floats(15)
-    assert [usual_lanes(None, biped, n, 132) for n in (1, 1024, 2560, 4096, 65536)] == [16, 16, 16, 8, 8]
-
-
-def test_large_working_sets_have_more_lanes_so_that_a_multiprocessor_stays_full():
-    """With 8 lanes, eight warps with four working sets of 1660 numbers fit its memory, with 16 there are sixteen."""
-    with_coordinate_joints = [work_floats(bodies, True) for bodies in (15, 20, 25, 35)]
-    assert [usual_lanes(None, floats, 65536, 132) for floats in with_coordinate_joints] == [8, 16, 16, 16]

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from short_walks import short_walk
 from warpmuscle.core.arrays import arrays_of, repeat_rows, times_repeated
+from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load, scene_names
 from warpmuscle.model.build import build_model, parts_of
 from warpmuscle.optimization.unit_cube import from_unit
@@ -66,3 +68,15 @@ def test_rows_are_repeated_and_other_arrays_stay(device: str):
     np.testing.assert_array_equal(array.numpy(), np.repeat(values, 3, axis=0))
     for other in (wp.zeros(5, dtype=float, device=device), wp.zeros((4, 2), dtype=float, device=device)):
         assert repeat_rows(other, 5, 3) is other
+
+
+@pytest.mark.parametrize("shape", [(3,), (2, 3), (4, 2), (1, 3, 2), ()])
+def test_parameters_of_another_shape_are_refused(shape: tuple):
+    with pytest.raises(RolloutError, match=r"this rollout takes \(3, 2\) or \(2,\)"):
+        Rollout(short_walk(), 3, "cpu").set_parameters(np.ones(shape))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_parameters_that_are_not_finite_are_refused(value: float):
+    with pytest.raises(RolloutError, match="not a finite number"):
+        Rollout(short_walk(), 1, "cpu").set_parameters([300.0, value])

@@ -6,6 +6,7 @@ import pytest
 import warp as wp
 
 from muscle_arm import leg
+from same_values import assert_same
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.status import Status
 from warpmuscle.scene import Actuation, Scene
@@ -34,11 +35,6 @@ def batch(count: int = COUNT, **options) -> Rollout:
 def state(rollout: Rollout) -> list[np.ndarray]:
     muscles = rollout.state.muscles
     return [getattr(rollout.state, name).numpy() for name in ARRAYS] + [muscles.activation.numpy()]
-
-
-def assert_same(first: list[np.ndarray], second: list[np.ndarray]) -> None:
-    for one, other in zip(first, second, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 @pytest.fixture(scope="module")

@@ -78,7 +78,7 @@ def test_zeros_stay_as_they_are_with_a_note():
         ),
         ("character.musles.*.f_max = 20 %", "there is no 'musles' in character"),
         ("character.muscles.HFL.f_mx = 20 %", "there is no 'f_mx' in character.muscles.HFL"),
-        ("duration = 20 %", "duration: is no number that may be free"),
+        ("duration = 20 %", "duration: is not a number that may be free"),
         ("ground.height = 20 %", "ground.height: is 0 or without end"),
         ("controller.pd.rHip.kp = 20 %", "controller.pd.rHip.kp: follows controller.pd.lHip.kp: free that one"),
         ("gravity = [20, 30]", "gravity: value 9.81 is outside its interval [20, 30]"),

@@ -49,7 +49,7 @@ def test_what_cannot_be_sorted_is_refused():
     weights, _ = people(2)
     with pytest.raises(SignalError, match="at least two people"):
         cluster_modules(weights[:1], [NAMES])
-    with pytest.raises(SignalError, match="person 2 has not the same muscles as the first: h, x"):
+    with pytest.raises(SignalError, match="person 2 does not have the same muscles as the first: h, x"):
         cluster_modules(weights, [NAMES, (*NAMES[:-1], "x")])
     with pytest.raises(SignalError, match="40 clusters are not to be had of 7 modules"):
         cluster_modules(weights, [NAMES] * 2, 40)

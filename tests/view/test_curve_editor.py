@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 import warp as wp
 
-from live_viewer import TOLD, until
+from live_viewer import TOLD, running_viewer, until
 from patience import for_a_moment
 from warpmuscle.formats import load
 from warpmuscle.kernels.algebra.spline import curve_value
 from warpmuscle.kernels.structs import Knot
 from warpmuscle.view.live import Live
-from warpmuscle.view.live_run import LiveRun
 
 pytest.importorskip("websockets", reason="no websockets: pip install 'warpmuscle[view]'")
 HIP = "controller.states.0.trajectories.SWING_Hip.components.1"
@@ -23,11 +22,8 @@ HIP = "controller.states.0.trajectories.SWING_Hip.components.1"
 
 @pytest.fixture
 def live() -> Iterator[Live]:
-    viewer = Live(LiveRun(load("fwalk")), port=0)
-    viewer.start()
-    yield viewer
-    viewer.stop()
-    viewer.wait()
+    with running_viewer() as viewer:
+        yield viewer
 
 
 def opened(browser: Any, live: Live, width: int, height: int) -> Any:

@@ -67,7 +67,7 @@ def usual(what: str) -> list[Damage]:
     increase = r"times must increase"
     early = "" if what == "emg" else r"promises|empty|endheader|cells?|reach|not a number|no column"
     return [
-        Damage("a cell is no finite number", no_number, r"not a finite number"),
+        Damage("a cell is not a finite number", no_number, r"not a finite number"),
         Damage("gap", gap, r"not a finite number"),
         Damage("column twice", twice, r"two columns"),
         Damage("times shuffled", shuffled, increase), Damage("time again", same_time, increase),

@@ -16,8 +16,7 @@ def arm_angles(
     files: Annotated[list[Path], typer.Argument(metavar="MARKERS...", help=".trc, .c3d, .json or .csv files.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder in which to write a .csv for each file.")],
     marker: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ROLE=NAME", help="The marker of a role, or NAME+NAME, their middle."),
+        list[str] | None, typer.Option(metavar="ROLE=NAME", help="The marker of a role, or NAME+NAME, their middle.")
     ] = None,
     side: Annotated[str, typer.Option(help="The arm that throws: right or left.")] = "right",
     up: Annotated[str, typer.Option(help="Axis of the files that points up: x, y, z, -x, -y or -z.")] = "z",
@@ -60,7 +59,7 @@ def arm_angles(
     if twice is not None:
         raise Error(f"two files are called {twice}; their angles would be written to the same place")
     if output.exists() and not output.is_dir():
-        raise Error(f"--output names {output}, which is no folder")
+        raise Error(f"--output names {output}, which is not a folder")
     failed = 0
     for path in files:
         try:

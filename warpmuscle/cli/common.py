@@ -36,6 +36,10 @@ Sources = Annotated[
         autocompletion=scene_names_like,
     ),
 ]
+SceneFile = Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")]
+ResultFile = Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")]
+Figure = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")]
+JsonFile = Annotated[Path | None, typer.Option("--json", help="File for all numbers.")]
 Device = Annotated[
     str | None, typer.Option(help="cpu, cuda:0, cuda:all, cuda:0,cuda:2, ...; by default a GPU if there is one.")
 ]
@@ -72,10 +76,7 @@ FreeNumbers = Annotated[
 Commands = Annotated[
     list[str] | None,
     typer.Option(
-        "--command",
-        "-c",
-        metavar="NAME=VALUE",
-        help="Command to the scene or to the policy: speed=1.5, slope=3.",
+        "--command", "-c", metavar="NAME=VALUE", help="Command to the scene or to the policy: speed=1.5, slope=3."
     ),
 ]
 Quantities = Annotated[
@@ -285,9 +286,9 @@ def writable_folder(path: Path | None, option: str) -> None:
     if path is None or path.is_dir():
         return
     if path.exists():
-        raise Error(f"{option}: {path} is no folder")
+        raise Error(f"{option}: {path} is not a folder")
     if not path.absolute().parent.is_dir():
-        raise Error(f"{option}: {path} cannot be made: {path.parent} is no folder; make that first")
+        raise Error(f"{option}: {path} cannot be made: {path.parent} is not a folder; make that first")
     writable(path)
 
 

@@ -44,8 +44,7 @@ EmgFiles = Annotated[
     typer.Option("--emg", help="Envelopes from 0 to 1 by names of muscles, or raw in .c3d. One a motion."),
 ]
 Channels = Annotated[
-    list[str] | None,
-    typer.Option(metavar="MUSCLE=NAME", help="Analog channel of a muscle in an --emg that is a .c3d."),
+    list[str] | None, typer.Option(metavar="MUSCLE=NAME", help="Analog channel of a muscle in an --emg that is a .c3d.")
 ]
 ModelForces = Annotated[
     bool, typer.Option("--model-forces", help="Springs, bushings and limits of the model act, as in OpenSim.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.text import Text
 
-from warpmuscle.cli.common import Commands, Device, Policy, Settings, Threads, Trust, start_warp, writable
+from warpmuscle.cli.common import Commands, Device, JsonFile, Policy, Settings, Threads, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.walkers import Walkers, walker_of
 from warpmuscle.core.extras import check_report
@@ -30,7 +30,7 @@ def judge(
     device: Device = None,
     threads: Threads = None,
     trust: Trust = False,
-    output: Annotated[Path | None, typer.Option("--json", help="File for all numbers.")] = None,
+    output: JsonFile = None,
     report: Annotated[Path | None, typer.Option(help="Page to write: indices, both sides, figures, all rows.")] = None,
 ) -> None:
     """Judge a gait: its likeness to people's, cost and robustness, beside required and desired values.

@@ -40,8 +40,7 @@ USUAL = 300.0  # s of a training that nothing else ends
 def learn(
     context: typer.Context,
     sources: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="SCENE...", help="As for simulate.", autocompletion=scene_names_like),
+        list[str] | None, typer.Argument(metavar="SCENE...", help="As for simulate.", autocompletion=scene_names_like)
     ] = None,
     until: Annotated[
         str | None, typer.Option(help="End after this wall time: 90s, 5m, 2h; by default 5m if nothing else ends it.")

@@ -65,8 +65,7 @@ Strategy = Annotated[
 def optimize(
     context: typer.Context,
     sources: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="SCENE...", help="As for simulate.", autocompletion=scene_names_like),
+        list[str] | None, typer.Argument(metavar="SCENE...", help="As for simulate.", autocompletion=scene_names_like)
     ] = None,
     candidates: Annotated[
         int | None,

@@ -10,9 +10,8 @@ import typer
 
 from warpmuscle.cli.common import Trust
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.results import Run
+from warpmuscle.cli.results import Replay, Run
 
-Replay = Annotated[int, typer.Option(min=0, help="Which motion of the file.")]
 Start = Annotated[float | None, typer.Option(help="Start of the part of the motion that counts, s.")]
 End = Annotated[float | None, typer.Option(help="End of that part, s.")]
 

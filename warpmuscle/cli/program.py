@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import copy
 import inspect
+import itertools
 import os
 import shlex
 import sys
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 from typer.models import CommandInfo
@@ -45,15 +47,22 @@ app = typer.Typer(
     invoke_without_command=True,
     pretty_exceptions_enable=False,
 )
-COMMANDS = (
-    scenes, info, simulate, optimize, learn, sweep, join, study, patient, adaptation, apply, report, gait, robustness,
-    judge, view, plot, video, export, fit_muscles, fit_paths, scale, convert, walking_task, arm_angles, inverse,
-    reactions, compile, example, schema,
-)  # fmt: skip
+COMMANDS: dict[str, tuple[Callable[..., Any], ...]] = {  # by what they are for, as the reference has them
+    "Load and describe scenes": (scenes, info, convert, example, schema, fit_muscles, fit_paths, scale),
+    "Creatures": (creature,),
+    "Run simulations": (simulate, compile),
+    "Search for parameters": (optimize, sweep, join, study, patient, adaptation, apply),
+    "Learn policies": (learn, walking_task),
+    "Look at motions": (view, plot, video, report, gait, judge, robustness),
+    "Read, write and export": (export,),
+    "From recordings to muscles": (inverse, reactions, arm_angles, synergies),
+    "Throws": (throw,),
+}
 GROUPS = {"creature": creature, "synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}
-for command in COMMANDS:
-    app.command(command.__name__.replace("_", "-"))(command)
+for command in itertools.chain(*COMMANDS.values()):
+    if not isinstance(command, typer.Typer):
+        app.command(command.__name__.replace("_", "-"))(command)
 for name, commands in GROUPS.items():
     app.add_typer(commands, name=name)
 add_renamed(app, RENAMED)

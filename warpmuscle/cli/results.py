@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Settings, Trust, scene_names_like, start_warp, with_settings
+from warpmuscle.cli.common import SceneFile, Settings, Trust, scene_names_like, start_warp, with_settings
 from warpmuscle.cli.console import log, out
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
     from warpmuscle.scene import Scene
 
+Replay = Annotated[int, typer.Option(min=0, help="Which motion of the file.")]
 Run = Annotated[str | None, typer.Option(help="Which run, in the file of a sweep.")]
 
 
 def apply(
     results: Annotated[list[Path], typer.Argument(metavar="RESULT...", help="HDF5 file of an optimisation.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    output: SceneFile,
     on: Annotated[
         str | None,
         typer.Option(
@@ -193,7 +194,7 @@ def export(
         Path | None,
         typer.Option(help="Another .mot, for the ground forces; OpenSim's .xml about them is put beside it."),
     ] = None,
-    replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
+    replay: Replay = 0,
     run: Run = None,
     candidates: Annotated[
         bool, typer.Option("--candidates", help="Write a row for each candidate of a search or sweep.")

@@ -11,6 +11,7 @@ from warpmuscle.cli.common import (
     Device,
     Duration,
     LimitStiffness,
+    SceneFile,
     Settings,
     Sources,
     Trust,
@@ -84,7 +85,7 @@ def info(sources: Sources, settings: Settings = None, trust: Trust = False) -> N
 
 def fit_muscles(
     sources: Sources,
-    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    output: SceneFile,
     strength: Annotated[float, typer.Option(min=0.01, help="Factor on f_max.")] = 1.5,
     mean_length: Annotated[float, typer.Option(min=0.1, help="Fibre length over l_opt at the mean path length.")] = 1.0,
     fibre_per_arm: Annotated[float, typer.Option(min=0.0, help="Minimum l_opt over the mean moment arm.")] = 1.0,
@@ -122,7 +123,7 @@ def fit_muscles(
 
 def fit_paths(
     sources: Sources,
-    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    output: SceneFile,
     rms: Annotated[float, typer.Option(min=1e-7, help="Largest root mean square error of the polynomials, m.")] = 1e-4,
     order: Annotated[int, typer.Option(min=1, max=20, help="The highest order to try.")] = 8,
     trust: Trust = False,

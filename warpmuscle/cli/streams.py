@@ -21,13 +21,8 @@ WORKING = frozenset({
     "adaptation", "compile", "fit-muscles", "fit-paths", "gait", "inverse", "judge", "learn", "optimize", "patient",
     "report", "robustness", "simulate", "study", "sweep", "throw", "video", "view",
 })  # fmt: skip
-# Others that end by themselves and print what they did: only where they are slower than usual is there anything to say.
-SHORT = frozenset({
-    "apply", "arm-angles", "cluster-synergies", "convert", "creature", "example", "export", "info", "plot", "reactions",
-    "scale", "schema", "synergies", "throw-rule", "walking-task",
-})  # fmt: skip
 FIRST, AGAIN = 0.7, 1.4  # s, until it is said that the program starts, and until it is said again
-SLOW = 1.8  # s, until it is said of a short command
+SLOW = 1.8  # s, until it is said of another command
 started = threading.Event()  # whether a command has printed something itself
 
 
@@ -92,7 +87,7 @@ def tell_of_start() -> None:
     It is said by a thread of its own, and only where `optimize` or the like is called, or `plot` on a slow machine.
     """
     command = "".join(sys.argv[1:2])
-    if command not in WORKING | SHORT:
+    if not command or command.startswith("-"):
         return
     begin = time.monotonic()
 

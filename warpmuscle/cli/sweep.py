@@ -15,6 +15,7 @@ from warpmuscle.cli.common import (
     BoardFolder,
     Device,
     Population,
+    Threads,
     Trust,
     board_too,
     doubts_printed,
@@ -36,14 +37,16 @@ if TYPE_CHECKING:
     from warpmuscle.sweep.status import SweepStatus
 
 
+SweepFile = Annotated[
+    Path | None, typer.Option("--output", "-o", help="HDF5 file for all results; by default the name and .h5.")
+]
+Seeds = Annotated[int | None, typer.Option(min=1, help="Number of seeds, from 1 on, in place of the file's.")]
 MOST_SHOWN = 1000  # runs; of more, those that have not ended
 
 
 def sweep(
     file: Annotated[Path, typer.Argument(metavar="SWEEP", help="TOML file of a sweep; with --status its output, too.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="HDF5 file for all results; by default the name and .h5.")
-    ] = None,
+    output: SweepFile = None,
     cluster: Annotated[
         str | None, typer.Option(help="Run on a Ray cluster: its address, or auto for one on this machine.")
     ] = None,
@@ -106,12 +109,9 @@ def sweep(
 def join(
     file: Annotated[Path, typer.Argument(metavar="SWEEP", help="TOML file of the sweep.")],
     parts: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[PART]...", help="Folders of parts, by default beside the output."),
+        list[Path] | None, typer.Argument(metavar="[PART]...", help="Folders of parts, by default beside the output.")
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="HDF5 file for all results; by default the name and .h5.")
-    ] = None,
+    output: SweepFile = None,
     incomplete: Annotated[
         bool, typer.Option("--incomplete", help="Join the runs that have ended; by default all must have.")
     ] = False,
@@ -150,16 +150,14 @@ def study(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="HDF5 file of the sweep; by default the name and .h5.")
     ] = None,
-    seeds: Annotated[
-        int | None, typer.Option(min=1, help="Number of seeds, from 1 on, in place of the file's.")
-    ] = None,
+    seeds: Seeds = None,
     candidates: Annotated[
         int | None, typer.Option(min=1, help="Candidates of each search, in place of the file's.")
     ] = None,
     population: Population = None,
     until: Annotated[str | None, typer.Option(metavar="TIME", help="Wall time of each batch of searches: 90s.")] = None,
     device: Device = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
+    threads: Threads = None,
     trust: Trust = False,
 ) -> None:
     """Run a sweep, measure its gaits, compare conditions over seeds, and put them beside what is expected.

@@ -9,8 +9,8 @@ import typer
 
 from warpmuscle.cli.common import Trust
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.plot import End, Replay, Start
-from warpmuscle.cli.results import Run
+from warpmuscle.cli.plot import End, Start
+from warpmuscle.cli.results import Replay, Run
 from warpmuscle.core.plain_text import number_of
 
 

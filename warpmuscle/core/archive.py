@@ -10,12 +10,14 @@ import zipfile
 import zlib
 from collections.abc import Collection
 from dataclasses import dataclass
+from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.core.limits import check_size
 
 _LENGTHS, _LENGTHS_AT = struct.Struct("<HH"), 26  # of name and extra field, in the header before a member of a ZIP file
@@ -37,6 +39,20 @@ class ArrayPlace:
 
 class DamagedArchive(ValueError):
     """No archive of arrays, or one of whose arrays cannot be read."""
+
+
+def arrays_of(path: str | Path, wanted: Collection[str] | None = None) -> Arrays:
+    """The arrays of an archive on disk, see `read_arrays`.
+
+    Raises:
+        DamagedArchive: with what is wrong, in words; also where the file cannot be read.
+    """
+    try:
+        check_regular(path)
+        with open(path, "rb") as file:
+            return read_arrays(file, wanted)
+    except OSError as error:
+        raise DamagedArchive(unreadable(error)) from None
 
 
 def read_arrays(file: IO[bytes], wanted: Collection[str] | None = None) -> Arrays:

@@ -134,7 +134,7 @@ def array(group: Any, name: str) -> Any:
     """All that a dataset of a group holds; raises KeyError or ValueError if there is none of this name."""
     found = member(group, name)
     if not isinstance(found, h5py.Dataset):
-        raise ValueError(f"{found.name} is no dataset")
+        raise ValueError(f"{found.name} is not a dataset")
     return found[()]
 
 
@@ -147,7 +147,7 @@ def checked_array(group: Any, name: str) -> Any:
     key = name.encode()
     found = _opened_within(group, key)
     if not isinstance(found, h5py.h5d.DatasetID):
-        raise ValueError(f"{_path(group.id, key)} is no dataset")
+        raise ValueError(f"{_path(group.id, key)} is not a dataset")
     _check_dataset(found, _path(group.id, key))
     kind = found.dtype
     if kind.kind not in "fiuO":
@@ -163,7 +163,7 @@ def checked(group: Any, name: str) -> Any:
     """Such a dataset, of which nothing has been read; see `checked_array`."""
     found = member(group, name)
     if not isinstance(found, h5py.Dataset):
-        raise ValueError(f"{found.name} is no dataset")
+        raise ValueError(f"{found.name} is not a dataset")
     _check_dataset(found.id, found.name)
     return found
 

@@ -42,7 +42,7 @@ class Tabulated:
             if hasattr(kind, "to_dataframe"):
                 instead = dict.fromkeys(("plot", "show"), "to_dataframe().plot() draws it")
                 instead |= dict.fromkeys(WRITES, "to_dataframe().to_csv('table.csv') writes it")
-            found = lacking(kind.__name__, name, [*known, *vars(kind)], instead)
+            found = lacking(kind.__name__, name, [*known, *dir(kind)], instead)
             raise found if ";" in str(found) else AttributeError(f"{found}; it has {', '.join(known)}")
 
     def _repr_html_(self) -> str:

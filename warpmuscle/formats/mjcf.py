@@ -38,17 +38,7 @@ from warpmuscle.formats.mjcf_muscles import add_muscles
 from warpmuscle.formats.mjcf_text import numbers, text, texts
 from warpmuscle.formats.mujoco.coupled import add_equalities, motions_of, values_of
 from warpmuscle.model.build import start_of
-from warpmuscle.scene import (
-    Body,
-    Capsule,
-    Character,
-    Ground,
-    InitialState,
-    Joint,
-    Scene,
-    Shape,
-    Sphere,
-)
+from warpmuscle.scene import Body, Capsule, Character, Ground, InitialState, Joint, Scene, Shape, Sphere
 from warpmuscle.scene.anatomy import bone_lines
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.joints import joint_type, root_type

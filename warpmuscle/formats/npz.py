@@ -23,10 +23,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from warpmuscle.core.archive import DamagedArchive, read_arrays
+from warpmuscle.core.archive import DamagedArchive, arrays_of
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import ResultError
-from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.scene import Character, Joint
 from warpmuscle.scene.joints import joint_type
 
@@ -87,11 +86,7 @@ def read(path: str | Path, character: Character) -> JointMotion:
 def _load(path: str | Path, wanted: Collection[str]) -> dict[str, NDArray[np.generic]]:
     """The wanted arrays of an archive, as far as it has them."""
     try:
-        check_regular(path)
-        with open(path, "rb") as file:
-            return read_arrays(file, wanted)
-    except OSError as error:
-        raise ResultError(f"{path}: {unreadable(error)}") from None
+        return arrays_of(path, wanted)
     except DamagedArchive as error:
         raise ResultError(f"{path}: {error}") from None
 

@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
 from warpmuscle.core.arguments import answering, as_array, as_number, as_truth
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.core.html_table import Tabulated
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.sequences import reaches_over
@@ -31,14 +30,11 @@ from warpmuscle.inverse.loads import Places, in_world, on_feet, placed_forces, p
 from warpmuscle.inverse.plausibility.ground_forces import place_notes, push_notes, swing_notes, weight_notes
 from warpmuscle.inverse.plausibility.motions import locked_notes, range_notes, side_notes, time_notes, value_notes
 from warpmuscle.inverse.smoothing import low_pass, spline
-from warpmuscle.inverse.trial import Coordinates, Loads, TrialWarning, column_of, columns_to_dataframe, each_of
+from warpmuscle.inverse.trial import ByCoordinate, Coordinates, Loads, TrialWarning, each_of
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.simulation.kernel_cache import said
-
-if TYPE_CHECKING:
-    import pandas
 
 MARGIN = 50  # rows of loads beside those that a motion needs, which a spline through them still feels
 FEW = 0.5  # of a model's coordinates: with less a motion is taken for one of another model
@@ -58,7 +54,7 @@ LoadsLike = Loads | Sequence[Loads | None] | None
 
 
 @dataclass(frozen=True, repr=False)
-class Moments(Tabulated):
+class Moments(ByCoordinate):
     """Generalised forces of K coordinates in F frames.
 
     Attributes:
@@ -70,20 +66,6 @@ class Moments(Tabulated):
     times: Floats  # (F,) s
     values: Floats  # (F, K)
     residuals: int = 0
-
-    def of(self, name: str) -> Floats:
-        """The generalised force (F,) of one coordinate.
-
-        Raises:
-            ArgumentError: none has that name.
-        """
-        return column_of(self.names, self.values, name)
-
-    __getitem__ = of
-
-    def to_dataframe(self) -> pandas.DataFrame:
-        """A row for each time, a column for each coordinate; needs pandas."""
-        return columns_to_dataframe(self.times, self.names, self.values)
 
 
 class Prepared(NamedTuple):

@@ -74,7 +74,7 @@ def read_emg(path: str | Path, muscles: Sequence[str], channels: Mapping[str, st
         with of_file(path):
             return Emg(*found)
     if channels:
-        raise SignalError("names of channels are told of a .c3d only; name its columns as muscles", file=path)
+        raise SignalError("channels are named for a .c3d only; name its columns as muscles", file=path)
     table = read_table(path)
     names = [name.strip() for name in table.names]
     if "time" not in names:

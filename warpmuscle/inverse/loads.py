@@ -198,13 +198,13 @@ def in_world(body: BodyModel, plates: Sequence[Plate], values: Floats, states: S
     if not wanted:
         return found
     if body.file is None:
-        raise ArgumentError(f"a force is told in axes of {min(wanted)!r}, which only the `.osim` of the model has")
+        raise ArgumentError(f"a force is given in the axes of {min(wanted)!r}, which only the `.osim` of the model has")
     frames, places = body_frames(body.file), _poses(body, states, part)
     for k, plate in enumerate(plates):
         for name in (plate.axes_of, plate.point_on):
             if name is not None and name not in frames:
-                raise ArgumentError(f"the force {plate.name!r} is told in axes of {name!r}, which the model does not "
-                                    f"have; it has {', '.join(list(frames)[:8])}, ...")  # fmt: skip
+                raise ArgumentError(f"the force {plate.name!r} is given in the axes of {name!r}, which the model does "
+                                    f"not have; it has {', '.join(list(frames)[:8])}, ...")  # fmt: skip
         if plate.axes_of is not None:
             frame = frames[plate.axes_of]
             for what in (0, 2):

@@ -220,7 +220,7 @@ class Solver:
             if one is not None:
                 for column, name in zip(one.at(at).T, one.muscles, strict=True):
                     if name not in self.body.muscles:
-                        raise ArgumentError(f"EMG of {name!r}, which is no muscle of the model; it has "
+                        raise ArgumentError(f"EMG of {name!r}, which is not a muscle of the model; it has "
                                             f"{', '.join(self.body.muscles[:8])}, ...")  # fmt: skip
                     place = self.body.muscles.index(name)
                     own[:, place], values[:, place] = 1.0, column

@@ -52,8 +52,30 @@ class Markers(Tabulated):
             raise ArgumentError(f"markers: {self.names[marker]!r} is infinitely far away in frame {frame + 1}")
 
 
+class ByCoordinate(Tabulated):
+    """A dataclass of values over time, a column for each coordinate of a model."""
+
+    names: tuple[str, ...]  # (K,)
+    times: Floats  # (F,) s
+    values: Floats  # (F, K)
+
+    def of(self, name: str) -> Floats:
+        """Values (F,) of one coordinate.
+
+        Raises:
+            ArgumentError: none has that name.
+        """
+        return column_of(self.names, self.values, name)
+
+    __getitem__ = of
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A row for each time, a column for each coordinate; needs pandas."""
+        return columns_to_dataframe(self.times, self.names, self.values)
+
+
 @dataclass(frozen=True, repr=False)
-class Coordinates(Tabulated):
+class Coordinates(ByCoordinate):
     """Values of C coordinates of a model in F frames, by their names in the model.
 
     Raises:
@@ -71,20 +93,6 @@ class Coordinates(Tabulated):
         if not np.isfinite(self.values).all():
             frame, column = np.argwhere(~np.isfinite(self.values))[0]
             raise ArgumentError(f"coordinates: {self.names[column]!r} is not a finite number in frame {frame + 1}")
-
-    def of(self, name: str) -> Floats:
-        """Values (F,) of one coordinate.
-
-        Raises:
-            ArgumentError: none has that name.
-        """
-        return column_of(self.names, self.values, name)
-
-    __getitem__ = of
-
-    def to_dataframe(self) -> pandas.DataFrame:
-        """A row for each time, a column for each coordinate; needs pandas."""
-        return columns_to_dataframe(self.times, self.names, self.values)
 
 
 def column_of(names: Sequence[str], values: Floats, name: str, what: str = "coordinate") -> Floats:

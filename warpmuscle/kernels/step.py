@@ -20,16 +20,7 @@ from warpmuscle.kernels.memory.scratch import (
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.recording.record import frame_of
 from warpmuscle.kernels.step_parts import BEGIN as BEGIN
-from warpmuscle.kernels.step_parts import (
-    FAILURE,
-    StepKind,
-    account_of,
-    drive_of,
-    end_of,
-    move_of,
-    no_mark,
-    place_of,
-)
+from warpmuscle.kernels.step_parts import FAILURE, StepKind, account_of, drive_of, end_of, move_of, no_mark, place_of
 from warpmuscle.kernels.step_parts import STAGES as STAGES
 from warpmuscle.kernels.step_parts import extensions_of as extensions_of
 from warpmuscle.kernels.structs import (
@@ -111,8 +102,8 @@ def blocks_of(threads: int, floats: int, muscles: MuscleKind | None = None) -> i
         floats: numbers of the working sets of a block. muscles: their kind.
     """
     block = 4 * floats + SHARED_BY_SYSTEM + 4 * threads
-    wraps, at_hand = muscles is not None and muscles.paths.wraps, muscles is None or muscles.pulls_at_hand
-    memory = SHARED_MEMORY if at_hand or block > SHARED_BESIDE_CACHE else SHARED_BESIDE_CACHE
+    wraps, in_scratch = muscles is not None and muscles.paths.wraps, muscles is None or muscles.pulls_in_scratch
+    memory = SHARED_MEMORY if in_scratch or block > SHARED_BESIDE_CACHE else SHARED_BESIDE_CACHE
     return int(min(memory // block, REGISTERS // ((LEAST_OF_WRAPS if wraps else LEAST_REGISTERS) * threads)))
 
 
@@ -141,8 +132,8 @@ def step_kernel(
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
         mark: see `one_step_of`.
     """
-    across, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
-    kind = kind._replace(several_warps=across, lanes_in_warp=WARP // instances_per_block if across else 0)
+    several, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
+    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // instances_per_block if several else 0)
     muscles, skeleton = kind.muscles, kind.skeleton
     one_step, extensions_struct = Postponed("one_step", partial(one_step_of, kind, mark)), kind.extensions
     touching = any(force.touch for force in kind.forces)
@@ -152,20 +143,20 @@ def step_kernel(
         skeleton.near_entries,
     )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
-    memory, block_floats = work_memory(floats, instances_per_block, across), instances_per_block * floats
+    memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
     before, behind = monomials > 0 and own_slots, monomials > 0 and not own_slots
     monomials_apart = monomials_before_contacts if before else None
     monomials_behind = monomials_at if behind else None
     keep_apart = apart_at if skeleton.apart else None
-    work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=across)
+    work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @known_kernel(
         capacity, lanes, block_dim, kind, slots, mark,
         enable_backward=False,
-        cuda_max_registers=block_registers(block_dim, block_floats, muscles) if across else registers_of(muscles),
+        cuda_max_registers=block_registers(block_dim, block_floats, muscles) if several else registers_of(muscles),
         module_options=module_options(block_dim),
-        grid_stride=False if across else None,
+        grid_stride=False if several else None,
     )  # fmt: skip
     def step_many(
         # in
@@ -174,7 +165,7 @@ def step_kernel(
         state: State, record: Record, buffer: wp.uint64, extensions: extensions_struct,
     ):  # fmt: skip
         i, number = wp.tid()
-        if wp.static(across):  # neighbours in a warp are the same lane of several instances
+        if wp.static(several):  # neighbours in a warp are the same lane of several instances
             thread = i * lanes + number
             i = thread // block_dim * instances_per_block + thread % instances_per_block
             number = thread % block_dim // instances_per_block

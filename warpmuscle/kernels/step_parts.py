@@ -139,12 +139,12 @@ def foot_force_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
 def place_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function that places the bodies and says who fell, stands still or has run into himself: the status."""
     kinematics_stage = joint_stages_of(kind.skeleton, kind.several_warps).kinematics
-    touching, progress, across = any(force.touch for force in kind.forces), kind.objective.progress, kind.several_warps
+    touching, progress, several = any(force.touch for force in kind.forces), kind.objective.progress, kind.several_warps
     collision_stage = collision_stage_of(kind.collisions)
     above = above_ground if kind.skeleton.terrain == FLAT else above_terrain
     moves = kind.skeleton.moves
     ground_velocity, look = mean_velocity if moves else None, begin_looking if touching else None
-    status_by_progress, end_here = progress_status if progress else None, end_lane if across else None
+    status_by_progress, end_here = progress_status if progress else None, end_lane if several else None
     begin_step, posture_status = begin_step_of(above), posture_status_of(above)
 
     @wp.func(inline=True)
@@ -165,13 +165,13 @@ def place_of(kind: StepKind, mark: Any) -> Any:
         mark(instance, lane, KINEMATICS, wp.uint64(0))
         status = posture_status(instance, model, state, work)
         if status != RUNNING:
-            if wp.static(across):
+            if wp.static(several):
                 end_here(instance, lane, status, state)
             return status
         if wp.static(progress):
             status = status_by_progress(instance, step, model, state, work)
             if status != RUNNING:
-                if wp.static(across):
+                if wp.static(several):
                     end_here(instance, lane, status, state)
                 return status
         return collision_stage(instance, lane, lanes, step, model, work)

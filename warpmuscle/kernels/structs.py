@@ -389,6 +389,5 @@ RecordRef = wp.ref[Record]
 
 # Names that users' modules may have from before.
 __getattr__ = of_former_names(
-    __name__,
-    {"Work": "Scratch", "WorkRef": "ScratchRef", "Term": "Contribution", "Motion": "PrescribedMotion"},
+    __name__, {"Work": "Scratch", "WorkRef": "ScratchRef", "Term": "Contribution", "Motion": "PrescribedMotion"}
 )

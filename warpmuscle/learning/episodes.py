@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -12,8 +11,7 @@ import warp as wp
 from numpy.typing import ArrayLike
 
 from warpmuscle.core.arguments import as_integer
-from warpmuscle.core.array_types import Floats
-from warpmuscle.core.arrays import arrays_of, rows, to_device
+from warpmuscle.core.arrays import arrays_of, rows
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
@@ -24,27 +22,21 @@ from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.kernels.learning.senses import GREATEST
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.custom_parts import CustomParts
-from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, run_from, seen_time
-from warpmuscle.learning.imitation.people import by_norm_alone, people_gait, people_starts
+from warpmuscle.learning.episode_rules import room_for, rules_of
+from warpmuscle.learning.imitation import Gait
+from warpmuscle.learning.imitation.choice import gait_of_controller, imitated_gait, phases_of
+from warpmuscle.learning.imitation.people import by_norm_alone, people_starts
 from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
 from warpmuscle.learning.senses import About, Senses, head_of
-from warpmuscle.learning.starts import (
-    ControllerGait,
-    RowTable,
-    controller_gait,
-    first_states,
-    make_room_to_feel,
-    start_table,
-)
+from warpmuscle.learning.starts import ControllerGait, RowTable, first_states, make_room_to_feel, start_table
 from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.tasks import checked_task, prepared
 from warpmuscle.learning.tightening import TighteningLimits
 from warpmuscle.learning.variants import Variants
+from warpmuscle.model.joints import root_number
 from warpmuscle.scene import Scene
-from warpmuscle.scene.joints import root_type
-from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.learning.task import GROWING
+from warpmuscle.scene.learning import Task
 from warpmuscle.scene.trusted_code import trust as allow
 from warpmuscle.simulation.perturbations import Perturbations
 from warpmuscle.simulation.rollout import Rollout
@@ -138,17 +130,20 @@ class EpisodeBatch:
         # Kernels may take long, and are compiled side by side; what a task says wrongly has been said by now.
         with ThreadPoolExecutor(1, thread_name_prefix="kernel") as pool:
             loading = pool.submit(self._stepper.load)
-            own = self._controller_gait(recorded=gait is None)
+            own = gait_of_controller(self.task, rollout, self.decision_steps, recorded=gait is None)
             loading.result()
-        self.gait = gait = self._imitated(gait, own, body)
+        self.gait = gait = imitated_gait(self.task, rollout, own, body) if gait is None else gait
         self.judge = Judge(
             self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts,
             self.limits.costs,
         )  # fmt: skip
         states, times = self._start_states(own)
         self._starts = start_table(self._stepper, states)
-        self.episodes = self._episodes(instances)
-        self._rules = self._episode_rules(self._phases(states, np.array(times), gait), gait)
+        self.episodes = room_for(instances, len(self.command_names), self.device)
+        phases = phases_of(self.task, rollout, gait, states, np.array(times))
+        self._rules = rules_of(
+            self.task, self.scene, gait, phases, self._variants.count, self.dt, self.longest, self.device
+        )
         self.custom_parts.know(self.episodes, self.judge.gains.terminated, self.judge.gains.reached)
         self._start_row = self.episodes.start_row
         self._conditions = RowTable([], [], self.device)
@@ -280,40 +275,19 @@ class EpisodeBatch:
         }
         hardness = self.episodes.hardness.numpy()
         if not ((hardness >= 0.0) & (hardness <= 1.0)).all():
-            raise RolloutError("this state has a hardness that there is not")
+            raise RolloutError("this state has a hardness that is not from 0 to 1")
         if simbicon is not None:
             counted["machine state"] = state.simbicon.machine_state, len(simbicon.states)
             counted["stance"] = state.simbicon.stance, 2
         for name, (array, count) in counted.items():
             numbers = array.numpy()
             if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < count:
-                raise RolloutError(f"this state has a {name} that there is not")
+                raise RolloutError(f"this state has a {name} that does not exist")
 
     def observe_again(self) -> None:
         """Show what is observed, after arrays of the state were changed from outside."""
         self.custom_parts.observe(self._stepper.model, self._stepper.state, self.episodes)
         self._observe(self.senses.observation)
-
-    def _controller_gait(self, recorded: bool) -> ControllerGait:
-        """The gait of the scene's own controller, as far as the task needs it, recorded to be imitated if asked for."""
-        variation, imitation = self.task.variation, self.task.imitation
-        if by_norm_alone(self.scene, imitation):
-            return ControllerGait([], [], None)
-        seen = seen_time(imitation) if recorded else 0.0
-        if not (variation.start_states or seen):
-            return ControllerGait([], [], None)
-        return controller_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
-
-    def _imitated(self, given: Gait | None, own: ControllerGait, body: BodySymmetry | None) -> Gait | None:
-        """The gait that is imitated: the given one, or else that of a file, of people, or of the scene's controller."""
-        imitation = self.task.imitation
-        if given is not None or imitation is None:
-            return given
-        if imitation.file:
-            return recorded_gait(self.rollout, imitation, body)
-        if by_norm_alone(self.scene, imitation):
-            return people_gait(self.rollout, imitation, body)
-        return None if own.recording is None else gait_of(own.recording, self.rollout, imitation, body)
 
     def _start_states(self, own: ControllerGait) -> tuple[list[State], list[float]]:
         """The states in which episodes may start, and at which time of the gait each of them is, s."""
@@ -361,7 +335,7 @@ class EpisodeBatch:
         numeric = self.rollout.numeric
         mass = rows([body.mass for body in numeric.character.bodies.values()])[0].sum()
         around = sense_kernels.Surroundings()
-        around.root = root_number(numeric)
+        around.root = root_number(numeric.character)
         around.head = head_of(numeric, self.rollout.names)
         around.body_weight = float(mass * first_number(numeric.gravity)) or 1.0
         around.action = self.actions.action
@@ -376,55 +350,3 @@ class EpisodeBatch:
         action = self.actions.image(body)
         observed, critic = (observed_image(row, about, body, action) for row in (senses.numbers, senses.critic_numbers))
         return Images(observed, critic, action)
-
-    def _episodes(self, instances: int) -> kernels.Episodes:
-        """Room for where every instance is."""
-        episodes, device = kernels.Episodes(), self.device
-        for name, member in kernels.Episodes.vars.items():
-            size: Any = 1 if name == "seed" else instances
-            if name == "command":
-                size = (instances, len(self.command_names))
-            setattr(episodes, name, wp.zeros(size, dtype=member.type.dtype, device=device))
-        return episodes
-
-    def _phases(self, states: list[State], times: Floats, gait: Gait | None) -> Floats:
-        """The parts of the cycle at which the clock stands in starts of these states and times, s, of the gait."""
-        if gait is None:
-            return np.zeros(len(times))
-        imitation = self.task.imitation
-        if imitation is None or not (imitation.file or by_norm_alone(self.scene, imitation)):
-            return gait.phases(times)
-        coordinates = np.stack([np.ascontiguousarray(state["coordinates"]).view(np.float32) for state in states])
-        return gait.nearest(coordinates, self.rollout)
-
-    def _episode_rules(self, phases: Floats, gait: Gait | None) -> kernels.EpisodeRules:
-        """What is drawn for episodes, whose starts have these phases."""
-        task, variation, rules = self.task, self.task.variation, kernels.EpisodeRules()
-        intervals = np.array([task.speed, task.turning_rate, *task.pose.values()])
-        rules.root, rules.starts, rules.variants = root_number(self.scene), len(phases), self._variants.count
-        rules.cycle_rate = 0.0 if gait is None else 1.0 / gait.cycle_time
-        imitation = task.imitation or Imitation()
-        rules.clock_speed, rules.cadence_power = imitation.clock_speed, imitation.cadence_power
-        rules.run_from = run_from(task) or 0.0
-        if imitation.run is not None:
-            run = imitation.run
-            rules.run_rate, rules.run_speed, rules.run_power = 1.0 / run.cycle_time, run.clock_speed, run.cadence_power
-        rules.start_phase = to_device(phases, float, self.device)
-        rules.command_decisions = round(task.command_time / self.dt)
-        rules.command_low = to_device(intervals[:, 0], float, self.device)
-        rules.command_high = to_device(intervals[:, 1], float, self.device)
-        rules.turning_share, rules.left_out = task.turning_share, 1.0 - variation.graded_share
-        rules.velocity_noise, rules.push = variation.velocity_noise, variation.push
-        rules.push_decisions = max(round(variation.push_interval / self.dt), 1) if variation.push > 0.0 else 0
-        rules.growth, rules.longest = variation.growth, self.longest
-        grows = {name: int(name in variation.growing) for name in GROWING}
-        rules.velocity_grows, rules.push_grows = grows["velocity_noise"], grows["push"]
-        rules.shrinkage = variation.growth * variation.lasting / (1.0 - variation.lasting)
-        rules.push_steps = max(round(variation.push_duration / self.scene.time_step), 1)
-        rules.time_step, rules.decision_time = self.scene.time_step, self.dt
-        return rules
-
-
-def root_number(scene: Scene) -> int:
-    """The number of the type of the root in kernels."""
-    return int(getattr(structs, root_type(scene.character).device))

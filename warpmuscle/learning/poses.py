@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warpmuscle.core.archive import DamagedArchive, read_arrays
+from warpmuscle.core.archive import DamagedArchive, arrays_of
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.core.files import check_regular, unreadable
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.learning.starts import Rows, first_states
 from warpmuscle.results.partial_motion import demanding
@@ -103,7 +102,7 @@ def states_in(path: str, rollout: Rollout) -> States:
         size = np.linalg.norm(coordinates[:, place], axis=1)
         if (np.abs(size - 1.0) > QUATERNION_ERROR).any():
             name = rollout.coordinate_names[place.start]
-            raise RolloutError(f"{path}: {name} and what follows it is no quaternion of length 1")
+            raise RolloutError(f"{path}: {name} and what follows it is not a quaternion of length 1")
         coordinates[:, place] /= size[:, None]
     speeds = arrays.get("speeds", np.zeros((count, sizes["speeds"])))
     activation = arrays.get("activation")
@@ -115,11 +114,7 @@ def states_in(path: str, rollout: Rollout) -> States:
 def _archived(path: str) -> dict[str, Any]:
     """Arrays of an archive."""
     try:
-        check_regular(path)
-        with open(path, "rb") as file:
-            return read_arrays(file, NAMES)
-    except OSError as error:
-        raise RolloutError(f"{path}: {unreadable(error)}") from None
+        return arrays_of(path, NAMES)
     except DamagedArchive as error:
         raise RolloutError(f"{path}: {error}") from None
 

@@ -26,14 +26,7 @@ from warpmuscle.results.checkpoint import remove_leftovers
 from warpmuscle.results.learned import Learned
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import write
-from warpmuscle.results.training_file import (
-    Arrays,
-    check_belongs,
-    locked,
-    read_training,
-    training_path,
-    write_training,
-)
+from warpmuscle.results.training_file import Arrays, check_belongs, locked, read_training, training_path, write_training
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
@@ -110,10 +103,7 @@ def learn(
         if path is not None:
             _check_other(source, path)
         begun = source_in(source)
-    with (
-        nullcontext() if path is None else locked(path),
-        _said(progress) as tell,
-    ):
+    with nullcontext() if path is None else locked(path), _said(progress) as tell:
         training = Training(
             scene, task or usual_task(scene), options_of(values) if begun is None else options_from(begun, values),
             seed, device, ends, threads, command, tell, interval, begun,

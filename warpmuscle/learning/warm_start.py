@@ -84,11 +84,7 @@ def check_fit(source: Learned, env: Environment, task: Task) -> None:
 
 
 def begin_with(
-    source: Learned,
-    networks: ActorCritic,
-    names: tuple[str, ...],
-    critic_names: tuple[str, ...],
-    options: PPOOptions,
+    source: Learned, networks: ActorCritic, names: tuple[str, ...], critic_names: tuple[str, ...], options: PPOOptions
 ) -> bool:
     """Take over a policy that fits, with its noise, and its critic if all that this one observes is there.
 

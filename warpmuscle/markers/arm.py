@@ -38,10 +38,7 @@ ANGLES = (
     "shoulder", "shoulder_abduction", "shoulder_rotation", "elbow", "forearm_rotation", "wrist_deviation", "wrist",
 )  # fmt: skip
 # Roles that are places of their own; only the hips may be one. "hand" is the middle of its markers.
-SPANS = (
-    *(pair for pair in combinations(ROLES, 2) if pair != ("hip", "other_hip")),
-    ("wrist", "hand"),
-)
+SPANS = (*(pair for pair in combinations(ROLES, 2) if pair != ("hip", "other_hip")), ("wrist", "hand"))
 UPPER_ARM = 0.1, 0.8  # m, between which all are
 FACING = 0.25  # of a chest that faces forwards, the least
 LONGEST_GAP = 0.2  # s, in which a marker may be lost

@@ -112,7 +112,7 @@ def _trc(path: Path) -> Read:
         try:
             rows.append([float(cell) if cell.strip() else np.nan for cell in cells])
         except ValueError:
-            raise SignalError("holds a cell that is no number", file=path, line=number) from None
+            raise SignalError("holds a cell that is not a number", file=path, line=number) from None
         written.append(cells[0].strip())
     _check_promised(path, values, "NumFrames", len(rows))
     table = np.array(rows, dtype=np.float64).reshape(-1, 1 + 3 * len(names))
@@ -209,7 +209,7 @@ def _json(path: Path) -> Read:
     try:
         content = json.loads(_text(path))
     except (ValueError, RecursionError):
-        raise SignalError("is no JSON", file=path) from None
+        raise SignalError("is not JSON", file=path) from None
     frames = content.get("tracking") if isinstance(content, Mapping) else None
     if not isinstance(frames, list) or not frames:
         raise SignalError("has no list `tracking` of frames", file=path)

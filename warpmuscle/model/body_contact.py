@@ -43,7 +43,7 @@ def shape_pairs(scene: Scene) -> tuple[ShapePair, ...]:
         for i, j in product(range(len(bodies[a].shapes)), range(len(bodies[b].shapes)))
     )
     if not pairs:
-        raise SceneError("this is no biped whose bodies have shapes: name `pairs`", key="body_contact")
+        raise SceneError("this is not a biped whose bodies have shapes: name `pairs`", key="body_contact")
     return pairs
 
 

@@ -17,7 +17,7 @@ from warpmuscle.model.controllers.declared import declared_name
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 
-NONE = "that is no number, or beyond all bounds"
+NONE = "that is not a number, or beyond all bounds"
 
 
 def cause_words(numbers: Integers, scene: Scene, structure: Structure) -> tuple[str, ...]:
@@ -47,4 +47,4 @@ def _words(number: int, scene: Scene, structure: Structure) -> str:
     if part == GIVEN_TORQUE:
         return f"the joint {joint!r} was given a torque {NONE}"
     assert part == GIVEN_EXCITATION
-    return f"the muscle {muscles[entry]!r} was given an excitation that is no number"
+    return f"the muscle {muscles[entry]!r} was given an excitation that is not a number"

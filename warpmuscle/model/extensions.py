@@ -16,6 +16,7 @@ from warpmuscle.model.user_functions import (
     FLOATS,
     arguments_of,
     check_arguments,
+    check_known,
     check_memory,
     check_result,
     checked_function,
@@ -30,12 +31,14 @@ def check_declaration(
     functions: Mapping[str, tuple[tuple[Any, ...], Any]],
     entry: str,
     key: str,
+    phases: Mapping[str, str],
     own: Mapping[str, tuple[Any, ...]] | None = None,
 ) -> None:
     """SceneError unless a controller or force has functions that take its parameters and state, and both are sound.
 
     Args:
-        functions: what each takes, and returns. own: what it may take between parameters and state.
+        functions: what each takes, and returns. phases: of a step, in which each is called.
+        own: what each may take between parameters and state.
     """
     given = {name: getattr(part, name) for name in functions if getattr(part, name) is not None}
     if not given:
@@ -52,6 +55,8 @@ def check_declaration(
             raise SceneError(f"{placed(function, what)} takes a state: declare how many floats, state=1", key=key)
         between = () if own is None else own[name]
         check_arguments(function, arguments, key, what, (*first, *between, *last))
+        if name in phases:
+            check_known(function, phases[name], key, what, f"when a{'n' * (name[0] in 'aeiou')} {name} is asked for")
         if last and not getattr(part, "state_a_body", 0):
             check_memory(function, part.state, key, what)
         if result is not None:
@@ -62,7 +67,7 @@ def check_parameters(struct: Any, what: str, key: str) -> None:
     """SceneError unless parameters are a structure of floats."""
     fields = getattr(struct, "vars", None)
     if fields is None or not fields or any(field.type is not wp.float32 for field in fields.values()):
-        raise SceneError(f"{what} are no @wp.struct of floats", key=key)
+        raise SceneError(f"{what} are not a @wp.struct of floats", key=key)
 
 
 def check_texts(texts: Mapping[str, Any], entry: str, key: str) -> None:

@@ -24,6 +24,7 @@ from warpmuscle.scene.validation.checks import Checks, known
 from warpmuscle.scene.validation.forces import check_leg, check_place, check_positive, check_values
 
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {"effort": (BODY, wp.vec3), "wrench": (BODY, Wrench)}
+PHASES = {"effort": "muscles", "wrench": "inertia"}  # of a step, in which those are called; shipped ones have a test
 BOTH = (wp.int32, wp.int32, wp.int32, wp.int32, Model, State, Scratch)  # of a force between two bodies
 SHIPPED_FUNCTIONS = FUNCTIONS | {"pair": (BOTH, Wrench)}
 SHIPPED_ONLY = ("shipped", "programs", "variables", "water", "objects", "touch")
@@ -146,7 +147,7 @@ def _check(kind: ForceKind, functions: dict[str, tuple[tuple[Any, ...], Any]], e
     """
     if sum(getattr(kind, name) is not None for name in functions) > 1:
         raise SceneError(f"{entry!r} has both functions: make two forces of it", key=key)
-    check_declaration(kind, functions, entry, key)
+    check_declaration(kind, functions, entry, key, PHASES if functions is FUNCTIONS else {})
     names = [] if kind.parameters is None else list(kind.parameters.vars)
     if not isinstance(kind.positive, tuple):
         raise SceneError(f"what is positive of {entry!r} must be a tuple of names of parameters", key=key)

@@ -69,7 +69,7 @@ def motion_of(entry: JointType) -> Any:
     except (ModuleNotFoundError, ValueError):
         function = None
     if not isinstance(function, wp.Function):
-        raise Error(f"joint type {entry.name!r}: its kernel {entry.kernel!r} is no Warp function 'module:function'")
+        raise Error(f"joint type {entry.name!r}: its kernel {entry.kernel!r} is not a Warp function 'module:function'")
     return function
 
 

@@ -168,16 +168,16 @@ def compiled_kind(
     kind = muscle_kind(scene.muscle_model, found.of(scene))
     elastic = (_elastic(scene.actuation.get(joint)) for joint in names.joints)
     drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
-    at_hand = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.may_be_at_hand
+    in_scratch = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.may_be_in_scratch
     joints = compiled_skeleton(scene.character)
     smooth = (muscle for muscle in found.of(scene) if not is_route(muscle))
     conditions = any(point.condition is not None for muscle in smooth for point in muscle.path)
     muscles = found.of(scene)
     return kind._replace(
-        straight=lean and at_hand and all_straight(found.table, names, scene.character),
+        straight=lean and in_scratch and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
         all_timed=lean and all(muscle.excitation is not None for muscle in muscles),
-        pulls_at_hand=at_hand, mixed=structs.MIXED in drives, conditions=conditions,
+        pulls_in_scratch=in_scratch, mixed=structs.MIXED in drives, conditions=conditions,
         delayed=not lean or any(not isinstance(muscle.delay, float) or muscle.delay > 0.0 for muscle in muscles),
         coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),
         paths=path_kind(found.of(scene), scene.character, found.table.most_levers),

@@ -18,6 +18,7 @@ from warpmuscle.model.extensions import check_parameters as check_struct
 from warpmuscle.model.user_functions import (
     FLOATS,
     arguments_of,
+    check_known,
     check_memory,
     checked_function,
     declared,
@@ -38,6 +39,7 @@ TERM_ARGUMENTS: dict[Kind, tuple[Any, ...]] = {
     "instance": INSTANCE,
 }
 IN_STEP: tuple[Stage, ...] = ("forces", "accelerations")
+PHASE_OF: dict[Stage, str] = {"forces": "objective", "accelerations": "acted", "decision": "sums"}  # of the working set
 
 
 class Found(NamedTuple):
@@ -98,6 +100,8 @@ def found_part(entry: str, key: str, stages: tuple[Stage, ...]) -> Declaration:
             raise SceneError(f"{said}, without {name_of(given)}, the {what} that {entry!r} declares", key=key)
     if FLOATS in taken and not part.memory:
         raise SceneError(f"{placed(part.function, entry)} takes a memory: declare how many floats, memory=1", key=key)
+    later = "; declare stage='accelerations'" if "accelerations" in stages else ""
+    check_known(part.function, PHASE_OF[part.stage], key, entry, f"at the stage {part.stage!r}", later)
     if part.memory:
         check_memory(part.function, part.memory, key, entry)
     _known[entry] = part
@@ -110,7 +114,7 @@ def _check_numbers(part: Declaration, entry: str, key: str) -> None:
     for what, sizes in (("defaults", 1), ("limits", 2)):
         given = getattr(part, what)
         if not isinstance(given, Mapping):
-            raise SceneError(f"{what} of {entry!r} are no table by parameter", key=key)
+            raise SceneError(f"{what} of {entry!r} are not a table by parameter", key=key)
         for name, value in given.items():
             known(name, names, "parameter", key, f"in {what} of {entry!r}")
             numbers = value if isinstance(value, tuple | list) and sizes == 2 else (value,)

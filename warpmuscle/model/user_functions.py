@@ -14,6 +14,7 @@ import sys
 import textwrap
 import traceback
 import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,8 +22,9 @@ import warp as wp
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.kernels.curve.custom_curves import CustomCurves
+from warpmuscle.kernels.memory.scratch import APART, LIVES, PHASES
 from warpmuscle.kernels.moved import modules_that_have
-from warpmuscle.kernels.structs import Model
+from warpmuscle.kernels.structs import Model, Scratch
 from warpmuscle.scene import MuscleModel
 from warpmuscle.scene.trusted_code import CURVE_FIELDS, folders
 from warpmuscle.scene.validation.checks import near
@@ -209,6 +211,48 @@ def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
             line = function.func.__code__.co_firstlineno + node.lineno - 1
             where = f"{entry!r} ({function.func.__code__.co_filename}:{line})"
             raise SceneError(f"{where} reads number {place + 1} of a memory of {floats}: declare more", key=key)
+
+
+def check_known(function: Any, phase: str, key: str, entry: str, at: str, later: str = "") -> None:
+    """SceneError if a Warp function, or what it calls, uses what the working set does not hold in a phase of a step.
+
+    In its place is what was there a step before, what another instance left, or what has taken the place since.
+
+    Args:
+        at: when that is, in words. later: what to do where it would be known later.
+    """
+    now, solved = PHASES.index(phase), PHASES.index("forward")
+    for name in _used(function, set()):
+        first, last = (PHASES.index(one) for one in LIVES[name][:2])
+        early = first > now
+        if early or (now >= solved > last and name not in APART):
+            when = f"yet {at}{later}" if early else f"any more {at}"
+            raise SceneError(f"in {placed(function, entry)} work.{name} is not known {when}", key=key)
+
+
+def _used(function: Any, seen: set[Any]) -> Iterator[str]:
+    """Parts of the working set that a Warp function and all that it calls use, but what lives longer of the root."""
+    tree = source_tree(function)
+    if tree is None or function.func in seen:
+        return
+    seen.add(function.func)
+    works = {name for name, kind in zip(function.input_types, arguments_of(function), strict=True) if kind is Scratch}
+    inside = {**function.func.__globals__, **inspect.getclosurevars(function.func).nonlocals}
+    nodes = list(ast.walk(tree))
+    of_root = {
+        id(node.value) for node in nodes
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and node.slice.value == 0
+    }  # fmt: skip
+    for node in nodes:
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in works:
+            if not (LIVES[node.attr].root and id(node) in of_root):
+                yield node.attr
+        elif isinstance(node, ast.Call) and works & {one.id for one in node.args if isinstance(one, ast.Name)}:
+            called = inside.get(node.func.id) if isinstance(node.func, ast.Name) else None
+            if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
+                called = getattr(inside.get(node.func.value.id), node.func.attr, None)
+            if isinstance(called, wp.Function) and called.func is not None:
+                yield from _used(called, seen)
 
 
 def check_result(function: Any, wanted: tuple[Any, ...], key: str, entry: str) -> Any:

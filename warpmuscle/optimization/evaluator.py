@@ -164,7 +164,7 @@ class Evaluator:
     def _row(self, number: int, candidate: Any) -> list[Any]:
         """The values of a table by name, in the order of the parameters."""
         if not isinstance(candidate, Mapping):
-            raise ArgumentError(f"candidates[{number}] is no table of values by name, as others are")
+            raise ArgumentError(f"candidates[{number}] is not a table of values by name, as others are")
         unknown, missing = candidate.keys() - set(self.names), set(self.names) - candidate.keys()
         if unknown or missing:
             what = f"there is no parameter {min(map(str, unknown))}" if unknown else f"no value of {min(missing)}"

@@ -11,9 +11,7 @@ from warpmuscle.core.errors import Error
 from warpmuscle.core.limits import check_size
 from warpmuscle.optimization.evaluation import GenerationEvaluator
 from warpmuscle.optimization.progress import Progress
-from warpmuscle.results.records import (
-    SearchOptions,
-)
+from warpmuscle.results.records import SearchOptions
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, free_parameters
 from warpmuscle.simulation.batch_input import checked_threads

@@ -19,11 +19,7 @@ from warpmuscle.optimization.run import make_search_loop, run_on_disk
 from warpmuscle.optimization.stages import prolonged
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import checked_quantities
-from warpmuscle.results.records import (
-    ANY_NUMBER,
-    Result,
-    version_of,
-)
+from warpmuscle.results.records import ANY_NUMBER, Result, version_of
 from warpmuscle.simulation.kernel_cache import progress_said
 
 

@@ -17,14 +17,7 @@ from warpmuscle.optimization.search_loop import INTERRUPTED, SearchLoop
 from warpmuscle.optimization.stages import searches_of, with_population
 from warpmuscle.results.checkpoint import Checkpoint
 from warpmuscle.results.partial_motion import with_less
-from warpmuscle.results.records import (
-    Evaluations,
-    Result,
-    Searched,
-    SearchOptions,
-    Staged,
-    best_of,
-)
+from warpmuscle.results.records import Evaluations, Result, Searched, SearchOptions, Staged, best_of
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values
 from warpmuscle.scene.stage_scene import stage_scene

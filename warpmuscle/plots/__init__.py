@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from warpmuscle.core.arguments import answering, as_path, as_text, as_texts, as_truth, in_words
 from warpmuscle.core.array_types import Floats
@@ -39,6 +39,7 @@ from warpmuscle.plots.names import FEW, curves_named, kind_named, without_side
 from warpmuscle.plots.overlay import OVERLAYS
 from warpmuscle.plots.style import check_picture, save, style
 from warpmuscle.plots.subject import Absent, Choices, Subject, of_recording
+from warpmuscle.results.holders import HasRecordings, HasResult
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read
@@ -49,27 +50,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["KINDS", "Absent", "Choices", "Kind", "Subject", "check_kind", "draw", "draw_over", "plot", "save"]
-
-
-@runtime_checkable
-class HasResult(Protocol):
-    """What holds a result, as a run does."""
-
-    @property
-    def result(self) -> Result:
-        """All that was recorded, with its scene."""
-
-
-@runtime_checkable
-class HasRecordings(Protocol):
-    """What has recorded motions of several instances, as a rollout does."""
-
-    @property
-    def recorded_instances(self) -> tuple[int, ...]:
-        """Their numbers."""
-
-    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
-        """The motion of one of them."""
 
 
 class HasTimes(Protocol):

@@ -14,14 +14,7 @@ from warpmuscle.core.extras import imported
 from warpmuscle.gait.curves import frame_curves, gait_curves
 from warpmuscle.gait.cycles import PERCENT
 from warpmuscle.plots.angles import angle_bands, legend_below
-from warpmuscle.plots.style import (
-    BAND_COLOR,
-    PALETTE,
-    SIDE_COLORS,
-    cycle_curves,
-    heading,
-    page,
-)
+from warpmuscle.plots.style import BAND_COLOR, PALETTE, SIDE_COLORS, cycle_curves, heading, page
 from warpmuscle.plots.subject import Subject
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.scene.norms import LEG_ANGLES

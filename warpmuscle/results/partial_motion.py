@@ -58,9 +58,15 @@ def demanding(motion: Recording, source: str) -> Recording:
 
 
 def motion_of(result: Result, source: str, replay: int) -> Recording:
-    """One motion of a result that was read from a file, see `demanding`; raises ResultError if it has none there."""
+    """One motion of a result that was read from a file, see `demanding`.
+
+    Raises:
+        ResultError: it has none there, or one without frames.
+    """
     if replay >= len(result.replays):
         raise ResultError(f"{source} has {number_of(len(result.replays), 'motion')}, none with number {replay}")
+    if not result.replays[replay].frames:
+        raise ResultError(f"{source}: its motion {replay} has no frames, as it ended at once")
     return demanding(result.replays[replay], source)
 
 

@@ -226,7 +226,7 @@ def opened_file(path: Path) -> contextlib.AbstractContextManager[Any]:
 def _opened_bytes(path: Path, run: str | None, content: Any) -> contextlib.AbstractContextManager[Any]:
     """The result file of a run, whose bytes a file of a sweep holds."""
     if not isinstance(content, np.ndarray) or content.dtype != np.uint8 or content.ndim != 1:
-        raise ResultError(f"{path}: damaged result file: the run {run!r} is no file")
+        raise ResultError(f"{path}: damaged result file: the run {run!r} is not a file")
     return hdf5.opened_bytes(content.tobytes(), lambda message: ResultError(f"{path}: run {run!r}: {message}"),
                              "damaged result file")  # fmt: skip
 

@@ -150,7 +150,7 @@ def _is_plain(result: Result) -> bool:
 
 
 def _texts(result: Result) -> Any:
-    """All that is no number, and what the layout depends on besides."""
+    """All that is not a number, and what the layout depends on besides."""
     assert result.searched is not None
     assert result.evaluations is not None
     parameters, recording = result.parameters, result.replays[0]

@@ -197,10 +197,7 @@ def distances_of_commands(scene: Scene, asked: Mapping[str, Any] | None = None) 
 
 
 def substitute(
-    scene: Scene,
-    values: Floats,
-    commands: Mapping[str, Any] | None = None,
-    known: KnownNumbers | None = None,
+    scene: Scene, values: Floats, commands: Mapping[str, Any] | None = None, known: KnownNumbers | None = None
 ) -> Scene:
     """The scene with numbers, or one number an instance, in place of its free parameters.
 

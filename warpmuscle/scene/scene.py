@@ -60,13 +60,7 @@ from warpmuscle.scene.objects.part import AnyObject, BallObject, BoxObject, Caps
 from warpmuscle.scene.part import ABOVE_0, FRACTION, FROM_0, INSTEAD, NoSuchPart, Part, Side
 from warpmuscle.scene.reflexes import Reflex, Reflexes
 from warpmuscle.scene.simbicon.controller import PD, Balance, Component, Curve, Feedback, MachineState, Trajectory
-from warpmuscle.scene.surfaces import (
-    CylinderSurface,
-    EllipsoidSurface,
-    SphereSurface,
-    Surface,
-    TorusSurface,
-)
+from warpmuscle.scene.surfaces import CylinderSurface, EllipsoidSurface, SphereSurface, Surface, TorusSurface
 from warpmuscle.scene.terrain.tiles import Terrain
 from warpmuscle.scene.treadmill.part import Treadmill
 from warpmuscle.scene.water.part import Water

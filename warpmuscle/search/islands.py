@@ -9,14 +9,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.search.bounds import into_cube, out_of_cube
 from warpmuscle.search.many_cma import ManyCma, usual_size
-from warpmuscle.search.search import (
-    BestSoFar,
-    checked_costs,
-    checked_population,
-    checked_sigma,
-    checked_start,
-    frozen,
-)
+from warpmuscle.search.search import BestSoFar, checked_costs, checked_population, checked_sigma, checked_start, frozen
 
 ISLANDS = 5  # where nobody says how many candidates a generation has, and on a GPU at most
 ENLARGED = 7  # an island has so many times the candidates of a generation of CMA-ES alone

@@ -44,9 +44,7 @@ class Rates:
         rank_mu = min(1.0 - rank_one, 2.0 * (0.25 + mass + 1.0 / mass - 2.0) / ((n + 2.0) ** 2 + mass))
         bad_mass = float(bad.sum() ** 2 / max((bad**2).sum(), 1e-300))
         least = min(
-            1.0 + rank_one / rank_mu,
-            1.0 + 2.0 * bad_mass / (mass + 2.0),
-            (1.0 - rank_one - rank_mu) / (n * rank_mu),
+            1.0 + rank_one / rank_mu, 1.0 + 2.0 * bad_mass / (mass + 2.0), (1.0 - rank_one - rank_mu) / (n * rank_mu)
         )
         negative = least * bad / max(np.abs(bad).sum(), 1e-300)
         path_sigma = (mass + 2.0) / (n + mass + 5.0)

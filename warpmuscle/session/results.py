@@ -17,12 +17,14 @@ from warpmuscle.optimization.resume import resume as _resume
 from warpmuscle.plots import curve_of, plot
 from warpmuscle.plots.one_curve import labelled_curve
 from warpmuscle.results.records import Result
+from warpmuscle.results.sweeps import Sweep
 from warpmuscle.results.sweeps import read as _read
 from warpmuscle.session.keeping import keep
 from warpmuscle.view.notebook import show
 from warpmuscle.view.page import Page
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
 P = ParamSpec("P")
@@ -159,12 +161,25 @@ optimize = _showing(_optimize)
 resume = _showing(_resume)
 
 
+if TYPE_CHECKING:
+
+    class ReadFile(ShownResult, Sweep):
+        """A result or a sweep, which only the file tells: checkers and editors know what either has."""
+
+        best: Any  # the best candidate of a search, or the name of the best run of a sweep
+
+        def to_dataframe(self, candidates: bool = False) -> pandas.DataFrame:
+            """The table of what it has; `candidates` is of sweeps."""
+else:
+    ReadFile = ShownResult | Sweep
+
+
 @overload
 def read(path: str | Path, run: str, *, replay: int | None = None) -> ShownResult: ...
 @overload
-def read(path: str | Path, run: None = None, *, replay: int | None = None) -> ShownResult | Any: ...
+def read(path: str | Path, run: None = None, *, replay: int | None = None) -> ReadFile: ...
 @functools.wraps(_read)
-def read(path: str | Path, run: str | None = None, *, replay: int | None = None) -> ShownResult | Any:
+def read(path: str | Path, run: str | None = None, *, replay: int | None = None) -> Any:
     """See `results.sweeps.read`."""
     if isinstance(path, str) and path in scene_names():
         raise ResultError(f"{path} is a scene: wm.simulate({path!r}) runs it, wm.load({path!r}) reads it")

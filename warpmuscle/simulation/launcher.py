@@ -148,13 +148,13 @@ def large_blocks(
     skeleton = config.kind.skeleton
     for apart in (False, True) if skeleton.open > 0 else (False,):
         one = config.compiling(skeleton=skeleton._replace(apart=apart))
-        for at_hand in (True, False) if config.kind.muscles.may_be_at_hand else (False,):
-            usual.append((one, at_hand, in_blocks(one, structure, slots, None, at_hand)))
-    config, at_hand, found = max(usual, key=lambda way: way[2][0].resident(1) if way[2] else 0)
+        for in_scratch in (True, False) if config.kind.muscles.may_be_in_scratch else (False,):
+            usual.append((one, in_scratch, in_blocks(one, structure, slots, None, in_scratch)))
+    config, in_scratch, found = max(usual, key=lambda way: way[2][0].resident(1) if way[2] else 0)
     if not found:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     if lanes is not None:
-        found = in_blocks(config, structure, slots, lanes, at_hand)
+        found = in_blocks(config, structure, slots, lanes, in_scratch)
     if not found:
         raise RolloutError(f"lanes must be more than {lanes} for this character")
     fitting = [large for large in found if large.instances_a_block * multiprocessors >= instances]
@@ -162,12 +162,12 @@ def large_blocks(
 
 
 def in_blocks(
-    config: KernelConfig, structure: Structure, slots: int, lanes: int | None, at_hand: bool
+    config: KernelConfig, structure: Structure, slots: int, lanes: int | None, in_scratch: bool
 ) -> list[KernelConfig]:
     """The configurations in large blocks that fit a multiprocessor, with ever fewer instances a block.
 
     Args:
-        lanes: None for as many as a block has room for. slots, at_hand: see `with_room`.
+        lanes: None for as many as a block has room for. slots, in_scratch: see `with_room`.
     """
     assert config.kind.muscles is not None
     threads = LARGE_BLOCK
@@ -179,29 +179,29 @@ def in_blocks(
             most = LANES_OF_FEW if sizes is FEW_SIDE_BY_SIDE and config.kind.muscles.paths.wraps else WARP
             own = min(threads // together, most) if lanes is None else lanes
             large = config._replace(lanes=own, block_dim=max(own * together, 2 * WARP))
-            found.append(with_room(large, structure, slots, at_hand))
+            found.append(with_room(large, structure, slots, in_scratch))
         found = [large for large in found if large.block_dim <= threads and large.large_blocks > 0]
         if found:
             return found
     return []
 
 
-def with_room(config: KernelConfig, structure: Structure, slots: int, at_hand: bool) -> KernelConfig:
+def with_room(config: KernelConfig, structure: Structure, slots: int, in_scratch: bool) -> KernelConfig:
     """The configuration with room for the muscles' pulls in its working set, or without.
 
     Args:
-        slots: of the character's feet. at_hand: whether pulls are to be in the working set.
+        slots: of the character's feet. in_scratch: whether pulls are to be in the working set.
     """
     muscles, capacity, crossings = config.kind.muscles, config.capacity, len(structure.actuation.table.crossings)
     assert muscles is not None
-    pulls, monomials = 3 * crossings if at_hand else 0, muscles.paths.monomials
+    pulls, monomials = 3 * crossings if in_scratch else 0, muscles.paths.monomials
     if muscles.shared > 0:  # shares come where pulls could go on
         slots = max(slots, -(-(len(structure.actuation.muscles) + monomials) // SLOT_FLOATS))
         capacity = max(capacity, -(-pulls // (3 * PULLS_A_BODY)))
     else:
         slots = slots_for(capacity, pulls + monomials, slots)
     config = config._replace(capacity=capacity, slots=slots)
-    return config.compiling(muscles=muscles._replace(pulls_at_hand=at_hand))
+    return config.compiling(muscles=muscles._replace(pulls_in_scratch=in_scratch))
 
 
 def usual_lanes(lanes: int | None, floats: int, instances: int, multiprocessors: int) -> int:

@@ -26,14 +26,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import Parameter, constant, free_parameters, known_numbers, start_values
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation import memory
-from warpmuscle.simulation.batch_input import (
-    checked_threads,
-    chosen,
-    chunk_steps,
-    end_step,
-    noise_and_mask,
-    positive,
-)
+from warpmuscle.simulation.batch_input import checked_threads, chosen, chunk_steps, end_step, noise_and_mask, positive
 from warpmuscle.simulation.batch_state import BatchState, Snapshot
 from warpmuscle.simulation.commands import Course
 from warpmuscle.simulation.devices import find_device

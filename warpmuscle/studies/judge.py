@@ -118,12 +118,7 @@ class Judgement:
     scene: Scene | None = None
 
 
-def judge(
-    walker: Walker,
-    *,
-    pushes: int = PUSHES,
-    tell: Callable[[str], None] = lambda _: None,
-) -> Judgement:
+def judge(walker: Walker, *, pushes: int = PUSHES, tell: Callable[[str], None] = lambda _: None) -> Judgement:
     """Judge the gait of a walker as it is commanded.
 
     Args:

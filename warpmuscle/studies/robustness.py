@@ -64,12 +64,7 @@ class SlopeTrial:
 
 
 def push_trials(
-    walker: Walker,
-    impulses: Sequence[float] = IMPULSES,
-    pushes: int = 20,
-    *,
-    push_duration: float = 0.1,
-    seed: int = 1,
+    walker: Walker, impulses: Sequence[float] = IMPULSES, pushes: int = 20, *, push_duration: float = 0.1, seed: int = 1
 ) -> PushTrials:
     """Push the root of a gait at random times from random horizontal directions, at all impulses in one batch.
 

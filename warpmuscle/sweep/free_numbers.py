@@ -70,7 +70,7 @@ def with_free_numbers(scene: Scene, intervals: Sequence[Interval]) -> tuple[Scen
         if not matched:
             check_exists(scene, names)
             what = "no number that may be free has a path of this pattern" if is_pattern(interval.pattern) else ""
-            raise SceneError(what or "is no number that may be free", interval.pattern)
+            raise SceneError(what or "is not a number that may be free", interval.pattern)
         followers = [path for path, number in matched.items() if isinstance(number, Free) and number.same_as]
         nothing = [
             path for path, number in matched.items() if path not in followers and not _has_width(number, interval)

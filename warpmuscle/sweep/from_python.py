@@ -64,7 +64,7 @@ def sweep(
         if search is not None or set is not None:
             raise ArgumentError(f"{'search' if search is not None else 'set'} needs a grid; a sweep file says its own")
         if not source.suffix and not source.exists():
-            raise ArgumentError(f"{source} is no sweep file; a scene takes a grid, such as grid={{'seed': [1, 2]}}")
+            raise ArgumentError(f"{source} is not a sweep file; a scene takes a grid, such as grid={{'seed': [1, 2]}}")
         plan = read(source, trust)
     else:
         target = target or Path(f"{file_name(source.stem)}_sweep.h5")

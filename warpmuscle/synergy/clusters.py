@@ -83,7 +83,7 @@ def _joined(
     for index, (own, table) in enumerate(zip(muscles, weights, strict=True), 1):
         if sorted(own) != sorted(names):
             odd = sorted(set(own) ^ set(names))
-            raise SignalError(f"person {index} has not the same muscles as the first: {', '.join(odd)}")
+            raise SignalError(f"person {index} does not have the same muscles as the first: {', '.join(odd)}")
         parts.append(table[[list(own).index(name) for name in names]])
     counts = [part.shape[1] for part in parts]
     number = np.concatenate([np.arange(count) for count in counts])

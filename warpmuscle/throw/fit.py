@@ -327,12 +327,7 @@ def trade(
     curve = []
     individual, shared = fitted.individual, fitted.unknowns
     for price in prices:
-        fitting = _Fitting(
-            follower,
-            fitted.unknowns,
-            training,
-            replace(settings, fidelity=price),
-        )
+        fitting = _Fitting(follower, fitted.unknowns, training, replace(settings, fidelity=price))
         individual, shared = fitting.again(individual, shared)
         curve.append((price, follower.agreement(individual, shared)[0]))
     return curve

@@ -89,12 +89,7 @@ class Bellies:
         )
         corners = place[..., None, :] + radius[..., None, None] * normals
         tints = np.repeat(tint[..., None, :], SECTORS, axis=2)
-        return (
-            corners.reshape(-1, 3),
-            normals.reshape(-1, 3),
-            tints.reshape(-1, 3),
-            _grids(len(first), rings),
-        )
+        return (corners.reshape(-1, 3), normals.reshape(-1, 3), tints.reshape(-1, 3), _grids(len(first), rings))
 
 
 def _grids(stretches: int, rings: int) -> Integers:

@@ -12,15 +12,7 @@ from warpmuscle.plots.style import matplotlib
 from warpmuscle.scene.terrain.mesh import in_world, mesh_of
 from warpmuscle.scene.terrain.surface import Lie
 from warpmuscle.video.camera import VIEW
-from warpmuscle.video.colours import (
-    HORIZON,
-    LIGHT,
-    TILES,
-    WATER,
-    WATER_ALPHA,
-    ZENITH,
-    activation_colours,
-)
+from warpmuscle.video.colours import HORIZON, LIGHT, TILES, WATER, WATER_ALPHA, ZENITH, activation_colours
 from warpmuscle.video.film import Film
 from warpmuscle.video.standing import Standing
 

@@ -218,7 +218,7 @@ class LiveRun:
         """Push the root from now on for 0.1 s; returns the impulse (3,), N s, world.
 
         Args:
-            impulse: N s, none if it is no finite number.
+            impulse: N s, none if it is not a finite number.
             angle: rad, about the vertical from straight ahead, to the left.
         """
         impulse = impulse if np.isfinite(impulse) else 0.0

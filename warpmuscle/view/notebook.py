@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from warpmuscle.core.arguments import answering, as_integer, as_kind, as_path, as_truth, in_words
 from warpmuscle.core.errors import ArgumentError, Error
 from warpmuscle.formats import SceneLike, scene_of
+from warpmuscle.results.holders import HasRecordings, HasResult
 from warpmuscle.results.partial_motion import demanding
 from warpmuscle.results.recording import Recording
 from warpmuscle.results.records import Result
@@ -18,28 +19,6 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.view.page import Page
 from warpmuscle.view.sources import Sight, is_result, of_replays, of_scene, page_of_sights, with_measured
-
-
-@runtime_checkable
-class HasResult(Protocol):
-    """What holds a result, as a run does."""
-
-    @property
-    def result(self) -> Result:
-        """All that was recorded, with its scene."""
-
-
-@runtime_checkable
-class HasRecordings(Protocol):
-    """What has recorded motions of several instances, as a rollout does."""
-
-    @property
-    def recorded_instances(self) -> tuple[int, ...]:
-        """Their numbers."""
-
-    def recording(self, instance: int | None = None, start: float = 0.0) -> Recording:
-        """The motion of one of them."""
-
 
 ARGUMENTS = {
     **dict.fromkeys(("title", "name", "label"), "the page is called as its scene is"),

@@ -9,7 +9,7 @@ from warpmuscle.core.pose import normalized
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import BoxObject, Scene
 from warpmuscle.scene.initial_pose import plain_vector
-from warpmuscle.scene.objects.motion import ObjectMotion, object_motion
+from warpmuscle.scene.objects.motion import ObjectMotion, is_recorded, object_motion
 from warpmuscle.scene.objects.part import AnyObject
 from warpmuscle.scene.objects.shape import rounded
 from warpmuscle.scene.treadmill.belt_motion import mean_shift
@@ -18,8 +18,9 @@ from warpmuscle.view.pieces import Block, Limb, Piece
 
 def motion_of(recording: Recording, scene: Scene, name: str) -> ObjectMotion:
     """Where an object was, on a treadmill relative to the belts; its start if a recording has nothing of it."""
-    found, shift = object_motion(recording, name), mean_shift(scene.ground, recording.time)
-    if found is not None:
+    shift = mean_shift(scene.ground, recording.time)
+    if is_recorded(recording, name):
+        found = object_motion(recording, name)
         return found._replace(position=found.position - shift)
     solid, frames = scene.objects[name], recording.frames
     still = np.zeros((frames, 3))

@@ -214,7 +214,7 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
 @pytest.mark.parametrize(
     ("name", "data", "words"),
     [
-        ("a.png", b"", "no PNG"),
+        ("a.png", b"", "not a PNG"),
         ("a.png", GOOD[:-30], "damaged"),
         ("a.png", GOOD[:45] + b"x" + GOOD[46:], "damaged"),
         ("a.png", SIGNATURE + chunk(b"IHDR", BAD_HEADER) + chunk(b"IDAT", b"x"), "60000 x 60000 has more points"),
@@ -224,11 +224,11 @@ BAD_HEADER = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
          "no kind that PNG has"),
         ("a.png", SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 0, 0, 0, 0))
          + chunk(b"IDAT", zlib.compress(b"\0" * 10**6)), "more or fewer points"),
-        ("a.npy", b"\x93NUMPY\x01\x00", "no table of numbers"),
-        ("a.npy", b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f8',\n", "no table of numbers"),
+        ("a.npy", b"\x93NUMPY\x01\x00", "not a table of numbers"),
+        ("a.npy", b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f8',\n", "not a table of numbers"),
         ("a.csv", "1, 2\n3", "line 2 has 1 number"),
         ("a.csv", "1, 2\n3, x", "line 2 is not of numbers"),
-        ("a.csv", "1, 2\n3, nan", "row 2, column 2 is no finite number"),
+        ("a.csv", "1, 2\n3, nan", "row 2, column 2 is not a finite number"),
         ("a.csv", "1, 2", "2 rows and 2 columns"),
         ("a.xml", "<mujoco>", "not valid XML"),
         ("a.xml", "<mujoco/>", "no hfield"),
@@ -266,20 +266,20 @@ def test_what_is_no_height_field_of_mujoco_is_refused(tmp_path: Path):
         with pytest.raises(SceneError, match="neither a PNG picture nor MuJoCo's own"):
             scene(tmp_path, "h.xml")
     written(tmp_path, "h.bin", struct.pack("<ii4f", 2, 2, 0, 1, 2, np.inf))
-    with pytest.raises(SceneError, match="no finite number"):
+    with pytest.raises(SceneError, match="not a finite number"):
         scene(tmp_path, "h.xml")
 
 
 def test_complex_numbers_are_no_heights(tmp_path: Path):
     np.save(tmp_path / "a.npy", np.ones((3, 3), dtype=complex))
-    with pytest.raises(SceneError, match="no table of numbers"):
+    with pytest.raises(SceneError, match="not a table of numbers"):
         scene(tmp_path, "a.npy")
 
 
 @pytest.mark.parametrize("kind", ["object", "huge"])
 def test_numpy_files_run_nothing_and_are_bounded(tmp_path: Path, kind: str):
     np.save(tmp_path / "a.npy", np.array([[print, 1]], dtype=object) if kind == "object" else np.zeros((1100, 1100)))
-    with pytest.raises(SceneError, match=r"no table|the limit `heights`"):
+    with pytest.raises(SceneError, match=r"not a table|the limit `heights`"):
         scene(tmp_path, "a.npy")
-    with pytest.raises(ValueError, match=r"no table|the limit"):
+    with pytest.raises(ValueError, match=r"not a table|the limit"):
         read_heights(tmp_path / "a.npy")

@@ -106,7 +106,7 @@ def test_a_floating_base_is_the_root(tmp_path: Path):
         ("<mujoco/>", "a URDF begins with <robot>, not <mujoco>"), ("<robot", "not sound XML"),
         ("<!DOCTYPE a><robot/>", "a model has no document type"),
         ("<robot>" + "<a>" * 60 + "</a>" * 60 + "</robot>", "the limit `nesting`"),
-        (ARM.replace('"elbow" multiplier', '"knee" multiplier'), "joint 'grip' mimics 'knee', which is no joint"),
+        (ARM.replace('"elbow" multiplier', '"knee" multiplier'), "joint 'grip' mimics 'knee', which is not a joint"),
         (ARM.replace('value="0.7"', 'value="x"'), "MuJoCo cannot compile it"),
         ('<robot name="r"><link name="a"/></robot>', "nothing in it moves|cannot compile"),
     ],

@@ -105,7 +105,7 @@ def test_expressions_are_sums_products_and_quotients(text: str, value: list[floa
     ("text", "message"),
     [
         ("theta_x*theta_y", "multiplies variables"), ("1/theta_x", "divides by a variable"), ("1/0", "or by 0"),
-        ("exp(theta_x)", "'exp' is no sum, product or quotient"), ("(1", "not closed"),
+        ("exp(theta_x)", "'exp' is not a sum, product or quotient"), ("(1", "not closed"),
         ("1 2", "'2' is not understood"),
         ("", "is empty"), ("2*", "ends too early"), ("__import__", "is not known; it may be of"),
         ("9" * 3000, "characters"),

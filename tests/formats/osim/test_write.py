@@ -15,17 +15,7 @@ from warpmuscle.core.pose import rotate
 from warpmuscle.formats import Ignored, load, save
 from warpmuscle.formats.osim.frames import turned
 from warpmuscle.formats.osim.xml_text import angles_of
-from warpmuscle.scene import (
-    Body,
-    Character,
-    ContactMaterial,
-    Displacement,
-    Ground,
-    InitialState,
-    Pulley,
-    Scene,
-    Sphere,
-)
+from warpmuscle.scene import Body, Character, ContactMaterial, Displacement, Ground, InitialState, Pulley, Scene, Sphere
 from warpmuscle.scene.initial_pose import world_poses
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.validation.muscles import initial_path_lengths

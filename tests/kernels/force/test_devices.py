@@ -258,7 +258,7 @@ def test_a_limit_acts_along_the_first_coordinate_of_its_joint_alone():
     ("changed", "message"),
     [
         ({"effort": None}, "force 'odd' in FORCES of devices.py needs one Warp function: `effort`"),
-        ({"parameters": int}, "force 'odd' .*: its `parameters` are no @wp.struct of floats"),
+        ({"parameters": int}, "force 'odd' .*: its `parameters` are not a @wp.struct of floats"),
         ({"positive": ("damping", "width")}, "`positive` must be a tuple of names of parameters, 'width' is not"),
         ({"positive": "damping"}, "`positive` must be a tuple of names of parameters, 'damping' is not"),
         ({"of_angle": False}, "force 'odd' .* reads a coordinate of its joint: say `of_angle=True`"),

@@ -7,12 +7,7 @@ import warp as wp
 from probes import filled, matrix, units
 
 from small_scene import muscle_scene
-from warpmuscle.kernels.force.expressions import (
-    PointExpression,
-    TorqueExpression,
-    point_expression,
-    torque_expression,
-)
+from warpmuscle.kernels.force.expressions import PointExpression, TorqueExpression, point_expression, torque_expression
 from warpmuscle.kernels.muscle_structs import Muscles
 from warpmuscle.kernels.structs import Model, Scratch, Skeleton, State
 from warpmuscle.model.expressions.programs import expression_tables

@@ -52,12 +52,12 @@ TERMS = term_sums.ObjectiveKind(
 )
 MUSCLES = [
     muscle_stage_of(
-        MuscleKind(LEE, tendon, law, pulls_at_hand=at_hand, straight=at_hand, implicit=not at_hand),
+        MuscleKind(LEE, tendon, law, pulls_in_scratch=in_scratch, straight=in_scratch, implicit=not in_scratch),
         term_sums.muscle_functions(TERMS),
     )
-    for tendon, law, at_hand in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
+    for tendon, law, in_scratch in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
 ]
-MUSCLES += [muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_at_hand=True, shared=joints)) for joints in (1, 3)]
+MUSCLES += [muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_in_scratch=True, shared=joints)) for joints in (1, 3)]
 MUSCLES += [
     muscle_stage_of(
         MuscleKind(LEE, RIGID, HILL, implicit=implicit, coordinate_joints=True, followers=True, paths=PathKind(None, 8))

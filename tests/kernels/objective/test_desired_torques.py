@@ -1,12 +1,10 @@
 """A term of a scene's own sees what torques the controller wants of joints, by the joints' names."""
 
-from pathlib import Path
-
 import msgspec
 import pytest
 import warp  # noqa: F401  what is tested launches kernels
 
-from importing import importable_from
+from importing import module_of
 from warpmuscle import Rollout
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
@@ -44,14 +42,7 @@ def twice(instance: int, model: Model, state: State, work: Scratch, desired: Unk
     return 0.0
 """
 NAME = "terms_of_desired"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def importable(tmp_path_factory) -> None:
-    folder: Path = tmp_path_factory.mktemp("desired")
-    (folder / f"{NAME}.py").write_text(MODULE)
-    with importable_from(folder):
-        yield
+module = module_of(NAME, MODULE)
 
 
 def test_a_term_sums_what_recordings_say_that_the_controller_wanted():

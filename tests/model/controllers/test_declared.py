@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import warpmuscle as wm
-from importing import importable_from
+from importing import module_of
 from muscle_arm import arm, leg
 from small_scene import muscle_scene
 from warpmuscle.core.errors import RolloutError, SceneError
@@ -97,14 +97,7 @@ unnamed = CustomController(effort=push, by_joint=Push, state=1, recorded=("clock
 odd = CustomController(effort=push, by_joint=Push, state=1, recorded=(("a b", "s"),))
 '''
 STEP = 0.0005
-
-
-@pytest.fixture(scope="module", autouse=True)
-def module(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("theirs")
-    (folder / f"{NAME}.py").write_text(MODULE)
-    with importable_from(folder):
-        yield
+module = module_of(NAME, MODULE)
 
 
 def with_controller(kind: str, **tables: object) -> Scene:
@@ -269,7 +262,7 @@ def test_what_a_type_lacks_or_does_not_take_is_said_in_one_line(controller: Cont
     ("entry", "message"),
     [
         ("twice", "has one structure in two places: make one for by_muscle"),
-        ("flat", "those by_joint of .* are no @wp.struct of floats"),
+        ("flat", "those by_joint of .* are not a @wp.struct of floats"),
         (
             "swapped",
             r"it takes \(int, int, Model, State, Scratch \[, wp.array\[float\]\]\), but 'push' .*, Push, wp.arr",

@@ -7,13 +7,7 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about
 from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.scene import Body, Character, Constraint, Ground, Joint, JointState, Scene
-from warpmuscle.scene.constraints.pose import (
-    constraint_errors,
-    meeting_speeds,
-    nearest_pose,
-    slopes,
-    start_coordinates,
-)
+from warpmuscle.scene.constraints.pose import constraint_errors, meeting_speeds, nearest_pose, slopes, start_coordinates
 from warpmuscle.scene.scaling import scaled_segments
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.scene import check_scene

@@ -120,8 +120,8 @@ class Motionless(Coordinate):
     [
         (Motionless, f"{__name__}:screw_motion", "joint type 'odd' has no method `motion`"),
         (Screw, "", "joint type 'odd' names no `kernel`"),
-        (Screw, f"{__name__}:scew_motion", "joint type 'odd': its kernel .*scew_motion' is no Warp function"),
-        (Screw, "no_such_module:f", "joint type 'odd': its kernel 'no_such_module:f' is no Warp function"),
+        (Screw, f"{__name__}:scew_motion", "joint type 'odd': its kernel .*scew_motion' is not a Warp function"),
+        (Screw, "no_such_module:f", "joint type 'odd': its kernel 'no_such_module:f' is not a Warp function"),
     ],
 )
 def test_what_a_type_forgets_is_named(kind: type[Coordinate], kernel: str, message: str):

@@ -7,18 +7,7 @@ import pytest
 
 from warpmuscle.scene.terrain.packing import packed
 from warpmuscle.scene.terrain.shapes import grid_of
-from warpmuscle.scene.terrain.tiles import (
-    Flat,
-    Gaps,
-    HeightField,
-    Profile,
-    Rough,
-    Slope,
-    Stairs,
-    Steps,
-    Stones,
-    Waves,
-)
+from warpmuscle.scene.terrain.tiles import Flat, Gaps, HeightField, Profile, Rough, Slope, Stairs, Steps, Stones, Waves
 
 RNG = np.random.default_rng(0)
 X, Z = RNG.uniform(-4.0, 4.0, 3000), RNG.uniform(-2.0, 9.0, 3000)

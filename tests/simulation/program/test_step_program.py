@@ -125,7 +125,7 @@ def test_a_point_comes_as_near_as_it_can(unoptimized_kernels):
     ("changes", "said"),
     [
         ({"parameters": {"rate": 5000.0}}, "at 1 Hz to 1000 Hz"),
-        ({"parameters": {"rate": Free(100.0, min=50.0, max=200.0)}}, "no free parameter"),
+        ({"parameters": {"rate": Free(100.0, min=50.0, max=200.0)}}, "cannot be a free parameter"),
         ({"parameters": {"pace": 1.0}}, "no parameter is called 'pace'"),
         ({"joint": {"stiffness": 1.0}}, "no parameter is called 'stiffness'"),
         ({"body": {"mass": 1.0}}, "no parameter is called 'mass'"),

@@ -194,8 +194,8 @@ def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
     ("text", "message"),
     [
         ("{", "not valid JSON"),
-        ("{}", "is no list"),
-        ("[]", "is no list"),
+        ("{}", "is not a list"),
+        ("[]", "is not a list"),
         ("[" * 100_000, "not valid JSON"),
         (json.dumps([LEVEL, LEVEL]), "conditions 1 and 2 have the same identifier, '"),
         (json.dumps([LEVEL, {"study": "a"}]), "condition 2"),
@@ -205,7 +205,7 @@ def test_changes_of_angles_are_over_the_stride(tmp_path: Path):
         (json.dumps([LEVEL | {"metabolic_power_nd": float("nan")}]), "metabolic_power_nd is not finite"),
         (json.dumps([FOOT | {"added_mass_kg": -1}]), "must not be negative"),
         (json.dumps([LEVEL | {"curves_right": dict.fromkeys(
-            ("hip_flexion_deg", "knee_angle_deg", "ankle_angle_deg"), "no")}]), "no list of numbers"),
+            ("hip_flexion_deg", "knee_angle_deg", "ankle_angle_deg"), "no")}]), "not a list of numbers"),
     ],
 )  # fmt: skip
 def test_a_file_that_is_no_list_of_conditions_is_refused(text: str, message: str, tmp_path: Path):

@@ -187,6 +187,7 @@ def test_the_command_goes_on_where_it_was(done, folder: Path):
         ("torso.mass", "torsoo.mass", 18, "torsoo"),
         ("candidates = 24", 'candidates = 24\nset = { "objective.sped" = 1 }', 9, "sped"),
         ("sigma = 0.1", "sigma = -1", 10, "sigma"),
+        ('scene = "walker.toml"', 'scene = "plain.toml"', 2, "no free parameters"),
     ],
 )
 def test_what_cannot_be_used_is_named_where_it_stands(
@@ -194,6 +195,8 @@ def test_what_cannot_be_used_is_named_where_it_stands(
 ):
     for name in ("walk.h5", "walker.toml"):
         (tmp_path / name).symlink_to(folder / name)
+    scene = load("fwalk")
+    (tmp_path / "plain.toml").write_text(toml.dumps(substitute(scene, start_values(scene))))
     (tmp_path / "patient.toml").write_text(TEXT.replace(old, new, 1))
     failed = command_line.run("patient", "patient.toml", "--device", "cpu", folder=tmp_path)
     assert failed.returncode == 2

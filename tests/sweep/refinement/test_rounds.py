@@ -79,7 +79,7 @@ def test_rounds_follow_from_costs_and_go_on_after_an_interruption(tmp_path: Path
     assert found[:6, 0] == pytest.approx(np.mean(both, axis=1))
 
     (folder / CHOSEN).write_text("[[0.2, 0.3]]")
-    with pytest.raises(Error, match=r"points\.json: these are no points of 1 axis"):
+    with pytest.raises(Error, match=r"points\.json: these are not points of 1 axis"):
         sweep(plan(tmp_path, 7), whole, device="cpu")
     (folder / CHOSEN).write_text("[[0.2")
     with pytest.raises(Error, match=r"points\.json: is damaged"):

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from warpmuscle.cli.common import command_line, writable
+from warpmuscle.cli.common import SceneFile, command_line, writable
 from warpmuscle.cli.console import out, suggest
 from warpmuscle.core.plain_text import number_of
 
 
 def build(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file that describes a creature.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    output: SceneFile,
 ) -> None:
     """Make a scene of a short description: segments, joints, muscles by the boxes where they may attach, a gait.
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Settings, Threads, Trust, start_warp, writable
+from warpmuscle.cli.common import Device, JsonFile, Settings, Threads, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out, print_table
 from warpmuscle.cli.walkers import Walkers, walker_of
 from warpmuscle.core.plain_text import number_of
@@ -27,7 +26,7 @@ def judge(
     device: Device = None,
     threads: Threads = None,
     trust: Trust = False,
-    output: Annotated[Path | None, typer.Option("--json", help="File for all numbers.")] = None,
+    output: JsonFile = None,
 ) -> None:
     """Judge whether the muscles of a body that moves could be those of an animal.
 

@@ -9,7 +9,7 @@ import typer
 
 from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writable, writable_folder
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.results import Run
+from warpmuscle.cli.results import Replay, Run
 from warpmuscle.core.plain_text import number_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def reactions(
     frame: Annotated[str, typer.Option(help="Axes of forces and moments: child, parent or ground.")] = "child",
     sto: Annotated[Path | None, typer.Option("--sto", help="Folder for a .sto file with OpenSim's names.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file of all frames.")] = None,
-    replay: Annotated[int, typer.Option(min=0, help="Which motion of the file.")] = 0,
+    replay: Replay = 0,
     run: Run = None,
     device: Device = None,
     trust: Trust = False,

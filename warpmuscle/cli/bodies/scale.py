@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from warpmuscle.cli.common import Settings, Sources, Trust, command_line, load_scene, writable_beside
+from warpmuscle.cli.common import SceneFile, Settings, Sources, Trust, command_line, load_scene, writable_beside
 from warpmuscle.cli.console import out, suggest
 
 Factors = Annotated[
@@ -22,7 +21,7 @@ Masses = Annotated[
 
 def scale(
     sources: Sources,
-    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    output: SceneFile,
     height: Annotated[float | None, typer.Option(help="Height of the body, m; by default unchanged.")] = None,
     mass: Annotated[float | None, typer.Option(help="Mass of the body, kg; by default that of the same build.")] = None,
     lengths: Factors = None,

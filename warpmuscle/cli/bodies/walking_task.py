@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from warpmuscle.cli.common import Trust, command_line, writable
+from warpmuscle.cli.common import SceneFile, Trust, command_line, writable
 from warpmuscle.cli.console import out, suggest
 from warpmuscle.core.plain_text import number_of
 
@@ -20,7 +20,7 @@ def walking_task(
             metavar="MODEL", help="TOML file of a model with two legs, or the name of a shipped one, such as gait2392."
         ),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="TOML file to write.")],
+    output: SceneFile,
     trust: Trust = False,
 ) -> None:
     """Write a scene in which a model with two legs learns to walk: soles, springs, rewards, for you to change.

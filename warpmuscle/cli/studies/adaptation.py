@@ -14,6 +14,7 @@ from warpmuscle.cli.common import (
     Device,
     Population,
     Settings,
+    Threads,
     Trust,
     doubts_printed,
     seconds,
@@ -47,7 +48,7 @@ def adaptation(
     settings: Settings = None,
     until: Annotated[str | None, typer.Option(metavar="TIME", help="Wall time of all searches: 90s, 5m.")] = None,
     device: Device = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
+    threads: Threads = None,
     trust: Trust = False,
 ) -> None:
     """Search for walks under measured conditions, and compare the changes that they predict with those of people.

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Trust, doubts_printed, start_warp
+from warpmuscle.cli.common import Device, Threads, Trust, doubts_printed, start_warp
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.sweep import progress_shown
+from warpmuscle.cli.sweep import Seeds, progress_shown
 from warpmuscle.core.errors import Error
 from warpmuscle.simulation.cuda_warmup import start_driver
 
@@ -22,11 +22,9 @@ def patient(
         Path | None,
         typer.Option("--output", "-o", help="HTML page; a table, .csv, and a folder, .patient, are written beside it."),
     ] = None,
-    seeds: Annotated[
-        int | None, typer.Option(min=1, help="Number of seeds, from 1 on, in place of the file's.")
-    ] = None,
+    seeds: Seeds = None,
     device: Device = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads.")] = None,
+    threads: Threads = None,
     trust: Trust = False,
 ) -> None:
     """Search for walks like a patient's recorded one, and predict what a changed muscle, tendon or brace does to it.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from warpmuscle.cli.common import writable
+from warpmuscle.cli.common import Figure, writable
 from warpmuscle.cli.console import out
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
@@ -34,7 +34,7 @@ def cluster(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="CSV to write, with a line for each module.")
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")] = None,
+    plot: Figure = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the starts of k-means.")] = 0,
 ) -> None:
     """Sort the synergies of several people by likeness: k-means on their modules, the columns of W.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from warpmuscle.cli.common import command_line, writable
+from warpmuscle.cli.common import Figure, ResultFile, command_line, writable
 from warpmuscle.cli.console import log, marked, out
 from warpmuscle.core.plain_text import number_of
 
@@ -30,8 +30,6 @@ Number = Annotated[
         "--vaf and --muscle-vaf, or the knee if they ask for many more; cross: by cross-validation.",
     ),
 ]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")]
-Plot = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")]
 Channels = Annotated[
     str | None, typer.Option(help="Names or patterns of the channels, separated by commas, such as 'env_*,BIC'.")
 ]
@@ -81,8 +79,8 @@ Seed = Annotated[int, typer.Option(min=0, help="Seed of the random starts.")]
 def extract(
     recordings: Recordings,
     number: Number = "knee",
-    output: Output = None,
-    plot: Plot = None,
+    output: ResultFile = None,
+    plot: Figure = None,
     channels: Channels = None,
     vaf: Vaf = 0.95,
     muscle_vaf: MuscleVaf = 0.75,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Quantities, Single, Threads, Trust
+from warpmuscle.cli.common import Device, Figure, Quantities, ResultFile, Single, Threads, Trust
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.throw.options import (
     FIDELITY,
@@ -21,8 +21,6 @@ from warpmuscle.cli.throw.options import (
     LowPass,
     Motions,
     Number,
-    Output,
-    Plot,
     Prescribed,
     Seed,
     check_files,
@@ -69,8 +67,8 @@ def compare(
     prescribe: Prescribed = None,
     fit_all: FitAll = False,
     fidelity: Fidelity = FIDELITY,
-    output: Output = None,
-    plot: Plot = None,
+    output: ResultFile = None,
+    plot: Figure = None,
     device: Device = None,
     threads: Threads = None,
     seed: Seed = 0,

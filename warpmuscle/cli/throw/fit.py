@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warpmuscle.cli.common import Device, Quantities, Single, Threads, Trust
+from warpmuscle.cli.common import Device, Figure, Quantities, ResultFile, Single, Threads, Trust
 from warpmuscle.cli.throw.options import (
     FIDELITY,
     Arm,
@@ -14,8 +14,6 @@ from warpmuscle.cli.throw.options import (
     LowPass,
     Motions,
     Number,
-    Output,
-    Plot,
     PlotEach,
     Prescribed,
     Seed,
@@ -41,8 +39,8 @@ def fit(
     prescribe: Prescribed = None,
     fit_all: FitAll = False,
     fidelity: Fidelity = FIDELITY,
-    output: Output = None,
-    plot: Plot = None,
+    output: ResultFile = None,
+    plot: Figure = None,
     plot_each: PlotEach = None,
     device: Device = None,
     threads: Threads = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from warpmuscle.cli.common import Device, Quantities, Single, Threads, Trust
+from warpmuscle.cli.common import Device, Figure, Quantities, ResultFile, Single, Threads, Trust
 from warpmuscle.cli.console import log, marked, out
 from warpmuscle.cli.throw.options import (
     Arm,
@@ -17,8 +17,6 @@ from warpmuscle.cli.throw.options import (
     Emg,
     LowPass,
     Number,
-    Output,
-    Plot,
     Prescribed,
     Seed,
     check_files,
@@ -69,8 +67,8 @@ def goal(
     channel: Channels = None,
     low_pass: LowPass = None,
     prescribe: Prescribed = None,
-    output: Output = None,
-    plot: Plot = None,
+    output: ResultFile = None,
+    plot: Figure = None,
     device: Device = None,
     threads: Threads = None,
     seed: Seed = 0,

@@ -46,8 +46,7 @@ Channels = Annotated[
     list[str] | None, typer.Option(metavar="MUSCLE=CHANNEL", help="Which channel of --emg stands for a muscle.")
 ]
 Calibrate = Annotated[
-    bool,
-    typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, and of the muscles."),
+    bool, typer.Option("--calibrate", help="Find gains and delays of the channels of --emg, and of the muscles.")
 ]
 LowPass = Annotated[
     float | None,
@@ -64,8 +63,6 @@ FitAll = Annotated[
     bool, typer.Option("--fit-all", help="Fit parameters to all motions, rather than to every other one.")
 ]
 Fidelity = Annotated[float, typer.Option(min=0.0, help="Price of leaving the extracted signals, against accuracy.")]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="HDF5 file to write.")]
-Plot = Annotated[Path | None, typer.Option(help="Figure to draw, .png, .svg or .pdf.")]
 PlotEach = Annotated[
     Path | None, typer.Option(help="Folder for a figure of each motion, with muscles and the flight of a ball.")
 ]
@@ -82,7 +79,7 @@ def check_files(output: Path | None, plot: Path | None, plot_each: Path | None =
     if plot_each is not None:
         need("matplotlib", "figures need")
         if plot_each.exists() and not plot_each.is_dir():
-            raise Error(f"--plot-each names {plot_each}, which is no folder")
+            raise Error(f"--plot-each names {plot_each}, which is not a folder")
     if plot is not None:
         from warpmuscle.plots.style import check_picture
 

@@ -92,7 +92,7 @@ def _values(plain: Any, bits: int, count: int) -> Any:
 def _chunks(data: bytes) -> tuple[Header, Any, bytes]:
     """The header, the colours (n, 3) of a palette, and the data of the picture, still packed."""
     if not data.startswith(SIGNATURE):
-        raise ValueError("this is no PNG picture")
+        raise ValueError("this is not a PNG picture")
     at, header, parts = len(SIGNATURE), None, []
     colours = np.zeros((0, 3), np.uint8)
     while at + 12 <= len(data):
@@ -125,7 +125,7 @@ def _unfiltered(lines: Any, width: int) -> Any:
         elif kind in (1, 3, 4):
             now = _along(kind, now, before, width)
         elif kind != 0:
-            raise ValueError(f"the picture is damaged: line {row + 1} has the filter {kind}, which there is not")
+            raise ValueError(f"the picture is damaged: line {row + 1} has the filter {kind}, which does not exist")
         found[row] = before = now
     return found
 

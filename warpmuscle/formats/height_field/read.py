@@ -91,7 +91,7 @@ def _check(heights: Floats) -> None:
         )
     if not np.isfinite(heights).all():
         row, column = np.argwhere(~np.isfinite(heights))[0]
-        raise ValueError(f"row {row + 1}, column {column + 1} is no finite number")
+        raise ValueError(f"row {row + 1}, column {column + 1} is not a finite number")
 
 
 def _png(path: Path) -> Heights:
@@ -106,7 +106,7 @@ def _npy(path: Path) -> Heights:
             raise TypeError
         return Heights(np.asarray(table, dtype=np.float64))
     except NOT_NUMPY:
-        raise ValueError("this is no table of numbers of NumPy") from None
+        raise ValueError("this is not a table of numbers of NumPy") from None
 
 
 def _csv(path: Path) -> Heights:
@@ -156,7 +156,7 @@ def _binary(data: bytes) -> Floats:
         raise ValueError("the file of an hfield is neither a PNG picture nor MuJoCo's own with two counts and numbers")
     numbers: Floats = np.frombuffer(data, "<f4", offset=8).astype(np.float64).reshape(rows, columns)
     if not np.isfinite(numbers).all():
-        raise ValueError("an elevation of the hfield is no finite number")
+        raise ValueError("an elevation of the hfield is not a finite number")
     return numbers
 
 
@@ -175,7 +175,7 @@ def _elevation(found: dict[str, str]) -> Floats:
     if rows < 2 or columns < 2 or len(numbers) != rows * columns:
         raise ValueError(f"the hfield has {number_of(len(numbers), 'elevation')} for a grid of {rows} x {columns}")
     if not np.isfinite(numbers).all():
-        raise ValueError("an elevation of the hfield is no finite number")
+        raise ValueError("an elevation of the hfield is not a finite number")
     return numbers.reshape(rows, columns)[::-1]
 
 

@@ -41,6 +41,6 @@ def _check(found: Triangles) -> None:
     if not len(found.faces):
         raise MeshError("there are no triangles in it")
     if found.faces.min() < 0 or found.faces.max() >= len(found.corners):
-        raise MeshError("a triangle names a corner that there is not")
+        raise MeshError("a triangle names a corner that does not exist")
     if not np.all(np.abs(found.corners) < GREATEST_NUMBER):  # so are what is not a number, and infinite ones
         raise MeshError("a corner is at no finite place")

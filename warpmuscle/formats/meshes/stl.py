@@ -28,7 +28,7 @@ def triangles(data: bytes) -> Triangles:
         raise MeshError("it is neither STL as text, which begins with `solid`, nor as bytes")
     found = VERTEX.findall(data)
     if len(found) % 3:
-        raise MeshError("a facet has not three corners")
+        raise MeshError("a facet does not have three corners")
     return _joined(numbers(b" ".join(found), "vertex").reshape(-1, 3))
 
 

@@ -26,7 +26,7 @@ def without_files(text: bytes | str) -> str:
     for joint in root.iter("joint"):
         for mimic in joint.iter("mimic"):
             if mimic.get("joint") not in joints:
-                raise ValueError(f"joint {joint.get('name')!r} mimics {mimic.get('joint')!r}, which is no joint")
+                raise ValueError(f"joint {joint.get('name')!r} mimics {mimic.get('joint')!r}, which is not a joint")
     rest = [root]
     while rest:
         element = rest.pop()

@@ -54,7 +54,7 @@ def _joined(sign: str, first: Floats, second: Floats) -> Floats:
             raise NotStraight("it divides by a variable or by 0")
         return np.asarray(first / second[0])
     if sign != "*":
-        raise NotStraight(f"{sign!r} is no sum, product or quotient")
+        raise NotStraight(f"{sign!r} is not a sum, product or quotient")
     if np.any(first[1:]) and np.any(second[1:]):
         raise NotStraight("it multiplies variables with each other")
     return np.asarray(first * second[0] if not np.any(second[1:]) else second * first[0])

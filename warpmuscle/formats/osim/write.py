@@ -25,17 +25,7 @@ from warpmuscle.formats.osim.xml_text import (
     objects,
     placed,
 )
-from warpmuscle.scene import (
-    Body,
-    Box,
-    Capsule,
-    ContactMaterial,
-    Displacement,
-    Joint,
-    JointState,
-    Scene,
-    Sphere,
-)
+from warpmuscle.scene import Body, Box, Capsule, ContactMaterial, Displacement, Joint, JointState, Scene, Sphere
 from warpmuscle.scene.geometry import contact_points
 from warpmuscle.scene.initial_pose import plain_number, plain_vector
 from warpmuscle.scene.joints import joint_type, root_type

@@ -56,8 +56,6 @@ def _motion(path: Path, replay: int) -> Recording:
 
 def _frame(motion: Recording, time: float, path: Path) -> int:
     """The frame that is nearest to a time, s."""
-    if not motion.frames:
-        raise SceneError(f"{path}: its motion has no frames", KEY)
     first, last = float(motion.time[0]), float(motion.time[-1])
     if not first - TOLERANCE <= time <= last + TOLERANCE:
         raise SceneError(f"{path}: the motion lasts from {first:g} to {last:g} s", "initial_state.time")
@@ -97,7 +95,7 @@ def _state(motion: Recording, frame: int, scene: Scene, path: Path) -> InitialSt
 def _column(values: Floats, names: Sequence[str], joint: str, frame: int, path: Path) -> float:
     """The number of a joint's coordinate in a frame."""
     if joint not in names:
-        raise SceneError(f"{path}: its motion tells no coordinate of the joint {joint!r}", KEY)
+        raise SceneError(f"{path}: its motion has no coordinate of the joint {joint!r}", KEY)
     return float(values[frame, list(names).index(joint)])
 
 

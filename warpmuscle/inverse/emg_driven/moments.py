@@ -97,7 +97,7 @@ def _signals(body: BodyModel, trials: Prepared, emg: Sequence[Emg]) -> tuple[Flo
         raise ArgumentError("EMG of all trials must be of the same muscles")
     unknown = sorted(names - set(body.muscles))
     if unknown:
-        raise ArgumentError(f"EMG of {unknown[0]!r}, which is no muscle of the model; it has "
+        raise ArgumentError(f"EMG of {unknown[0]!r}, which is not a muscle of the model; it has "
                             f"{', '.join(body.muscles[:8])}, ...")  # fmt: skip
     longest = max(float(at[-1] - at[0]) for at in trials.times)
     grid = STEP * np.arange(int(np.ceil((LEAD + longest) / STEP)) + 2) - LEAD

@@ -20,10 +20,7 @@ from warpmuscle.kernels.body.dynamics import (
     reduce_body,
     with_children,
 )
-from warpmuscle.kernels.body.hybrid import (
-    accelerate_remaining,
-    reduce_remaining,
-)
+from warpmuscle.kernels.body.hybrid import accelerate_remaining, reduce_remaining
 from warpmuscle.kernels.body.joint_motion import MotionOf, has_motion, motion_of
 from warpmuscle.kernels.body.kinematics import move_joint, place_body
 from warpmuscle.kernels.body.motion import prescribe_stage

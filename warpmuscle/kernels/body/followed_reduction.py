@@ -21,16 +21,7 @@ from warpmuscle.kernels.body.hybrid import second_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.structs import (
-    BALL,
-    FIXED,
-    SECOND_HINGE,
-    UNIVERSAL,
-    ModelRef,
-    ScratchRef,
-    at,
-    nonnegative,
-)
+from warpmuscle.kernels.structs import BALL, FIXED, SECOND_HINGE, UNIVERSAL, ModelRef, ScratchRef, at, nonnegative
 
 
 @wp.struct

@@ -17,12 +17,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import symmetric_times
-from warpmuscle.kernels.body.coordinate_joint import (
-    coordinate_axis,
-    effort_on,
-    joint_drift,
-    reduce_any_remaining,
-)
+from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, effort_on, joint_drift, reduce_any_remaining
 from warpmuscle.kernels.body.dynamics import (
     Articulated,
     leave_downdated,

@@ -92,7 +92,7 @@ class JointStages(NamedTuple):
 
 
 @cache
-def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
+def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointStages:
     """The stages of a model with such bodies and joints."""
     inertia_stage = inertia_stage_of(kind.turned, kind.contact, kind.terrain, kind.resistance, kind.moves)
     if not kind.with_coordinates:
@@ -100,7 +100,7 @@ def joint_stages_of(kind: SkeletonKind, across: bool = False) -> JointStages:
             work_at, kinematics_stage, prescribe_stage, inertia_stage, acceleration_stage, hybrid_acceleration_stage,
             integrate_stage,
         )  # fmt: skip
-    displaced = across and has_displacements(kind.joints)
+    displaced = several_warps and has_displacements(kind.joints)
     prepare = displacements_stage if displaced else None
     backward, forward = backward_pass_of, forward_pass_of
     reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage

@@ -4,15 +4,7 @@ import warp as wp
 
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import (
-    BALL,
-    FOLLOWER,
-    ROOT_FREE,
-    UNIVERSAL,
-    ModelRef,
-    ScratchRef,
-    at,
-)
+from warpmuscle.kernels.structs import BALL, FOLLOWER, ROOT_FREE, UNIVERSAL, ModelRef, ScratchRef, at
 
 
 @func

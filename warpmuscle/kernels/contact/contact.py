@@ -15,13 +15,7 @@ from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.beneath import about_body_of, beneath_sphere_of, plane_of_way_of
 from warpmuscle.kernels.contact.ground_plane import above_ground as above_ground
 from warpmuscle.kernels.contact.soft_constraint import constraint_force
-from warpmuscle.kernels.contact.terrain import (
-    FLAT,
-    Footing,
-    has_patches,
-    has_walls,
-    patch_below,
-)
+from warpmuscle.kernels.contact.terrain import FLAT, Footing, has_patches, has_walls, patch_below
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at
 

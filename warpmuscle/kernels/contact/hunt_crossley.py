@@ -20,13 +20,7 @@ from warpmuscle.kernels.algebra.spatial import cross_rows
 from warpmuscle.kernels.contact.belts import belt_velocity
 from warpmuscle.kernels.contact.beneath import about_body_of, beneath_sphere_of, plane_of_way_of
 from warpmuscle.kernels.contact.contact import ContactSum, contact_tensor, minus_skew_product
-from warpmuscle.kernels.contact.terrain import (
-    FLAT,
-    Footing,
-    has_patches,
-    has_walls,
-    patch_below,
-)
+from warpmuscle.kernels.contact.terrain import FLAT, Footing, has_patches, has_walls, patch_below
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ContactMaterial, ModelRef, ScratchRef, at
 

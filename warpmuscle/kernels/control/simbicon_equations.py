@@ -5,12 +5,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.spline import curve_value
 from warpmuscle.kernels.body.joint import hinge_rotation
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.structs import (
-    REVERSE,
-    SAME,
-    Simbicon,
-    at,
-)
+from warpmuscle.kernels.structs import REVERSE, SAME, Simbicon, at
 
 LARGEST_TARGET = wp.constant(1000.0)  # rad; beyond it single precision has no good sine, and the instance diverges
 

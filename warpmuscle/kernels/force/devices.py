@@ -181,7 +181,7 @@ def checked(name: str, kind: ForceKind) -> ForceKind:
         raise TypeError(f"{what} needs one Warp function: `effort` of a joint, `wrench` of a body, or `pair` of two")
     fields = getattr(kind.parameters, "vars", {})
     if kind.parameters is not None and not fields:
-        raise TypeError(f"{what}: its `parameters` are no @wp.struct of floats")
+        raise TypeError(f"{what}: its `parameters` are not a @wp.struct of floats")
     for field in ("positive", "programs"):
         named = getattr(kind, field)
         wrong = [one for one in named if one not in fields] if isinstance(named, tuple) else [named]
@@ -213,10 +213,7 @@ FORCES = {
         variables=("q", "qdot", "t"),
     ),
     "point_expression": ForceKind(
-        pair=point_expression,
-        parameters=PointExpression,
-        programs=("tension",),
-        variables=("d", "ddot", "t"),
+        pair=point_expression, parameters=PointExpression, programs=("tension",), variables=("d", "ddot", "t")
     ),
     "body_expression": ForceKind(
         wrench=body_expression,
@@ -225,10 +222,7 @@ FORCES = {
         programs=tuple(f"{part}_{axis}" for part in ("force", "moment", "point") for axis in "xyz"),
     ),
     "torque_expression": ForceKind(
-        pair=torque_expression,
-        parameters=TorqueExpression,
-        programs=("torque",),
-        variables=("t",),
+        pair=torque_expression, parameters=TorqueExpression, programs=("torque",), variables=("t",)
     ),
     "bushing_expression": ForceKind(
         pair=bushing_expression,

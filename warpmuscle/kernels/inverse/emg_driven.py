@@ -10,10 +10,7 @@ from warpmuscle.kernels.curve.shaped_curves import Shaped
 from warpmuscle.kernels.inverse.muscle_moments import curve_functions, has_cables
 from warpmuscle.kernels.muscle.activation import activation_rate, activation_relaxed
 from warpmuscle.kernels.muscle.cables import is_cable, ligament_force
-from warpmuscle.kernels.muscle.muscle import (
-    pennation_cosine,
-    rigid_fibre_speed,
-)
+from warpmuscle.kernels.muscle.muscle import pennation_cosine, rigid_fibre_speed
 from warpmuscle.kernels.structs import Model, at
 
 

@@ -76,6 +76,7 @@ LIVES = {
     "push_wanted": Life("motion", "backward"),
     "push_mobility": Life("forward", "forward"),
 }
+APART = ("center", "flags", "near")  # whose places nothing else takes
 
 
 def capacity_of(bodies: int) -> int:

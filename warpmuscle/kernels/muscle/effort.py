@@ -28,10 +28,7 @@ def muscle_effort_of(own: Shaped | None = None) -> Any:
         )
     )  # fmt: skip
 
-    @known_kernel(
-        own,
-        module_options={"enable_backward": False, "max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS},
-    )
+    @known_kernel(own, module_options={"enable_backward": False, "max_unroll": 1, "cpu_compiler_flags": CPU_FLAGS})
     def muscle_effort(
         # in
         model: Model, metabolic_model: int, activation: wp.array2d[float], excitation: wp.array2d[float],

@@ -28,11 +28,11 @@ class MuscleKind(NamedTuple):
     curves: int  # LEE ... SARSHARI, see `curve_sets.py`
     tendon: int  # RIGID, SWITCH, COMPLIANT or EITHER
     law: MuscleLaw  # one of `muscle_laws.LAWS`
-    pulls_at_hand: bool = False  # moment arms and torques of all crossings are kept in the working set
+    pulls_in_scratch: bool = False  # moment arms and torques of all crossings are kept in the working set
     mixed: bool = True  # muscles, torques and spring-dampers may share a joint
     pulleys: bool = False  # some muscles run on pulleys
     conditions: bool = True  # some points of paths are conditional
-    straight: bool = False  # all paths are straight, see `structs.Straight`; pulls are at hand
+    straight: bool = False  # all paths are straight, see `structs.Straight`; pulls are in the working set
     timed: bool = True  # some excitations are given over time
     neural: bool = False  # neural dynamics before that of the activation
     excited: bool = False  # the rate of activation depends on the excitation
@@ -50,7 +50,7 @@ class MuscleKind(NamedTuple):
     shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
 
     @property
-    def may_be_at_hand(self) -> bool:
+    def may_be_in_scratch(self) -> bool:
         """Whether nothing wants to know moment arms later: some laws do, of the step before, and damping."""
         return not self.law.past_arms and not self.implicit
 

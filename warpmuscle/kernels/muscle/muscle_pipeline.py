@@ -96,7 +96,7 @@ def begin_of(late: bool) -> Any:
 def sense_of(kind: MuscleKind) -> Any:
     """The Warp function (instance, m, muscle, model, state, work) that puts in stretch and desired force."""
     if kind.shared > 0:
-        return sense_share_of(places_of(kind.pulls_at_hand))
+        return sense_share_of(places_of(kind.pulls_in_scratch))
     if kind.law.past_arms:
         return sense_past_arms_of(kind)
     return sense_path_of(kind)
@@ -124,7 +124,7 @@ def sense_share_of(places: Places) -> Any:
 @cache
 def sense_path_of(kind: MuscleKind) -> Any:
     """`sense` where each muscle gives what its joints want on average, unless it is told its excitation."""
-    stretch_stage, arms = stretch_stage_of(kind), places_of(kind.pulls_at_hand).arms
+    stretch_stage, arms = stretch_stage_of(kind), places_of(kind.pulls_in_scratch).arms
     asked = not (kind.all_timed or kind.given)
 
     @wp.func(inline=True)
@@ -140,7 +140,7 @@ def sense_path_of(kind: MuscleKind) -> Any:
 @cache
 def sense_past_arms_of(kind: MuscleKind) -> Any:
     """The same along the moment arms of the step before, which are there until those of this step are."""
-    stretch_stage, arms = stretch_stage_of(kind), places_of(kind.pulls_at_hand).arms
+    stretch_stage, arms = stretch_stage_of(kind), places_of(kind.pulls_in_scratch).arms
     asked = not (kind.all_timed or kind.given)
 
     @wp.func(inline=True)
@@ -232,10 +232,10 @@ def excite_of(late: bool, long_paths: bool) -> Any:
 def pull_of(kind: MuscleKind) -> Any:
     """The Warp function (instance, m, muscle, model, state, work) that puts the force where the joints gather it."""
     if kind.shared > 0:
-        return pull_shared_of(places_of(kind.pulls_at_hand), kind.pulls_at_hand)
+        return pull_shared_of(places_of(kind.pulls_in_scratch), kind.pulls_in_scratch)
     if kind.straight:
         return pull_straight
-    return pull_at_hand if kind.pulls_at_hand else pull_by_state
+    return pull_in_scratch if kind.pulls_in_scratch else pull_by_state
 
 
 @func(inline=True)
@@ -252,7 +252,7 @@ def pull_straight(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef,
 
 
 @func(inline=True)
-def pull_at_hand(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
+def pull_in_scratch(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
     """Moment arms in the working set become torques."""
     force = muscle.fibre.force
     span = model.paths.span[m]
@@ -264,7 +264,7 @@ def pull_at_hand(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, 
 
 
 @cache
-def pull_shared_of(places: Places, at_hand: bool) -> Any:
+def pull_shared_of(places: Places, in_scratch: bool) -> Any:
     """Moment arms that were scaled to share torques out become torques, or moment arms again."""
     arms = places.arms
 
@@ -272,7 +272,7 @@ def pull_shared_of(places: Places, at_hand: bool) -> Any:
     def pull(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
         force = muscle.fibre.force
         scale = kept(instance, m, state).scale
-        rescale(instance, m, wp.where(at_hand, force, 1.0) / scale, model, arms(instance, state, work))
+        rescale(instance, m, wp.where(in_scratch, force, 1.0) / scale, model, arms(instance, state, work))
         state.muscles.force[instance, m] = force
 
     return pull

@@ -54,7 +54,7 @@ def muscle_stage_of(
     prepare_all = preparation_of(kind, controller)
     pull_all = every_muscle_of(kind, one_muscle_of(kind, terms, recorded, controller), controller, lanes_in_warp)
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
-    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_at_hand else muscle_torque, springs, kind.mixed)
+    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_in_scratch else muscle_torque, springs, kind.mixed)
     implicit, implicit_damping_stage = kind.implicit, implicit_damping_stage_of(springs) if kind.implicit else None
     queued, extension_struct = kind.long_paths and lanes_in_warp > 0, controller.extension
     begin_turns = next_turn if queued else None
@@ -115,7 +115,7 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     """The stage of what all muscles need before the first of them: joint velocities, senses, shares of torques."""
     coordinate_joints, polynomials, shared = kind.coordinate_joints, kind.paths.monomials > 0, kind.shared > 0
     sense, senses = controller.sense, controller.sense is not None
-    places = places_of(kind.pulls_at_hand)
+    places = places_of(kind.pulls_in_scratch)
     coordinate_speeds = coordinate_velocities if coordinate_joints else None
     find_monomials = monomials_stage if polynomials else None
     prepare = sharing_stage = None

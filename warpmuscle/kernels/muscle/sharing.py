@@ -63,7 +63,7 @@ def arms_in_state(instance: int, state: StateRef, work: ScratchRef) -> wp.array[
 
 
 @func
-def arms_at_hand(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
+def arms_in_scratch(instance: int, state: StateRef, work: ScratchRef) -> wp.array[wp.vec3]:
     """The same: in the working set."""
     return work.pull
 
@@ -79,22 +79,22 @@ def put_in_state(instance: int, muscle: int, share: float, state: StateRef, work
 
 
 @func
-def share_at_hand(instance: int, muscle: int, state: StateRef, work: ScratchRef) -> float:
+def share_in_scratch(instance: int, muscle: int, state: StateRef, work: ScratchRef) -> float:
     return work.share[nonnegative(muscle)]
 
 
 @func
-def put_at_hand(instance: int, muscle: int, share: float, state: StateRef, work: ScratchRef):
+def put_in_scratch(instance: int, muscle: int, share: float, state: StateRef, work: ScratchRef):
     work.share[nonnegative(muscle)] = share
 
 
 IN_STATE = Places(arms_in_state, share_in_state, put_in_state)
-AT_HAND = Places(arms_at_hand, share_at_hand, put_at_hand)
+IN_SCRATCH = Places(arms_in_scratch, share_in_scratch, put_in_scratch)
 
 
-def places_of(at_hand: bool) -> Places:
+def places_of(in_scratch: bool) -> Places:
     """Where moment arms and shares are: in the working set, or in the state."""
-    return AT_HAND if at_hand else IN_STATE
+    return IN_SCRATCH if in_scratch else IN_STATE
 
 
 @func

@@ -336,14 +336,21 @@ def rise(instance: int, model: ModelRef, state: StateRef, work: ScratchRef, tota
     return wp.max(above / model.time_step - total, 0.0)
 
 
+SECOND: dict[Scope, str] = {"muscle": "m", "body": "body", "instance": "model"}  # argument of terms of a scope
+
+
 def _functions(scope: Scope) -> dict[str, Any]:
     """The functions above that terms of a scope have, by the name of their sum."""
     names = [name for term in TERMS.values() if term.scope == scope for name in term.sums]
     if missing := [name for name in names if not isinstance(globals().get(name), wp.Function)]:
         raise TypeError(
             f"the term {missing[0]} of objective/objective_terms.py in kernels has no function "
-            "in objective/term_functions.py"
+            "in objective/term_functions.py, above what takes it there"
         )
+    for name in names:
+        taken = globals()[name].func.__code__.co_varnames[: globals()[name].func.__code__.co_argcount]
+        if taken[1] != SECOND[scope]:
+            raise TypeError(f"the term {name} is declared to be of each {scope}, but takes ({', '.join(taken)})")
     return {name: globals()[name] for name in names}
 
 

@@ -92,13 +92,7 @@ def carried(holder: int, row: ObjectRow, time_step: float, work: ScratchRef) -> 
 
 @func
 def motion_now(
-    instance: int,
-    number: int,
-    row: ObjectRow,
-    model: ModelRef,
-    state: StateRef,
-    work: ScratchRef,
-    own: ObjectExtension,
+    instance: int, number: int, row: ObjectRow, model: ModelRef, state: StateRef, work: ScratchRef, own: ObjectExtension
 ) -> ObjectMotion:
     """Where an object is, and how it moved in the middle of the step before."""
     m = started(row)

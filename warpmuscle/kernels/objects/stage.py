@@ -12,15 +12,7 @@ from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.object_structs import BEGUN, FREE, HELD, MOMENT, PUSH, ObjectExtension, ObjectMotion
 from warpmuscle.kernels.objects.ground import ground_contacts_of
 from warpmuscle.kernels.objects.hinge import turned_on
-from warpmuscle.kernels.objects.motion import (
-    accelerations,
-    is_held,
-    keep,
-    load_holder,
-    motion_now,
-    moved,
-    vector_in,
-)
+from warpmuscle.kernels.objects.motion import accelerations, is_held, keep, load_holder, motion_now, moved, vector_in
 from warpmuscle.kernels.objects.pair import push_each_other_of
 from warpmuscle.kernels.objects.touch import object_touch_of
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at

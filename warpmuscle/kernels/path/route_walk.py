@@ -19,14 +19,7 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
-from warpmuscle.kernels.path.route_points import (
-    always,
-    place_of,
-    placed_of,
-    placed_points_of,
-    slopes_of,
-    sometimes,
-)
+from warpmuscle.kernels.path.route_points import always, place_of, placed_of, placed_points_of, slopes_of, sometimes
 from warpmuscle.kernels.path.route_slip import SHORTEST, slip
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
 

@@ -1,7 +1,7 @@
 """The gait that a task imitates: of the scene's own controller, of a recorded motion, or of people by a norm alone.
 
 May import: core, kernels, scene, results, gait, simulation, learning.
-To add: another origin of a gait to a file of its own, and to `learning.episodes`, which chooses.
+To add: another origin of a gait to a file of its own, and to `choice`, which chooses.
 """
 
 from warpmuscle.learning.imitation.gait import BINS as BINS

@@ -28,11 +28,7 @@ from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
 from warpmuscle.scene.learning import ImitatedRun, Imitation
-from warpmuscle.scene.norms import (
-    FLEXION,
-    IMITATED,
-    LEG_ANGLES,
-)
+from warpmuscle.scene.norms import FLEXION, IMITATED, LEG_ANGLES
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout

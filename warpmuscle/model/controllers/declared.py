@@ -34,6 +34,7 @@ INSTANCE = (wp.int32, Model, State, Scratch)
 FUNCTIONS: dict[str, tuple[tuple[Any, ...], Any]] = {  # what they take and return
     "effort": (BODY, wp.vec3), "excitation": (BODY, wp.float32), "update": (INSTANCE, None), "damping": (BODY, wp.vec3),
 }  # fmt: skip
+PHASES = dict.fromkeys(FUNCTIONS, "control") | {"excitation": "muscles"}  # of a step, in which each is called
 
 
 def declared_name(scene: Scene) -> tuple[str, str]:
@@ -95,7 +96,7 @@ def _check(controller: CustomController, entry: str, key: str) -> None:
     check_fields(controller, ("shipped", "explicit"), entry, key)
     check_texts({"description": controller.description}, entry, key)
     check_count(controller.state_a_body, f"the state of a body of {entry!r}", key)
-    check_declaration(controller, FUNCTIONS, entry, key, own)
+    check_declaration(controller, FUNCTIONS, entry, key, PHASES, own)
     _check_defaults(controller, [struct for struct in structs if struct is not None], entry, key)
     _check_recorded(controller, entry, key)
 

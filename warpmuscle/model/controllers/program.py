@@ -66,7 +66,9 @@ def decision_steps(scene: Scene, controller: CustomController) -> int:
     assert scene.controller is not None
     rate, most = scene.controller.parameters.get("rate", dict(controller.defaults)["rate"]), 1.0 / scene.time_step
     if not isinstance(rate, (int, float)):
-        raise SceneError("how often the controller decides is no free parameter", key="controller.parameters.rate")
+        raise SceneError(
+            "how often the controller decides cannot be a free parameter", key="controller.parameters.rate"
+        )
     if not 1.0 <= rate <= most * (1.0 + 1e-6):
         message = f"the controller decides at 1 Hz to {most:g} Hz, which is every step, not at {rate:g} Hz"
         raise SceneError(message, key="controller.parameters.rate")

@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import ArgumentError
 
 QUANTITIES = (
     *(("position_" + axis, "m") for axis in "xyz"),
@@ -39,11 +40,22 @@ def object_quantities(name: str) -> tuple[str, ...]:
     return tuple(f"objects.{name}.{quantity}" for quantity, _ in QUANTITIES)
 
 
-def object_motion(recording: Recorded, name: str) -> ObjectMotion | None:
-    """The motion of an object of a scene in a recording; None if it was recorded without."""
+def is_recorded(recording: Recorded, name: str) -> bool:
+    """Whether a recording has the motion of an object."""
+    return object_quantities(name)[0] in recording.recorded_names
+
+
+def object_motion(recording: Recorded, name: str) -> ObjectMotion:
+    """The motion of an object of a scene in a recording.
+
+    Raises:
+        ArgumentError: the recording does not have it.
+    """
     names = object_quantities(name)
-    if names[0] not in recording.recorded_names:
-        return None
+    if not is_recorded(recording, name):
+        ending = "." + QUANTITIES[0][0]
+        known = [one.split(".")[1] for one in recording.recorded_names if one.endswith(ending)]
+        raise ArgumentError(f"nothing of an object {name!r} was recorded, but of {', '.join(known) or 'none'}")
     first = recording.recorded_names.index(names[0])
     values = np.asarray(recording.recorded[:, first : first + len(names)], dtype=float)
     return ObjectMotion(values[:, :3], values[:, 3:7], values[:, 7:10], values[:, 10:13])

@@ -191,7 +191,7 @@ def _tightening(check: Checks, task: Task, tightening: Tightening) -> None:
     for name, first in tightening.first.items():
         last, place = getattr(limits, name), f"{key}.{name}"
         if name == "heading" and any(task.turning_rate):
-            raise SceneError("turning is no failure where learning.turning_rate asks for turns", key=place)
+            raise SceneError("turning is not a failure where learning.turning_rate asks for turns", key=place)
         if isinstance(last, Free):
             raise SceneError(f"tightens to failure.{name}, which must be one number, not free or by command", key=place)
         if last <= 0.0:

@@ -106,7 +106,7 @@ def _shape(checks: Checks, key: str, part: Muscle | MuscleModel, model: MuscleMo
     if not given:
         return
     if any(getattr(model, field) for field in CURVE_FIELDS):
-        raise SceneError("muscles with curves of one's own take no shape; leave it out", key=f"{key}.{given[0]}")
+        raise SceneError("muscles with curves of your own take no shape; leave it out", key=f"{key}.{given[0]}")
     shape = part.curve_shape or model.curve_shape
     curves = family(shape) if shape is not None else model.curves
     if curves not in STRAINS or model.curves not in STRAINS:

@@ -171,10 +171,7 @@ def _in_plane(a: Floats, b: Floats, da: float, db: float, first: Floats, second:
         return a[2], b[2]
     middle = a[2] + da / (da + db) * rise
     za, zb = (middle + float(across @ p) * rise / span for p in (first, second))
-    return (
-        za if abs(za - b[2]) < abs(rise) else a[2],
-        zb if abs(zb - a[2]) < abs(rise) else b[2],
-    )
+    return (za if abs(za - b[2]) < abs(rise) else a[2], zb if abs(zb - a[2]) < abs(rise) else b[2])
 
 
 def _unrolled(a: Floats, b: Floats, first: Floats, second: Floats, arc: float) -> tuple[float, float]:

@@ -89,7 +89,7 @@ def read_records(path: Path) -> list[Record]:
         text = unreadable(error) if isinstance(error, OSError) else f"not valid JSON: {error}"
         raise Error(f"{path}: {text}") from None
     if not isinstance(data, list) or not data:
-        raise Error(f"{path}: is no list of conditions")
+        raise Error(f"{path}: is not a list of conditions")
     check_size("sweep", len(data), lambda text: Error(f"{path}: {text}"))
     records = []
     for number, one in enumerate(data, 1):
@@ -133,9 +133,9 @@ def _angles(curves: dict[str, Any]) -> tuple[Floats, ...]:
     try:
         found = tuple(sign * np.array(curves[name], dtype=float) for name, sign in ANGLES.items())
     except (TypeError, ValueError):
-        raise ValueError("curves_right has an angle that is no list of numbers") from None
+        raise ValueError("curves_right has an angle that is not a list of numbers") from None
     if len({one.shape for one in found}) > 1 or found[0].ndim != 1 or len(found[0]) < 2:
-        raise ValueError("the angles of curves_right are no lists of the same length, two points or more")
+        raise ValueError("the angles of curves_right are not lists of the same length, two points or more")
     if not np.isfinite(found).all():
         raise ValueError("curves_right has an angle that is not finite")
     return found

@@ -225,10 +225,10 @@ def _read(asked: PatientFile, file: Path, lines: list[str], table: str, own: Map
     try:
         return read(file)
     except SceneError as error:
-        raise _placed(asked, error, table, own) from None
+        raise _placed(asked, error, file, table, own) from None
 
 
-def _placed(asked: PatientFile, error: SceneError, table: str, own: Mapping[str, Any]) -> SceneError:
+def _placed(asked: PatientFile, error: SceneError, file: Path, table: str, own: Mapping[str, Any]) -> SceneError:
     """An error of a sweep's file at the place of the patient's file that it comes from."""
     if error.key.startswith("search"):
         option = next((f".{name}" for name in SEARCH if name in error.message.split()), "")
@@ -239,7 +239,9 @@ def _placed(asked: PatientFile, error: SceneError, table: str, own: Mapping[str,
     named = error.key.removeprefix("set.")
     if named in getattr(asked.asked, table).set:
         return asked.error(error.message, f"{table}.set.{named}")
-    return asked.error(f"{named}: {error.message}" if named in own else str(error), "scene")
+    if named in own:
+        return asked.error(f"{named}: {error.message}", "scene")
+    return asked.error(error.message if Path(error.file or "") == file else str(error), "scene")
 
 
 def _search(options: Match | Adapt) -> list[str]:

@@ -70,7 +70,8 @@ def chosen_points(folder: Path, dimensions: int) -> Floats:
         raise ResultError(f"{path}: {reason}; remove {folder} to begin anew") from None
     if any(len(point) != dimensions or not all(0.0 <= x <= 1.0 for x in point) for point in found):
         raise ResultError(
-            f"{path}: these are no points of {number_of(dimensions, 'axis')}; take another --output, or remove {folder}"
+            f"{path}: these are not points of {number_of(dimensions, 'axis')}; take another --output, "
+            f"or remove {folder}"
         )
     return np.array(found, dtype=np.float64).reshape(-1, dimensions)
 

@@ -115,7 +115,7 @@ def measured(
         if tell is not None:
             tell(len(runs))
     if not runs:
-        raise Error(f"{plan.file}: no run of this study has come to anything; {next(iter(done.failed.values()), '')}")
+        raise Error(f"{plan.file}: no run of this study has produced a result; {next(iter(done.failed.values()), '')}")
     rows = _rows(study, runs)
     return StudyResult(study, tuple(runs), rows, _held(study, rows))
 

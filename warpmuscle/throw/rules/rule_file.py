@@ -122,7 +122,7 @@ def _check(values: Mapping[str, Any], job: Job, says: hdf5.Says) -> None:
         raise says("damaged: there are not as many changes as goals")
     wrong = [name for name in NUMBERS if values[name].dtype.kind not in "fiub" or not np.isfinite(values[name]).all()]
     if wrong:
-        raise says(f"damaged: {wrong[0]} holds what is no finite number")
+        raise says(f"damaged: {wrong[0]} holds what is not a finite number")
     if values["simulations"] < 0:
         raise says("damaged: simulations are fewer than none")
     if goals != 1 + int(np.sum(values["met"])):

@@ -37,14 +37,7 @@ from warpmuscle.kernels.control.walking.parameters import (
 from warpmuscle.kernels.control.walking.plan import facing, standing_share, step_duration, swing_side
 from warpmuscle.kernels.control.walking.pulls import Units, hinge_pull, lead_of, pull_to, turn_by, units_of
 from warpmuscle.kernels.control.walking.stance import stance_leg
-from warpmuscle.kernels.control.walking.swing import (
-    ARRIVES,
-    BELOW,
-    as_a_stair,
-    lift,
-    progress,
-    way_height,
-)
+from warpmuscle.kernels.control.walking.swing import ARRIVES, BELOW, as_a_stair, lift, progress, way_height
 from warpmuscle.kernels.control.walking.virtual_forces import gravity_torque
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
