@@ -115,7 +115,7 @@ def _print_table(verdicts: list[Verdict]) -> None:
 
 
 def _shown(value: float | None) -> str:
-    return "" if value is None else f"{value:.3g}"
+    return "" if value is None else f"{value + 0.0:.3g}"  # a zero has no sign
 
 
 def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:

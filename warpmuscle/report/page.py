@@ -159,7 +159,7 @@ def _headline(subject: Subject) -> list[tuple[str, str]]:
     if gait is not None:
         found.append((f"{rounded(gait.speed_forward, 2)} m/s", "speed forwards"))
         if gait.step_length is not None:
-            found.append((f"{gait.step_length:.2f} m", "step length"))
+            found.append((f"{rounded(gait.step_length, 2)} m", "step length"))
         if gait.cadence is not None:
             found.append((f"{gait.cadence:.0f} /min", "steps"))
     return found
