@@ -162,14 +162,14 @@ def test_feedback_torques_of_all_joints_are_added(lanes: int):
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -2.0e30])
 def test_what_is_no_number_is_not_added_and_the_step_has_diverged(bad: float):
     q = np.ones((INSTANCES, BODIES), np.float32)
-    q[1, 3] = bad
+    q[0, 3] = bad
     model, state, work, _ = given(coordinates=q)
     launched(objective_stage_of(KIND._replace(body=("b",), instance=())), 1, model, state, work)
     bodies = np.full((INSTANCES, BODIES), 5.0)
-    bodies[:, 0], bodies[1, 3] = 4.0, 4.0
+    bodies[:, 0], bodies[0, 3] = 4.0, 4.0
     np.testing.assert_array_equal(state.body_terms.numpy()[:, 0], bodies)
     np.testing.assert_array_equal(work.flags.numpy(), [0, 1])
-    np.testing.assert_array_equal(state.cause.numpy(), [0, cause_of(TERM, 0)])
+    np.testing.assert_array_equal(state.cause.numpy(), [cause_of(TERM, 0), 0])
     torque = np.ones((BODIES, 3), np.float32)
     torque[2] = bad
     work = filled(Scratch, torque=torque, flags=np.zeros(2, np.int32))
