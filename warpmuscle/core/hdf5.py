@@ -199,19 +199,19 @@ def number(owner: Any, name: str) -> float:
     """
     value = attribute(owner, name)
     if isinstance(value, np.ndarray | h5py.Empty) or not isinstance(value, int | float | np.number):
-        raise ValueError(f"{_told(owner, name)} is {_shown(value)}, and should be a number")
+        raise ValueError(f"{_attribute_of(owner, name)} is {_shown(value)}, and should be a number")
     if not math.isfinite(value):
-        raise ValueError(f"{_told(owner, name)} is {value}, and should be a finite number")
+        raise ValueError(f"{_attribute_of(owner, name)} is {value}, and should be a finite number")
     return float(value)
 
 
-def whole(owner: Any, name: str, default: int | None = None) -> int:
+def integer(owner: Any, name: str, default: int | None = None) -> int:
     """An attribute that is one whole number, or a default where there is none of this name; for errors see `number`."""
     if default is not None and name not in owner.attrs:
         return default
     value = attribute(owner, name)
     if not isinstance(value, int | np.integer):
-        raise ValueError(f"{_told(owner, name)} is {_shown(value)}, and should be a whole number")
+        raise ValueError(f"{_attribute_of(owner, name)} is {_shown(value)}, and should be a whole number")
     return int(value)
 
 
@@ -223,7 +223,7 @@ def members(group: Any, name: str) -> Any:
     return found
 
 
-def _told(owner: Any, name: str) -> str:
+def _attribute_of(owner: Any, name: str) -> str:
     return f"the attribute {name} of {owner.name}"
 
 

@@ -169,7 +169,7 @@ def glance(path: str | Path) -> Glance:
         for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
             check_column(name, column, np.size(columns[0]))
         searches = hdf5.member(file, "searches")
-        evaluated = hdf5.whole(searches, "evaluated", 0) or np.size(columns[0])
+        evaluated = hdf5.integer(searches, "evaluated", 0) or np.size(columns[0])
         return Glance(str(hdf5.attribute(searches, "ended")), columns[0], columns[1], columns[2], evaluated)
 
 
@@ -266,7 +266,7 @@ def check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
     if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT, INVERSE_FORMAT):
         raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
-    found = hdf5.whole(file, "format_version")
+    found = hdf5.integer(file, "format_version")
     newest = SWEEP_VERSION if file.attrs["format"] == SWEEP_FORMAT else FORMAT_VERSION
     if found > newest:
         raise ResultError(
@@ -286,10 +286,10 @@ def load(file: Any, replay: int | None = None) -> Result:
     """The content of an open file, see `read`; raises KeyError or ValueError where it is incomplete."""
     motions = file.get("replay")
     return Result(
-        scene=_scene_of(hdf5.text(file["scene"]), hdf5.whole(file.file, "format_version", FORMAT_VERSION)),
+        scene=_scene_of(hdf5.text(file["scene"]), hdf5.integer(file.file, "format_version", FORMAT_VERSION)),
         device=str(hdf5.attribute(file, "device")),
         command=str(hdf5.attribute(file, "command")),
-        seed=hdf5.whole(file, "seed"),
+        seed=hdf5.integer(file, "seed"),
         parameters=_load_parameters(hdf5.members(file, "parameters")),
         evaluations=_load_evaluations(hdf5.members(file, "evaluations")) if "evaluations" in file else None,
         best=_load_best(hdf5.members(file, "best")) if "best" in file else None,
@@ -330,10 +330,10 @@ def _load_searched(file: Any) -> Searched:
     states = [hdf5.arrays(group[str(number)]) for number in range(len(group))]
     inner = file.get("stages", {})
     stages = tuple(_load_staged(inner[str(number)]) for number in range(len(inner)))
-    stage = hdf5.whole(group, "stage", 0)
+    stage = hdf5.integer(group, "stage", 0)
     ended = str(hdf5.attribute(group, "ended"))
-    elsewhere = hdf5.whole(group, "elsewhere", 0)
-    evaluated = hdf5.whole(group, "evaluated", 0)
+    elsewhere = hdf5.integer(group, "elsewhere", 0)
+    evaluated = hdf5.integer(group, "evaluated", 0)
     history = History(**columns)
     return Searched(_load_options(attributes), ended, history, tuple(states), stages, stage, elsewhere, evaluated)
 
