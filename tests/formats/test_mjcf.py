@@ -1,7 +1,9 @@
 """The exported MJCF as MuJoCo understands it: masses, joints and their order, frames, contacts."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
+import msgspec
 import mujoco
 import numpy as np
 import pytest
@@ -203,6 +205,11 @@ def test_file_holds_the_text_and_a_missing_folder_is_one_clear_error(tmp_path):
     assert (tmp_path / "chain.xml").read_text(encoding="utf-8") == mjcf.dumps(chain())
     with pytest.raises(SceneError, match=r"nowhere.chain\.xml: cannot be written: its folder does not exist"):
         mjcf.write(chain(), tmp_path / "nowhere" / "chain.xml")
+
+
+def test_a_name_that_no_xml_may_hold_leaves_a_file_that_can_be_read():
+    text = mjcf.dumps(msgspec.structs.replace(chain(), name="a\x1b[31m \uffff<b>"))
+    assert ElementTree.fromstring(text).get("model") == "a\ufffd[31m \ufffd<b>"
 
 
 @pytest.mark.parametrize("name", ["fwalk", "bigbird_walk"])

@@ -56,6 +56,12 @@ def test_mot_holds_angles_in_degrees_for_opensim(walk, tmp_path):
     np.testing.assert_allclose(rows[:, names.index("pelvis_tz")], -motion.root_position[:, 0], atol=1e-7)
 
 
+def test_the_title_of_a_file_steers_no_terminal(walk, tmp_path):
+    motion, scene = walk
+    sto.write(motion, msgspec.structs.replace(scene, name="a\x1b[31m\nb\u202e"), tmp_path / "walk.mot")
+    assert (tmp_path / "walk.mot").read_text().splitlines()[:2] == [r"a\x1b[31m b\u202e", "version=1"]
+
+
 def test_sto_holds_activations_and_forces(walk, tmp_path):
     motion, scene = walk
     sto.write(motion, scene, tmp_path / "walk.sto")

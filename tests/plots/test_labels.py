@@ -3,6 +3,7 @@
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 
 import hostile
 from warpmuscle.plots.names import Pair, pairs
@@ -15,6 +16,16 @@ def test_sides_are_paired_however_they_are_marked():
         Pair("SOL", "lSOL", "rSOL"), Pair("Neck_Flex", "Neck_Flex", "Neck_Flex"), Pair("bic", "bic_l", "bic_r"),
         Pair("knee", "left_knee", "right_knee"), Pair("lonely", "lonely", "lonely"), Pair("ELB", "L_ELB", "R_ELB"),
     ]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("error:Glyph")
+@pytest.mark.parametrize("ending", [".png", ".svg", ".pdf"])
+def test_letters_that_the_font_lacks_are_no_warning(ending):
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    figure.add_subplot().set_title("ünïcödé 走る")
+    assert picture(figure, ending)
 
 
 def test_labels_move_as_little_as_possible():

@@ -44,6 +44,16 @@ def test_recording_without_steps_is_drawn(tmp_path):
     assert (tmp_path / "still.png").exists()
 
 
+@pytest.mark.parametrize(
+    ("speed", "length", "said"),
+    [(-0.001, -0.004, "on the spot, step length 0.00 m"), (-0.5, -0.3, "0.50 m/s backwards, step length 0.30 m"),
+     (0.9, 0.5, "0.90 m/s forwards, step length 0.50 m")],
+)  # fmt: skip
+def test_the_heading_says_how_fast_and_which_way(speed: float, length: float, said: str):
+    gait = Gait(0.0, 2.0, speed, abs(speed), 4, length, None, None, 0.0)
+    assert plot._title("a", gait) == f"a: {said}"
+
+
 @pytest.mark.parametrize("speed", [0.0, 1.2, -0.8, 30.0])
 def test_figures_do_not_overlap_and_keep_their_order_along_the_way(speed: float):
     recording, drawn = march(speed), pieces(biped(), FEET)

@@ -1,5 +1,6 @@
 """The page of a judged gait: what it says of a walk made by hand, and of one that is too short for a cycle."""
 
+import numpy as np
 import pytest
 
 from html_page import Page
@@ -46,6 +47,28 @@ def test_the_page_has_indices_both_sides_figures_muscles_and_all_rows(judgement)
     assert first_cells(text, "muscles")[:2] == ["gluteus maximus", "hip abductors"]
     assert first_cells(text, "table1") == [one.bar.name for one in judgement.verdicts]
     assert first_cells(text, "table2") == [one.bar.name for one in judgement.further]
+
+
+def test_the_page_fits_a_phone(browser, judgement, tmp_path):
+    (tmp_path / "walk.html").write_text(clinic_html("a walk", judgement), encoding="utf-8")
+    page = browser.new_page(viewport={"width": 390, "height": 844})
+    page.goto((tmp_path / "walk.html").as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    page.close()
+
+
+def test_a_body_that_stays_in_its_place_is_told_so_and_its_speed_has_no_sign(scene):
+    walk = march(scene.character, 0.0, 8.0, 801, len(scene.character.muscles))
+    still = np.broadcast_to(np.float32([0.0, 0.0, -0.001]), walk.com_velocity.shape)
+    found = judge_recording(walk.changed(com_velocity=still), scene)
+    assert found.measures["speed"] == pytest.approx(-0.001, abs=1e-4)
+    notes = {one.bar.name: one.note for one in found.verdicts}
+    assert notes["angles outside the norms"].endswith("of a body that stays in its place")
+    assert notes["stance"].endswith("this body stays in its place, as on a treadmill")
+    text = clinic_html("a walk", found)
+    assert ">0.00<" in text
+    for zero in ("-0.00<", ">-0<", "-0.00 m/s"):
+        assert zero not in text
 
 
 def test_a_motion_without_a_whole_cycle_says_so(scene):

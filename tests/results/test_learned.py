@@ -120,6 +120,18 @@ def linked(file):
     file["policy/mean"] = h5py.ExternalLink("/etc/passwd", "/x")
 
 
+def attribute(owner, name, value):
+    return lambda file: file[owner].attrs.__setitem__(name, value)
+
+
+def grouped(name):
+    def change(file):
+        del file[name]
+        file.create_group(name)
+
+    return change
+
+
 DAMAGES = {
     "no mean": (without("policy/mean"), "mean is missing"),
     "no layers": (without("policy/layers"), "layers is missing"),
@@ -140,12 +152,22 @@ DAMAGES = {
     "noise of another size": (noisy(np.ones(3, np.float32), -1.0, 1.0), "policy/noise has shape"),
     "noise of no width": (noisy(np.zeros(4, np.float32), -1.0, 1.0), "policy/noise"),
     "noise between no ends": (noisy(np.ones(4, np.float32), 1.0, -1.0), "action_min = 1 and action_max = -1"),
-    "noise up to no number": (noisy(np.ones(4, np.float32), 1.0, np.nan), "action_max = nan"),
+    "noise up to no number": (noisy(np.ones(4, np.float32), 1.0, np.nan), "action_max of /policy is nan"),
     "noise without ends": (changed("policy/noise", np.ones(4, np.float32), new=True), "action_min"),
     "a link elsewhere": (linked, "link"),
     "no widest": (lambda file: file["policy"].attrs.__delitem__("widest"), "widest"),
-    "widest a text": (lambda file: file["policy"].attrs.__setitem__("widest", "wide"), "damaged"),
-    "widest not a number": (lambda file: file["policy"].attrs.__setitem__("widest", np.nan), "widest"),
+    "widest a text": (attribute("policy", "widest", "wide"), "widest of /policy is 'wide'"),
+    "widest as texts": (attribute("policy", "widest", ["a", "b"]), "widest of /policy is an array of shape \\(2,\\)"),
+    "another activation": (attribute("policy", "activation", "tanh"), "activation 'tanh'"),
+    "activations": (attribute("policy", "activation", [1, 2]), "only 'elu' is known"),
+    "layers as numbers": (changed("policy/layers", np.arange(3)), "/policy/layers is no group"),
+    "no training but a number": (changed("training", 3), "/training is no group"),
+    "a mean without a shape": (changed("policy/mean", h5py.Empty("f4")), "/policy/mean holds nothing"),
+    "names without a shape": (changed("policy/action", h5py.Empty("S3")), "/policy/action holds nothing"),
+    "names as a group": (grouped("policy/action"), "/policy/action is no dataset"),
+    "a task as a group": (grouped("policy/task"), "/policy/task is no dataset"),
+    "a task of bytes": (changed("policy/task", np.bytes_(b"\xff\xfe")), "/policy/task holds bytes that are no text"),
+    "widest not a number": (attribute("policy", "widest", np.nan), "widest of /policy is nan"),
 }  # fmt: skip
 
 
@@ -160,6 +182,28 @@ def test_a_damaged_policy_is_refused_in_one_line(name, file):
         read(file)
     assert "\n" not in str(caught.value)
     assert str(file) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [("seed", "x", "seed of / is 'x'"), ("format_version", "two", "format_version of / is 'two'"),
+     ("seed", 2.5, "should be a whole number"), ("format_version", [3, 3], r"is an array of shape \(2,\)")],
+)  # fmt: skip
+def test_an_attribute_that_is_no_whole_number_is_named(name, value, said, file):
+    with h5py.File(file, "r+") as content:
+        content.attrs[name] = value
+    with pytest.raises(ResultError, match=said):
+        read(file)
+
+
+def test_ancestors_of_unequal_columns_are_refused(tmp_path):
+    learned = replace(a_result().learned, ancestors=(Ancestor("walk.h5", 3, 500, "warpmuscle learn walk"),))
+    write(tmp_path / "two.h5", replace(a_result(), learned=learned))
+    with h5py.File(tmp_path / "two.h5", "r+") as content:
+        del content["training/ancestors/seed"]
+        content["training/ancestors/seed"] = np.zeros(2, dtype=np.int64)
+    with pytest.raises(ResultError, match="training/ancestors has columns of different lengths"):
+        read(tmp_path / "two.h5")
 
 
 def test_what_was_learnt_is_read_without_the_motions_beside_it(file, tmp_path):

@@ -14,6 +14,20 @@ def test_people_of_1_26_m_per_s_judge_who_walks_nearly_as_fast(speed: float, jud
     assert (of_norms(measures) == {}) == judges
 
 
+@pytest.mark.parametrize(
+    ("speed", "said"),
+    [
+        (-0.004, "and this body stays in its place, as on a treadmill"),
+        (-0.2, "not at -0.20 m/s"),
+        (0.7, "not at 0.70 m/s"),
+    ],
+)
+def test_a_body_that_goes_nowhere_is_told_so(speed: float, said: str):
+    note = of_norms({"speed": speed, "stance": 60.0, "angles outside the norms": 0.2})
+    assert note["stance"].note == f"of people at their own speed, {said}"
+    assert "-0.00" not in note["angles outside the norms"].note
+
+
 def test_the_humps_of_the_force_are_as_far_off_as_they_are_in_half_widths():
     norm = NORMS[FORCE]
     names = ("first hump of the force", "valley of the force", "second hump of the force")

@@ -25,6 +25,12 @@ def test_the_image_installs_extras_that_there_are():
     assert set(extras[1].split(",")) <= set(PROJECT["optional-dependencies"])
 
 
+def test_the_page_on_installing_names_every_extra():
+    page = (ROOT / "docs" / "how-to" / "install.md").read_text()
+    rows = [line.split("|")[1] for line in page.partition("| extra |")[2].splitlines() if line.startswith("| `")]
+    assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(PROJECT["optional-dependencies"])
+
+
 @pytest.mark.parametrize("file", sorted((ROOT / ".github").rglob("*.yml")), ids=lambda file: file.name)
 def test_workflows_and_templates_are_yaml(file: Path):
     yaml = pytest.importorskip("yaml")

@@ -13,6 +13,7 @@ from warpmuscle.cli.common import Commands, Device, JsonFile, Policy, Settings, 
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.walkers import Walkers, walker_of
 from warpmuscle.core.extras import check_report
+from warpmuscle.core.plain_text import rounded
 
 if TYPE_CHECKING:
     from warpmuscle.studies.judge import Judgement
@@ -61,7 +62,7 @@ def judge(
         with log.status("compiling, which may take some seconds") as shown:
             judgement = judged(walker, pushes=pushes, tell=shown.update)
     speed = judgement.measures.get("speed")
-    at = "" if speed is None else f" at {speed:.2f} m/s"
+    at = "" if speed is None else f" at {rounded(speed, 2)} m/s"
     out.print(f"{name}, judged as a {'run' if judgement.running else 'walk'}{at}: {judgement.end}", markup=False)
     if judgement.impossible:
         out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
@@ -114,7 +115,7 @@ def _print_table(verdicts: list[Verdict]) -> None:
 
 
 def _shown(value: float | None) -> str:
-    return "" if value is None else f"{value:.3g}"
+    return "" if value is None else f"{value + 0.0:.3g}"  # a zero has no sign
 
 
 def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:

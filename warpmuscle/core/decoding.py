@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import sys
 from typing import Any, TypeVar
 
 import msgspec
@@ -45,6 +46,22 @@ def to_type(data: Any, type_: type[T], key: str = "") -> T:
         text, _, path = str(error).partition(" - at `")
         keys = _keys(data, type_, str(error), path.rstrip("`")) if path else []
         raise _explained(text, data, type_, [key] if key else [], keys) from None
+    except SystemError as error:  # of msgspec before 0.22, which goes on after a whole number that no float holds
+        beyond = _beyond(data)
+        if beyond is None:
+            raise
+        raise SceneError("number out of range", key=".".join([key, *beyond] if key else beyond)) from error
+
+
+def _beyond(data: Any) -> list[str] | None:
+    """Path of the first whole number that no float holds; None where there is none."""
+    if isinstance(data, int):
+        return [] if abs(data) > sys.float_info.max else None
+    members = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list | tuple) else ()
+    for key, value in members:
+        if (path := _beyond(value)) is not None:
+            return [str(key), *path]
+    return None
 
 
 def _keys(data: Any, type_: type[Any], message: str, path: str) -> list[str]:

@@ -191,12 +191,55 @@ def attribute(owner: Any, name: str) -> Any:
     return owner.attrs[name]
 
 
+def number(owner: Any, name: str) -> float:
+    """An attribute that is one number.
+
+    Raises:
+        KeyError: there is none of this name. ValueError: it is something else, or not finite.
+    """
+    value = attribute(owner, name)
+    if isinstance(value, np.ndarray | h5py.Empty) or not isinstance(value, int | float | np.number):
+        raise ValueError(f"{_attribute_of(owner, name)} is {_shown(value)}, and should be a number")
+    if not math.isfinite(value):
+        raise ValueError(f"{_attribute_of(owner, name)} is {value}, and should be a finite number")
+    return float(value)
+
+
+def integer(owner: Any, name: str, default: int | None = None) -> int:
+    """An attribute that is one whole number, or a default where there is none of this name; for errors see `number`."""
+    if default is not None and name not in owner.attrs:
+        return default
+    value = attribute(owner, name)
+    if not isinstance(value, int | np.integer):
+        raise ValueError(f"{_attribute_of(owner, name)} is {_shown(value)}, and should be a whole number")
+    return int(value)
+
+
+def members(group: Any, name: str) -> Any:
+    """The group under a name in a group; raises KeyError or ValueError if there is none."""
+    found = member(group, name)
+    if not isinstance(found, h5py.Group):
+        raise ValueError(f"{found.name} is no group")
+    return found
+
+
+def _attribute_of(owner: Any, name: str) -> str:
+    return f"the attribute {name} of {owner.name}"
+
+
+def _shown(value: Any) -> str:
+    """Some of a value that is wrong."""
+    return f"an array of shape {np.shape(value)}" if np.ndim(value) else repr(value)[:40]
+
+
 def strings(dataset: Any) -> tuple[str, ...]:
     """The strings of a dataset (n,).
 
     Raises:
         ValueError or TypeError: it holds something else, or more than fits.
     """
+    if not isinstance(dataset, h5py.Dataset):
+        raise ValueError(f"{dataset.name} is no dataset")
     if dataset.ndim != 1:
         raise ValueError(f"{dataset.name} has shape {dataset.shape}; a list of names has one axis")
     says = _said_of(dataset.name)
@@ -213,9 +256,14 @@ def strings(dataset: Any) -> tuple[str, ...]:
 
 def text(dataset: Any) -> str:
     """The one string of a dataset; raises ValueError or TypeError if it holds something else."""
+    if not isinstance(dataset, h5py.Dataset):
+        raise ValueError(f"{dataset.name} is no dataset")
     if dataset.shape != ():
         raise ValueError(f"{dataset.name} has shape {dataset.shape}, and should be one text")
-    return str(dataset.asstr()[()])
+    try:
+        return str(dataset.asstr()[()])
+    except UnicodeDecodeError:
+        raise ValueError(f"{dataset.name} holds bytes that are no text") from None
 
 
 def _said_of(name: str) -> Callable[[str], ValueError]:
@@ -239,6 +287,8 @@ def _checked_size(dataset: Any, name: str) -> int:
     if layout == h5py.h5d.VIRTUAL:
         raise ValueError(f"{name} shows what is in other datasets, which is not followed")
     kind, shape = dataset.get_type(), dataset.shape
+    if shape is None:
+        raise ValueError(f"{name} holds nothing")
     pieces = [shape]
     if layout == h5py.h5d.CHUNKED:
         pieces.append(made.get_chunk())

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufff9-\ufffb\U000e0000-\U000e007f\ud800-\udfff]"
 )
+_NOT_IN_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 _PLURALS = (("ay", "ays"), ("ey", "eys"), ("y", "ies"), ("is", "es"), ("ch", "ches"), ("sh", "shes"), ("x", "xes"))
 _OF_ONE = {"are": "is", "were": "was", "have": "has", "do": "does"}  # verbs that take more than an s
@@ -17,6 +18,11 @@ _OF_ONE = {"are": "is", "were": "was", "have": "has", "do": "does"}  # verbs tha
 def printable(text: str) -> str:
     r"""Text in which what would steer a terminal, or cannot be written, stands as an escape such as `\x1b`."""
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def xml_text(text: str) -> str:
+    """Text in which characters that no XML file may hold, even as a reference, are replaced."""
+    return _NOT_IN_XML.sub("\ufffd", text)
 
 
 def number_of(count: int, noun: str, verb: str = "") -> str:

@@ -32,6 +32,7 @@ import numpy as np
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.plain_text import xml_text
 from warpmuscle.core.pose import conjugate, multiply, normalized, rotate, turned_to_heading
 from warpmuscle.formats.mjcf_looks import BONE, SHORTEST_BONE, add_camera, add_defaults, add_looks, look_of
 from warpmuscle.formats.mjcf_muscles import add_muscles
@@ -102,7 +103,7 @@ def dumps(scene: Scene, limits: bool = False, up: Up = "z") -> str:
     if muscles:
         key.set("act", texts([plain_number(scene.muscle_model.initial_activation)] * muscles))
     ElementTree.indent(model)
-    return ElementTree.tostring(model, encoding="unicode") + "\n"
+    return xml_text(ElementTree.tostring(model, encoding="unicode")) + "\n"
 
 
 class _World(NamedTuple):

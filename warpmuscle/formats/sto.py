@@ -15,6 +15,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.plain_text import one_line
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.recording import Recording
@@ -83,7 +84,7 @@ def storage_text(title: str, names: list[str], table: Floats, degrees: bool = Fa
     words = {"version": "1", "nRows": str(len(table)), "nColumns": str(len(names))}
     words["inDegrees"] = "yes" if degrees else "no"
     header = "".join(f"{key}={value}\n" for key, value in words.items())
-    return f"{_label(title, TAB)}\n{header}endheader\n{rows_text(names, table, TAB)}"
+    return f"{_label(one_line(title), TAB)}\n{header}endheader\n{rows_text(names, table, TAB)}"
 
 
 def rows_text(names: list[str], table: Floats, separator: str) -> str:

@@ -139,7 +139,7 @@ def task_of(learned: Learned) -> Task:
     """The task that a policy of a result file has learnt; raises ResultError if it is none."""
     try:
         return msgspec.json.decode(learned.task, type=Task)
-    except (msgspec.DecodeError, ValueError) as error:
+    except (msgspec.DecodeError, ValueError, RecursionError) as error:
         raise ResultError(f"damaged result file: the task of its policy: {error}") from None
 
 
@@ -148,6 +148,10 @@ def learned_in(path: str | Path) -> Learned:
     learned = read_learned(path)
     if learned is None:
         raise ResultError(f"{path}: holds no policy; `warpmuscle learn` makes one")
+    try:
+        task_of(learned)
+    except ResultError as error:
+        raise ResultError(f"{path}: {error}") from None
     return learned
 
 

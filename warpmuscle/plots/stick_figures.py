@@ -9,6 +9,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.gait.cycles import leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import Gait
@@ -128,9 +129,10 @@ def _title(name: str, gait: Gait | None) -> str:
     if gait is None:
         return name
     sign, way = (1.0, "forwards") if gait.speed_forward >= 0.0 else (-1.0, "backwards")
-    parts = [f"{sign * gait.speed_forward:.2f} m/s {way}"]
+    speed = rounded(sign * gait.speed_forward, 2)
+    parts = [f"{speed} m/s {way}" if float(speed) else "on the spot"]
     if gait.step_length is not None:
-        parts.append(f"step length {sign * gait.step_length:.2f} m")
+        parts.append(f"step length {rounded(sign * gait.step_length, 2)} m")
     if gait.cadence is not None:
         parts.append(f"{gait.cadence:.0f} steps/min")
     return f"{name}: {', '.join(parts)}"

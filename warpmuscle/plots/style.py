@@ -6,6 +6,7 @@ import contextlib
 import io
 import sys
 import unicodedata
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -190,7 +191,9 @@ def picture(figure: Any, ending: str, dpi: int = _DPI) -> bytes:
             text.set_text(drawn)
     image = io.BytesIO()
     meta = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(ending)
-    with style():
+    with style(), warnings.catch_warnings():
+        # Letters that the font lacks are boxes in the picture, where all can see them; a terminal need not list them.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
         figure.savefig(image, format=ending[1:], dpi=dpi, metadata=meta)
     return image.getvalue().replace(_FONTS, _FONTS_ELSEWHERE) if ending == ".svg" else image.getvalue()
 

@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.gait.curves import gait_curves
 from warpmuscle.gait.cycles import steady_strides
 from warpmuscle.gait.foot_contact import SIDES
@@ -96,7 +97,7 @@ def _headline(judgement: Judgement, totals: dict[str, float]) -> list[tuple[str,
     for name, (unit, decimals) in HEADLINE.items():
         if (value := judgement.measures.get(name)) is not None:
             people = human(name, judgement.running)[0]
-            found.append((f"{value:.{decimals}f}", f"{name}, {unit}{f' (people {people})' if people else ''}"))
+            found.append((rounded(value, decimals), f"{name}, {unit}{f' (people {people})' if people else ''}"))
     if totals:
         found.append((f"{totals['both']:.1f}", "gait profile score, degrees"))
     return found
@@ -113,7 +114,7 @@ def _scores(scores: Scores) -> list[Score]:
 def _rows(verdicts: Sequence[Verdict]) -> list[VerdictRow]:
     return [
         VerdictRow(
-            one.bar.name, "" if one.value is None else f"{one.value:.3g}", one.bar.unit, ends(one.bar.must),
+            one.bar.name, "" if one.value is None else f"{one.value + 0.0:.3g}", one.bar.unit, ends(one.bar.must),
             ends(one.bar.goal), one.reached, one.note,
         )
         for one in verdicts

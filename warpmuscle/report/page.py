@@ -13,6 +13,7 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.core.extras import imported
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.core.status import Status
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.gait.table import MeasureRow, gait_table
@@ -156,9 +157,9 @@ def _headline(subject: Subject) -> list[tuple[str, str]]:
         return found
     found.append((f"{recording.time[-1] - recording.time[0]:.3g} s", "motion"))
     if gait is not None:
-        found.append((f"{gait.speed_forward:.2f} m/s", "speed forwards"))
+        found.append((f"{rounded(gait.speed_forward, 2)} m/s", "speed forwards"))
         if gait.step_length is not None:
-            found.append((f"{gait.step_length:.2f} m", "step length"))
+            found.append((f"{rounded(gait.step_length, 2)} m", "step length"))
         if gait.cadence is not None:
             found.append((f"{gait.cadence:.0f} /min", "steps"))
     return found

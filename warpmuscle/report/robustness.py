@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.results.records import installed_versions
 from warpmuscle.studies.robustness import PushTrials, SlopeTrial, push_trials, slope_trials
 from warpmuscle.studies.walkers import Walker
@@ -62,7 +63,7 @@ def _push_cells(trials: PushTrials) -> tuple[str, str]:
 
 def _slope_cell(trial: SlopeTrial) -> str:
     """How it went on a slope, as words."""
-    return f"{trial.speed:.2f} m/s" if trial.survived else f"falls at {trial.end_time:.1f} s"
+    return f"{rounded(trial.speed, 2)} m/s" if trial.survived else f"falls at {trial.end_time:.1f} s"
 
 
 def numbers(trials: Sequence[Trials], seed: int) -> dict[str, Any]:

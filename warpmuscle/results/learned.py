@@ -130,13 +130,13 @@ def load_learned(file: Any) -> Learned:
     Raises:
         KeyError, ValueError or TypeError: it is incomplete, or not as it should be.
     """
-    training = file["training"]
-    task = hdf5.text(hdf5.member(file["policy"], "task"))
-    curve = {name: hdf5.array(file["curve"], name) for name in CURVE if name != "hardness" or name in file["curve"]}
+    training, learnt, columns = (hdf5.members(file, name) for name in ("training", "policy", "curve"))
+    task = hdf5.text(hdf5.member(learnt, "task"))
+    curve = {name: hdf5.array(columns, name) for name in CURVE if name != "hardness" or name in columns}
     curve.setdefault("hardness", np.ones_like(curve["iteration"]))  # of a file of earlier versions
     options = {name: _plain(training.attrs[name]) for name in training.attrs if name != "ended"}
     return Learned(
-        replace(_load_network(file["policy"]), scene=_scene_name(file)), task, curve, options,
+        replace(_load_network(learnt), scene=_scene_name(file)), task, curve, options,
         str(hdf5.attribute(training, "ended")),
         _load_network(file["critic"]) if "critic" in file else None, _load_ancestors(training),
     )  # fmt: skip
@@ -152,13 +152,17 @@ def _scene_name(file: Any) -> str:
 
 def _load_network(group: Any) -> PolicyTable:
     """A network of an open file."""
-    layers = hdf5.member(group, "layers")
+    layers = hdf5.members(group, "layers")
+    activation = hdf5.attribute(group, "activation")
+    if not isinstance(activation, str) or activation != "elu":
+        found = str(activation)[:40]
+        raise ValueError(f"{group.name.strip('/')} has the activation {found!r}, and only 'elu' is known")
     return PolicyTable(
         observation=hdf5.strings(hdf5.member(group, "observation")),
         action=hdf5.strings(hdf5.member(group, "action")),
         mean=hdf5.array(group, "mean"),
         deviation=hdf5.array(group, "deviation"),
-        widest=float(hdf5.attribute(group, "widest")),
+        widest=hdf5.number(group, "widest"),
         layers=tuple(
             Layer(hdf5.array(inner, "weight"), hdf5.array(inner, "bias"))
             for inner in (hdf5.member(layers, str(number)) for number in range(len(layers)))
@@ -172,8 +176,10 @@ def _load_ancestors(training: Any) -> tuple[Ancestor, ...]:
     if "ancestors" not in training:
         return ()
     group = hdf5.member(training, "ancestors")
-    numbers = (hdf5.array(group, name).tolist() for name in ("seed", "decisions"))
-    texts = (hdf5.strings(hdf5.member(group, name)) for name in ("file", "command"))
+    numbers = [np.atleast_1d(hdf5.array(group, name)).tolist() for name in ("seed", "decisions")]
+    texts = [hdf5.strings(hdf5.member(group, name)) for name in ("file", "command")]
+    if len({len(column) for column in (*numbers, *texts)}) > 1:
+        raise ValueError("training/ancestors has columns of different lengths")
     return tuple(
         Ancestor(file, int(seed), int(decisions), command)
         for (file, command), seed, decisions in zip(zip(*texts, strict=True), *numbers, strict=True)
@@ -184,7 +190,7 @@ def _load_noise(group: Any) -> ClippedNoise | None:
     """The noise that a policy of an open file learnt with, where its actions are the mean over it."""
     if "noise" not in group:
         return None
-    low, high = (float(hdf5.attribute(group, name)) for name in ("action_min", "action_max"))
+    low, high = (hdf5.number(group, name) for name in ("action_min", "action_max"))
     return ClippedNoise(hdf5.array(group, "noise"), low, high)
 
 

@@ -169,7 +169,7 @@ def glance(path: str | Path) -> Glance:
         for name, column in zip(("cost", "generation", "stage"), columns, strict=True):
             check_column(name, column, np.size(columns[0]))
         searches = hdf5.member(file, "searches")
-        evaluated = int(searches.attrs.get("evaluated", 0)) or np.size(columns[0])
+        evaluated = hdf5.integer(searches, "evaluated", 0) or np.size(columns[0])
         return Glance(str(hdf5.attribute(searches, "ended")), columns[0], columns[1], columns[2], evaluated)
 
 
@@ -266,7 +266,7 @@ def check_format(path: Path, file: Any) -> None:
     """Raise ResultError for a file of another kind or of a newer format."""
     if file.attrs.get("format") not in (FORMAT, SWEEP_FORMAT, THROW_FORMAT, INVERSE_FORMAT):
         raise ResultError(f"{path}: an HDF5 file, but not one written by warpmuscle")
-    found = int(hdf5.attribute(file, "format_version"))
+    found = hdf5.integer(file, "format_version")
     newest = SWEEP_VERSION if file.attrs["format"] == SWEEP_FORMAT else FORMAT_VERSION
     if found > newest:
         raise ResultError(
@@ -286,13 +286,13 @@ def load(file: Any, replay: int | None = None) -> Result:
     """The content of an open file, see `read`; raises KeyError or ValueError where it is incomplete."""
     motions = file.get("replay")
     return Result(
-        scene=_scene_of(hdf5.text(file["scene"]), int(file.file.attrs.get("format_version", FORMAT_VERSION))),
+        scene=_scene_of(hdf5.text(file["scene"]), hdf5.integer(file.file, "format_version", FORMAT_VERSION)),
         device=str(hdf5.attribute(file, "device")),
         command=str(hdf5.attribute(file, "command")),
-        seed=int(hdf5.attribute(file, "seed")),
-        parameters=_load_parameters(file["parameters"]),
-        evaluations=_load_evaluations(file["evaluations"]) if "evaluations" in file else None,
-        best=_load_best(file["best"]) if "best" in file else None,
+        seed=hdf5.integer(file, "seed"),
+        parameters=_load_parameters(hdf5.members(file, "parameters")),
+        evaluations=_load_evaluations(hdf5.members(file, "evaluations")) if "evaluations" in file else None,
+        best=_load_best(hdf5.members(file, "best")) if "best" in file else None,
         parts=_load_parts(file["best/parts"]) if "best/parts" in file else {},
         replays=() if motions is None else load_recordings(motions, replay),
         replay_names=() if motions is None else load_names(motions),
@@ -314,7 +314,7 @@ def _load_parameters(group: Any) -> ParameterTable:
 
 
 def _load_evaluations(group: Any) -> Evaluations:
-    count = len(group["cost"])
+    count = np.size(hdf5.array(group, "cost"))
     none = np.zeros(count, dtype=np.int32)  # files of before there were searches, generations and stages
     columns: dict[str, Any] = {name: hdf5.array(group, name) if name in group else none for name in COLUMNS}
     terms = hdf5.array(group, "terms") if "terms" in group else np.zeros((count, 0))
@@ -323,16 +323,17 @@ def _load_evaluations(group: Any) -> Evaluations:
 
 
 def _load_searched(file: Any) -> Searched:
-    group, attributes = file["searches"], file["searches"].attrs
-    columns: dict[str, Any] = {name: hdf5.array(file["history"], name) for name in HISTORY if name in file["history"]}
+    group = hdf5.members(file, "searches")
+    attributes, past = group.attrs, hdf5.members(file, "history")
+    columns: dict[str, Any] = {name: hdf5.array(past, name) for name in HISTORY if name in past}
     columns.setdefault("stage", np.zeros(len(columns["generation"]), dtype=np.int64))  # files of before there were any
     states = [hdf5.arrays(group[str(number)]) for number in range(len(group))]
     inner = file.get("stages", {})
     stages = tuple(_load_staged(inner[str(number)]) for number in range(len(inner)))
-    stage = int(attributes.get("stage", 0))
+    stage = hdf5.integer(group, "stage", 0)
     ended = str(hdf5.attribute(group, "ended"))
-    elsewhere = int(attributes.get("elsewhere", 0))
-    evaluated = int(attributes.get("evaluated", 0))
+    elsewhere = hdf5.integer(group, "elsewhere", 0)
+    evaluated = hdf5.integer(group, "evaluated", 0)
     history = History(**columns)
     return Searched(_load_options(attributes), ended, history, tuple(states), stages, stage, elsewhere, evaluated)
 

@@ -7,10 +7,11 @@ from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.studies.hard_trials import of_measures
 from warpmuscle.studies.judge import Judgement, bars_of, bodies_and_norms, gait_of, measured
-from warpmuscle.studies.people_comparison import of_force
+from warpmuscle.studies.people_comparison import IN_PLACE, of_force
 from warpmuscle.studies.verdicts import FURTHER_RUN, FURTHER_WALK, HUMPS, RUN, WALK, Finding, Verdict
 
 RECORDED = "a recording, of which nothing is simulated"
+RECORDED_IN_PLACE = "a recording, of which nothing is simulated, of a body that stays in its place"
 
 
 def judge_recording(recording: Recording, scene: Scene) -> Judgement:
@@ -33,7 +34,8 @@ def judge_recording(recording: Recording, scene: Scene) -> Judgement:
         if HUMPS in found and found[HUMPS].value is None:
             found[HUMPS] = Finding(None, "no valley between two peaks", failed=True)
     found |= bodies_and_norms(recording, scene, known, running) | of_measures(measures, recording, scene)
-    without = Finding(None, why or RECORDED)
+    in_place = abs(measures.get("speed") or 0.0) < IN_PLACE
+    without = Finding(None, why or (RECORDED_IN_PLACE if in_place else RECORDED))
     verdicts, further = (
         [Verdict(bar, *found.get(bar.name, without)) for bar in bars_of(rows, bool(recording.muscle_names))]
         for rows in ((RUN, FURTHER_RUN) if running else (WALK, FURTHER_WALK))

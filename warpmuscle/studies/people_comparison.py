@@ -6,11 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.gait.quality import TIMING, Measures
 from warpmuscle.scene.norms import FORCE, NORMS
 from warpmuscle.studies.verdicts import COMFORTABLE, HUMPS, Finding
 
 MEASURED_SPEED, NEAR = 1.26, 0.15  # m/s, of the people whose angles are norms, and how far from it they stay so
+IN_PLACE = 0.05  # m/s; who is slower goes nowhere
 
 
 def of_norms(measures: Measures) -> dict[str, Finding]:
@@ -26,11 +28,14 @@ def of_norms(measures: Measures) -> dict[str, Finding]:
         found["sway from people"] = Finding(sway, "people's spread not checked at its source")
     if speed is None or abs(speed - MEASURED_SPEED) <= NEAR:
         return found
+    walks = f"not at {rounded(speed, 2)} m/s"
+    if abs(speed) < IN_PLACE:
+        walks = "and this body stays in its place, as on a treadmill"
     for name in COMFORTABLE:
         if (value := measures.get(name)) is not None:
-            found[name] = Finding(value, f"of people at their own speed, not at {speed:.2f} m/s", judges=False)
+            found[name] = Finding(value, f"of people at their own speed, {walks}", judges=False)
     if (angles := measures.get("angles outside the norms")) is not None:
-        note = f"norms of {MEASURED_SPEED:g} m/s, moved to {speed:.2f} m/s by the trend that searches know"
+        note = f"norms of {MEASURED_SPEED:g} m/s, moved to {rounded(speed, 2)} m/s by the trend that searches know"
         found["angles outside the norms"] = Finding(angles, note, judges=False)
     return found
 

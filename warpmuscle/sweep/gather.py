@@ -132,7 +132,7 @@ def put_run(folder: Folder, runs: Any, entry: RunEntry, finished: FinishedRuns) 
         if "terms" in columns:
             labels["terms"] = _texts(group, "term_names")
         searches = hdf5.member(file, "searches")
-        ended, evaluated = str(hdf5.attribute(searches, "ended")), int(searches.attrs.get("evaluated", 0))
+        ended, evaluated = str(hdf5.attribute(searches, "ended")), hdf5.integer(searches, "evaluated", 0)
         units = _texts(parameters, "unit")
         return RunTable(columns, found, ended, labels, units, evaluated or len(columns["cost"]))
 

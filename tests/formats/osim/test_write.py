@@ -6,6 +6,7 @@ its path lengths and kinetic energies agree with those of the originals to 1e-9.
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from fuzzing.models import LEG
@@ -143,3 +144,10 @@ def test_angles_give_the_matrix_also_where_two_axes_are_one(second: float):
     for first, third in np.random.default_rng(0).uniform(-3.0, 3.0, (20, 2)):
         matrix = turned((first, second, third))
         np.testing.assert_allclose(turned(angles_of(matrix)), matrix, atol=1e-7)
+
+
+@QUIET
+def test_characters_that_no_xml_may_hold_leave_a_file_that_can_be_read(tmp_path: Path):
+    found = again(msgspec.structs.replace(arm(), description="an\x1b[31m arm & more\x07"), tmp_path)
+    assert "tip" in found.character.bodies
+    assert "an\ufffd[31m arm &amp; more\ufffd" in (tmp_path / "again.osim").read_text()

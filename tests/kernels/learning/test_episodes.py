@@ -113,6 +113,19 @@ def test_a_clock_without_a_power_goes_at_its_rate_and_commands_may_stay():
     np.testing.assert_array_equal(state.push.numpy(), 5.0)
 
 
+def test_from_a_wanted_speed_on_the_clock_is_that_of_the_run():
+    run = {"run_from": 1.1, "run_rate": 1.4, "run_speed": 2.5, "run_power": 0.3}
+    rules, episodes, state, before = begun(ROOT_FREE, command_decisions=0, **run)
+    before["command"][::500, 0] = 1.1
+    episodes.command.assign(np.float32(before["command"]))
+    wp.launch(kernels.begin_decision, N, [rules, episodes, state], device="cpu")
+    speed = before["command"][:, 0]
+    walk = 0.9 * np.maximum(speed / 1.2, 0.1) ** 0.6
+    rate = np.where(speed >= 1.1, 1.4 * (speed / 2.5) ** 0.3, walk)
+    away = episodes.phase.numpy() - before["phase"] - DECISION * rate
+    np.testing.assert_allclose(away - np.round(away), 0.0, atol=1e-5)
+
+
 @pytest.mark.parametrize("every", [0, 1, 2, 20])
 def test_the_first_push_of_an_episode_comes_within_half_to_three_halves_of_the_mean_wait(every: int):
     rules, episodes, state, before = begun(ROOT_FREE, push_decisions=every)

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import rows
+from warpmuscle.core.plain_text import xml_text
 from warpmuscle.formats.osim.placement import WORLD, vector
 from warpmuscle.scene import Displacement
 
@@ -18,10 +19,10 @@ NOT_IN_NAMES = re.compile(r"[^\w.\-+]")
 
 def element(tag: str, inner: str, name: str = "") -> str:
     """An element; text within is taken as it is if it holds elements, and escaped if not."""
-    attribute = f" name={quoteattr(name)}" if name else ""
+    attribute = f" name={quoteattr(xml_text(name))}" if name else ""
     if inner.lstrip().startswith("<"):
         return f"<{tag}{attribute}>\n{inner}</{tag}>\n"
-    return f"<{tag}{attribute}>{escape(inner)}</{tag}>\n"
+    return f"<{tag}{attribute}>{escape(xml_text(inner))}</{tag}>\n"
 
 
 def objects(tag: str, members: Iterable[str], name: str = "") -> str:
