@@ -24,7 +24,16 @@ from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.kernels.learning.senses import GREATEST
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.custom_parts import CustomParts
-from warpmuscle.learning.imitation import Gait, gait_of, recorded_gait, run_from, seen_time
+from warpmuscle.learning.imitation import (
+    Gait,
+    gait_kept,
+    imitated,
+    kept,
+    measured_gait,
+    recorded_gait,
+    run_from,
+    seen_time,
+)
 from warpmuscle.learning.imitation.people import by_norm_alone, people_gait, people_starts
 from warpmuscle.learning.poses import State, elsewhere
 from warpmuscle.learning.rewards import Judge
@@ -41,6 +50,7 @@ from warpmuscle.learning.symmetry import BodySymmetry, Images, observed_image
 from warpmuscle.learning.tasks import checked_task, prepared
 from warpmuscle.learning.tightening import TighteningLimits
 from warpmuscle.learning.variants import Variants
+from warpmuscle.results.learned import KeptGait
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.learning import Imitation, Task
@@ -51,6 +61,7 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.simulation.stepper import Stepper, unrecorded
 
 LARGEST_SEED = 2**31 - 1
+LAST_FRAME = 0.02  # s, before the end of what was recorded whole
 FROM_THE_FIRST = 8  # states of a gait for one start from the scene's own initial state
 PARTS = ("action", "simulation", "observation", "reward", "reset")  # of a decision, as they are timed
 
@@ -75,6 +86,7 @@ class EpisodeBatch:
         final_observation: (instances, observations) of the episode that ended, where one did.
         limits: of failure, which a training may tighten, and the share of costs, which it may raise.
         command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
+        kept_gait: what a policy's file keeps of that, if the scene's controller makes it.
         images: of observations and actions in a mirror; None where the task is not said to be symmetric.
     """
 
@@ -91,6 +103,7 @@ class EpisodeBatch:
         threads: int | None = None,
         trust: bool = False,
         gait: Gait | None = None,
+        kept_gait: KeptGait | None = None,
     ) -> None:
         """Prepare and begin all episodes; the first call compiles kernels.
 
@@ -99,6 +112,7 @@ class EpisodeBatch:
             task: what is learned; by default what the scene says, or a walk at 1.2 m/s.
             seed: of everything that is drawn.
             gait: that is imitated, of another batch of this scene and task, so that its controller need not make it.
+            kept_gait: of a policy's file, which stands for what the scene's controller makes if it is of this scene.
 
         Raises:
             SceneError: the scene is inconsistent, or has not what the task wants.
@@ -135,12 +149,14 @@ class EpisodeBatch:
         self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
         self._stepper = self._stepper_of(self._variants.model)
+        known = None if gait is not None else gait_kept(kept_gait, rollout, self.task.imitation)
         # Kernels may take long, and are compiled side by side; what a task says wrongly has been said by now.
         with ThreadPoolExecutor(1, thread_name_prefix="kernel") as pool:
             loading = pool.submit(self._stepper.load)
-            own = self._controller_gait(recorded=gait is None)
+            own = self._controller_gait(recorded=gait is None and known is None)
             loading.result()
-        self.gait = gait = self._imitated(gait, own, body)
+        self.kept_gait = None if known is None else kept_gait
+        self.gait = gait = self._imitated(gait, own, body, known)
         self.judge = Judge(
             self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts,
             self.limits.costs,
@@ -304,8 +320,14 @@ class EpisodeBatch:
             return ControllerGait([], [], None)
         return controller_gait(self.rollout, variation.start_states, variation.start_after, self.decision_steps, seen)
 
-    def _imitated(self, given: Gait | None, own: ControllerGait, body: BodySymmetry | None) -> Gait | None:
-        """The gait that is imitated: the given one, or else that of a file, of people, or of the scene's controller."""
+    def _imitated(
+        self, given: Gait | None, own: ControllerGait, body: BodySymmetry | None, known: Gait | None
+    ) -> Gait | None:
+        """The gait that is imitated: the given one, or else that of a file, of people, or of the scene's controller.
+
+        Args:
+            known: what the controller makes, where that need not be measured.
+        """
         imitation = self.task.imitation
         if given is not None or imitation is None:
             return given
@@ -313,7 +335,13 @@ class EpisodeBatch:
             return recorded_gait(self.rollout, imitation, body)
         if by_norm_alone(self.scene, imitation):
             return people_gait(self.rollout, imitation, body)
-        return None if own.recording is None else gait_of(own.recording, self.rollout, imitation, body)
+        if known is None:
+            if own.recording is None:
+                return None
+            known = measured_gait(own.recording, self.rollout, imitation)
+            if own.recording.end > seen_time(imitation) - LAST_FRAME:  # it did not fail before
+                self.kept_gait = kept(known, self.rollout.scene, imitation)
+        return imitated(known, self.rollout, imitation, body)
 
     def _start_states(self, own: ControllerGait) -> tuple[list[State], list[float]]:
         """The states in which episodes may start, and at which time of the gait each of them is, s."""
