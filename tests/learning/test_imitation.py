@@ -2,12 +2,14 @@
 
 import dataclasses
 from dataclasses import fields
+from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
 from small_result import no_parameters
+from warpmuscle import examples
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, RolloutError, SceneError
 from warpmuscle.core.pose import conjugate, rotate
@@ -67,7 +69,9 @@ def batch() -> EpisodeBatch:
         observations={"clock": Sense(), "coordinates": Sense()}, imitation=Imitation(norm="Fukuchi 2018"),
         rewards=rewards, symmetric=True, variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
     )  # fmt: skip
-    return EpisodeBatch(SCENE, 12, "cpu", task, threads=1)
+    scene = load(SCENE)
+    of_policy = load(Path(examples.__file__).parent / "files" / "walk56_like_people.toml").objective  # and its kernel
+    return EpisodeBatch(replace(scene, objective=of_policy), 12, "cpu", task, threads=1)
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +216,9 @@ def by_speed() -> EpisodeBatch:
         imitation=Imitation(norm="key points", moving=True, cycle_time=1.03, cadence_power=0.58),
         variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
     )  # fmt: skip
-    return EpisodeBatch(SCENE, 12, "cpu", task, threads=1)
+    scene = load(SCENE)
+    of_policy = load(Path(examples.__file__).parent / "files" / "walk56_like_people.toml").objective  # and its kernel
+    return EpisodeBatch(replace(scene, objective=of_policy), 12, "cpu", task, threads=1)
 
 
 def test_the_clock_runs_as_people_step_at_the_wanted_speed(by_speed: EpisodeBatch):
