@@ -19,7 +19,7 @@ from warpmuscle.core.plain_text import number_of
 Singles = NDArray[np.float32]
 HUGE_WEIGHT = 1e6  # whose sums are numbers of single precision
 WIDEST_LAYER, MOST_LAYERS = 4096, 16
-MOST_COORDINATES = MOST_FRAMES = 10_000  # of a kept gait
+MOST_COORDINATES, MOST_FRAMES = 10_000, 1000  # of a kept gait
 SHORTEST_UP = 0.1  # of a mean of verticals
 SHORTEST_CYCLE, LONGEST_GAIT = 0.01, 1e5  # s
 
