@@ -62,6 +62,12 @@ SCENE = "walk56_person"
 NOTHING = dict.fromkeys(TERMS, 0.0)
 
 
+def as_of_policy() -> Scene:
+    """The scene as a shipped policy of it values it, so that both share a step: here that decides nothing."""
+    valued = load(Path(examples.__file__).parent / "files" / "walk56_like_people.toml").objective
+    return replace(load(SCENE), objective=valued)
+
+
 @pytest.fixture(scope="module")
 def batch() -> EpisodeBatch:
     rewards = Rewards(**(NOTHING | {"imitation": 1.0}), imitation_width=0.3)
@@ -69,9 +75,7 @@ def batch() -> EpisodeBatch:
         observations={"clock": Sense(), "coordinates": Sense()}, imitation=Imitation(norm="Fukuchi 2018"),
         rewards=rewards, symmetric=True, variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
     )  # fmt: skip
-    scene = load(SCENE)
-    of_policy = load(Path(examples.__file__).parent / "files" / "walk56_like_people.toml").objective  # and its kernel
-    return EpisodeBatch(replace(scene, objective=of_policy), 12, "cpu", task, threads=1)
+    return EpisodeBatch(as_of_policy(), 12, "cpu", task, threads=1)
 
 
 @pytest.fixture(scope="module")
@@ -216,9 +220,7 @@ def by_speed() -> EpisodeBatch:
         imitation=Imitation(norm="key points", moving=True, cycle_time=1.03, cadence_power=0.58),
         variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
     )  # fmt: skip
-    scene = load(SCENE)
-    of_policy = load(Path(examples.__file__).parent / "files" / "walk56_like_people.toml").objective  # and its kernel
-    return EpisodeBatch(replace(scene, objective=of_policy), 12, "cpu", task, threads=1)
+    return EpisodeBatch(as_of_policy(), 12, "cpu", task, threads=1)
 
 
 def test_the_clock_runs_as_people_step_at_the_wanted_speed(by_speed: EpisodeBatch):
@@ -426,7 +428,7 @@ def test_a_body_without_a_controller_has_no_gait():
 
 
 def test_a_gait_that_falls_at_once_cannot_be_imitated():
-    walker = load(SCENE)
+    walker = as_of_policy()
     falls = msgspec.structs.replace(walker, failure=msgspec.structs.replace(walker.failure, com_height=1.2))
     with pytest.raises(SceneError, match="no two whole cycles"):
         EpisodeBatch(falls, 1, "cpu", Task(imitation=Imitation()))
